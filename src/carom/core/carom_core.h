@@ -26,9 +26,9 @@
    A RUN OF PIT calls `carom_pit_set_up`, `carom_pit_begin`, `carom_pit_run` and `carom_pit_write_states`.
 
    EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. The first sort changes predictions only: a disc crosses
-   an edge of its cell; the partner of a predicted impact has changed its path; only a lower bound of an impact's time is
-   known; a disc has no prediction yet. The second sort changes a motion: two discs collide; a disc hits an obstacle; a
-   mode of contact, or a motion on a table, ends.
+   an edge of its cell; the partner of a predicted impact has changed its path; only a lower bound of an impact's time
+   is known; a disc has no prediction yet. The second sort changes a motion: two discs collide; a disc hits an obstacle;
+   a mode of contact, or a motion on a table, ends.
 
    Several events may have the same instant. Then predictions are settled first. Next, motions end, in the order of the
    discs. Last, impacts are applied in the order of (first, second). `first` is the lower number of two discs, or the
@@ -174,14 +174,14 @@ typedef struct Arena { /* one block of memory for all rows whose number is fixed
 } Arena;
 
 /* Reserve `size` bytes for rows and return where they begin, which is at a cache line. */
-static inline void *reserve(Arena *arena, size_t size) {
+static inline void *reserve_bytes(Arena *arena, size_t size) {
     void *begin = arena->memory == NULL ? NULL : arena->memory + arena->used;
     arena->used += (size + 63) / 64 * 64;
     return begin;
 }
 
 /* Reserve memory for a number of rows of a type. */
-#define RESERVE_ROWS(arena, type, count) ((type *)reserve((arena), (size_t)(count) * sizeof(type)))
+#define RESERVE_ROWS(arena, type, count) ((type *)reserve_bytes((arena), (size_t)(count) * sizeof(type)))
 
 /* ---- bodies ---- */
 
@@ -197,6 +197,28 @@ typedef struct Surface { /* motion of a driven wall, a driven disc, or a conveyo
     double vy;
     double belt; /* speed of a conveyor's surface, to the left of the normal, metres per second */
 } Surface;
+
+typedef struct Point {
+    double x;
+    double y;
+} Point;
+
+typedef struct Leg { /* part of a driven body's path with constant velocity */
+    double begin;    /* since the epoch */
+    double end;      /* INF for the last leg */
+    double begins;   /* `begin` and `end`, since the start */
+    double ends;
+    double moved_x; /* displacement of the body at the begin of the leg, metres */
+    double moved_y;
+    double vx;
+    double vy;
+} Leg;
+
+/* Return the displacement of a driven body at a time within a leg of its path. */
+static inline Point displacement_on(const Leg *leg, double time) {
+    double lasted = time - leg->begin;
+    return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
+}
 
 typedef struct Turning { /* rotation of a disc, in a scene with spin */
     double spin;         /* radians per second, counterclockwise */
@@ -241,10 +263,10 @@ typedef struct Impact { /* a row of `carom.model.trace.IMPACT_DTYPE` */
     double second_after[2];
 } Impact;
 
-typedef struct Before { /* velocities before an impact; 0 for a wall at rest */
-    double first[2];
-    double second[2];
-} Before;
+static inline void write_velocity(double *velocity, double vx, double vy) {
+    velocity[0] = vx;
+    velocity[1] = vy;
+}
 
 typedef struct Spins { /* a row of `carom.model.trace.SPIN_DTYPE` */
     double first_before;

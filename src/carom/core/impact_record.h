@@ -61,11 +61,11 @@ static inline double clock_resolution(double time) {
 /* Ambiguous impacts: those whose result depends on an order that physics does not decide.
 
    An impact is ambiguous if it may have the same instant as an earlier recorded one that shares a movable disc with it.
-   Its resolution states how well both instants are known. It is not ambiguous if the two normals are exactly orthogonal,
-   because then neither impulse changes the result of the other impact. By convention, the order is (time, first,
-   second). Friction also acts perpendicular to the normal. So an impact with friction is stored with a NaN normal,
-   which is orthogonal to no other. `are_decidable` in `carom.core.wall_features` decides for which faces of finite
-   walls the order changes nothing.
+   Its resolution states how well both instants are known. It is not ambiguous if the two normals are exactly
+   orthogonal, because then neither impulse changes the result of the other impact. By convention, the order is (time,
+   first, second). Friction also acts perpendicular to the normal. So an impact with friction is stored with a NaN
+   normal, which is orthogonal to no other. `are_decidable` in `carom.core.wall_features` decides for which faces of
+   finite walls the order changes nothing.
 
    For each disc, two earlier impacts are sufficient. `Recent.furthest` is the impact whose interval of possible times
    ends last. If a new impact begins before that end and is not orthogonal to it, the new impact is ambiguous. If the
@@ -158,30 +158,13 @@ static inline bool reserve_row(Record *r) {
     return true;
 }
 
-/* Write an impact that was just applied to the next row, for which `reserve_row` has made room.
-
-   x, y and `feature` are those of a `Contact`. The velocity of a wall is the same before and after. */
-static inline void write_impact_row(Record *r, double time, Index first, Index second, double nx, double ny,
-                                    const Before *before, const double *after1, const double *after2,
-                                    const Spins *spins, double x, double y, Index feature) {
-    Impact *row = &r->rows[r->count];
-    row->time = time;
-    row->first = first;
-    row->second = second;
-    row->normal[0] = nx;
-    row->normal[1] = ny;
-    row->first_before[0] = before->first[0];
-    row->first_before[1] = before->first[1];
-    row->second_before[0] = before->second[0];
-    row->second_before[1] = before->second[1];
-    row->first_after[0] = after1[0];
-    row->first_after[1] = after1[1];
-    row->second_after[0] = after2[0];
-    row->second_after[1] = after2[1];
+/* Write an impact that was just applied to the next row, for which `reserve_row` has made room. */
+static inline void write_impact_row(Record *r, const Impact *impact, const Spins *spins, Contact contact) {
+    r->rows[r->count] = *impact;
     if (r->has_spins)
         r->spins[r->count] = *spins;
     if (r->has_contacts)
-        r->contacts[r->count] = (Contact){x, y, feature};
+        r->contacts[r->count] = contact;
     r->count += 1;
 }
 
@@ -196,17 +179,20 @@ typedef struct Ambiguity {
 } Ambiguity;
 
 /* Store an impact for comparison with later ones. Return whether it is ambiguous itself. */
-static inline bool note_impact(const Record *r, double time, Index first, Index second, double nx, double ny,
-                               const Ambiguity *a) {
+static inline bool note_impact(const Record *r, const Impact *impact, const Ambiguity *a) {
+    double time = impact->time, nx = impact->normal[0], ny = impact->normal[1];
     int feature = a->feature;
     if (CAROM_UNLIKELY(a->slides)) { /* no impact is orthogonal to one with friction */
         nx = ny = NAN;
         feature = NO_FEATURE;
     }
-    bool ambiguous =
-        a->moves1 && add_contact(&r->recent[first], time, a->resolution, nx, ny, feature, a->elastic, &r->corners);
-    if (a->moves2 && add_contact(&r->recent[second], time, a->resolution, nx, ny, feature, a->elastic, &r->corners))
-        ambiguous = true;
+    int64_t bodies[2] = {impact->first, impact->second};
+    bool moves[2] = {a->moves1, a->moves2}, ambiguous = false;
+    for (int k = 0; k < 2; k++) {
+        Recent *recent = &r->recent[moves[k] ? bodies[k] : 0];
+        if (moves[k] && add_contact(recent, time, a->resolution, nx, ny, feature, a->elastic, &r->corners))
+            ambiguous = true;
+    }
     return ambiguous;
 }
 
@@ -217,10 +203,9 @@ static inline void mark_ambiguous(Record *r) {
 }
 
 /* Record an impact that was just applied, and mark it if it is ambiguous. */
-static inline void record_impact(Record *r, double time, Index first, Index second, double nx, double ny,
-                                 const Before *before, const double *after1, const double *after2, const Spins *spins,
-                                 double x, double y, Index contact_feature, const Ambiguity *a) {
-    if (CAROM_UNLIKELY(note_impact(r, time, first, second, nx, ny, a)))
+static inline void record_impact(Record *r, const Impact *impact, const Spins *spins, Contact contact,
+                                 const Ambiguity *a) {
+    if (CAROM_UNLIKELY(note_impact(r, impact, a)))
         mark_ambiguous(r);
-    write_impact_row(r, time, first, second, nx, ny, before, after1, after2, spins, x, y, contact_feature);
+    write_impact_row(r, impact, spins, contact);
 }

@@ -71,6 +71,12 @@ typedef struct RunInput {
     double max_waste; /* how much work of skipping may be wasted: see `State.max_waste` in pit/state.h */
 } RunInput;
 
+/* Return leg `n` of all paths. */
+static inline Leg leg_of(const RunInput *input, Index n) {
+    const double *leg = input->legs + LEG_NUMBERS * n;
+    return (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
+}
+
 /* Return whether some impact has restitution 0. */
 static inline bool can_stop(const RunInput *input) {
     bool found = input->law.restitution == 0.0 || (input->wall_count > 0 && input->law.wall_restitution == 0.0);

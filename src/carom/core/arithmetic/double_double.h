@@ -168,6 +168,13 @@ static inline DoubleDouble exact_sum(const double *terms, int count) {
     return two_sum(sum.high, sum.low);
 }
 
+/* Return the square root of a pair: the float near it, and its rest. */
+static inline DoubleDouble pair_root(DoubleDouble a) {
+    double root = sqrt(a.high);
+    DoubleDouble square = two_prod(root, root);
+    return (DoubleDouble){root, (((a.high - square.high) - square.low) + a.low) / (2.0 * root)};
+}
+
 /* Return the length of a vector of any size to the nearest float. It is the root of an error-free sum of squares,
    corrected once. */
 static inline double nearest_length(double x, double y) {
@@ -181,9 +188,8 @@ static inline double nearest_length(double x, double y) {
     DoubleDouble xx = two_prod(x, x), yy = two_prod(y, y);
     DoubleDouble sum = two_sum(xx.high, yy.high);
     sum = two_sum(sum.high, sum.low + (xx.low + yy.low));
-    double root = sqrt(sum.high);
-    DoubleDouble square = two_prod(root, root);
-    return ldexp(root + (((sum.high - square.high) - square.low) + sum.low) / (2.0 * root), exponent);
+    DoubleDouble root = pair_root(sum);
+    return ldexp(root.high + root.low, exponent);
 }
 
 /* ---- instants ---- */

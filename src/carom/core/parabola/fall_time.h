@@ -52,11 +52,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     }
     if (w > 0.0 && !(s > 0.0))
         return exact_root(speed, twice, d);
-    double root = sqrt(d.high);
-    DoubleDouble square = two_prod(root, root);
-    DoubleDouble sum = two_sum(s, root);
-    double rest = (((d.high - square.high) - square.low) + d.low) / (2.0 * root);
-    return linear_root((DoubleDouble){sum.high, sum.low + (speed.low + rest)}, pull);
+    DoubleDouble root = pair_root(d), sum = two_sum(s, root.high);
+    return linear_root((DoubleDouble){sum.high, sum.low + (speed.low + root.low)}, pull);
 }
 
 /* Return the seconds until a disc touches the line of a half-plane. */
@@ -73,10 +70,10 @@ static inline double plane_fall_time(const Mover *disc, const Feature *plane, do
 /* Return whether a disc's foot is on the edge at a time. If rounding decides, face and vertex have the same impact. */
 static inline bool foot_is_on_face(const Mover *disc, const Feature *face, double time, double ax, double ay) {
     double moved_x = time * (disc->ux.high + 0.5 * ax * time), moved_y = time * (disc->uy.high + 0.5 * ay * time);
-    double x = offset_from(disc->x, face->x.high).high + moved_x;
-    double y = offset_from(disc->y, face->y.high).high + moved_y;
-    double x_from_end = offset_from(disc->x, face->fx.high).high + moved_x;
-    double y_from_end = offset_from(disc->y, face->fy.high).high + moved_y;
+    double x = offset_between(disc->x, face->x).high + moved_x;
+    double y = offset_between(disc->y, face->y).high + moved_y;
+    double x_from_end = offset_between(disc->x, face->fx).high + moved_x;
+    double y_from_end = offset_between(disc->y, face->fy).high + moved_y;
     return face->ex.high * x + face->ey.high * y >= 0.0 &&
            0.0 >= face->ex.high * x_from_end + face->ey.high * y_from_end;
 }

@@ -116,10 +116,6 @@ static inline DoubleDouble square_pair(DoubleDouble a) {
     return quick_sum(p.high, p.low + 2.0 * (a.high * a.low));
 }
 
-static inline DoubleDouble signed_pair(DoubleDouble a, double sign) {
-    return (DoubleDouble){sign * a.high, sign * a.low};
-}
-
 /* Add the square of a position to a sum, with an error of at most 2^-145 of its terms. */
 static inline TripleDouble add_place_square(TripleDouble total, TripleDouble x) {
     total = add_product(total, x.high, x.high);
@@ -135,7 +131,7 @@ static inline void write_excess(const CircleGap *gap, PairPolynomial *p) {
     TripleDouble total = add_square(empty_sum(), gap->reach, -1.0);
     total = add_place_square(total, place_parts(path->x, path->from_x));
     total = add_place_square(total, place_parts(path->y, path->from_y));
-    p->power[0] = signed_pair(round_sum(total), gap->is_inside ? -1.0 : 1.0);
+    p->power[0] = times_power_of_two(round_sum(total), gap->is_inside ? -1.0 : 1.0);
     p->size[0] = fabs(p->power[0].high) + 0x1p-44 * p->size[0];
 }
 
@@ -151,7 +147,7 @@ static inline void write_opening(const CircleGap *gap, PairPolynomial *p) {
     const FallPath *path = &gap->path;
     TripleDouble total = add_place_product(empty_sum(), place_parts(path->x, path->from_x), path->ux);
     total = add_place_product(total, place_parts(path->y, path->from_y), path->uy);
-    p->power[1] = signed_pair(round_sum(total), gap->is_inside ? -2.0 : 2.0);
+    p->power[1] = times_power_of_two(round_sum(total), gap->is_inside ? -2.0 : 2.0);
     p->size[1] = fabs(p->power[1].high) + 0x1p-44 * p->size[1];
 }
 
@@ -172,11 +168,11 @@ static inline void write_circle_pairs(const void *source, PairPolynomial *p) {
     DoubleDouble opening = sum_pairs(pair_product(x, ux), pair_product(y, uy));
     DoubleDouble speed2 = sum_pairs(square_pair(ux), square_pair(uy));
     DoubleDouble pull = sum_pairs(times_double(x, ax), times_double(y, ay));
-    p->power[0] = signed_pair(sum_pairs(distance2, negate(reach2)), sign);
-    p->power[1] = signed_pair(opening, 2.0 * sign);
-    p->power[2] = signed_pair(sum_pairs(speed2, pull), sign);
-    p->power[3] = signed_pair(sum_pairs(times_double(ux, ax), times_double(uy, ay)), sign);
-    p->power[4] = signed_pair(sum_pairs(two_prod(ax, ax), two_prod(ay, ay)), 0.25 * sign);
+    p->power[0] = times_power_of_two(sum_pairs(distance2, negate(reach2)), sign);
+    p->power[1] = times_power_of_two(opening, 2.0 * sign);
+    p->power[2] = times_power_of_two(sum_pairs(speed2, pull), sign);
+    p->power[3] = times_power_of_two(sum_pairs(times_double(ux, ax), times_double(uy, ay)), sign);
+    p->power[4] = times_power_of_two(sum_pairs(two_prod(ax, ax), two_prod(ay, ay)), 0.25 * sign);
     if (fabs(p->power[0].high) < 0x1p-10 * p->size[0])
         write_excess(gap, p);
     if (gap->has_left)
@@ -250,8 +246,8 @@ static inline void write_line_pairs(const void *source, PairPolynomial *p) {
     const LineGap *gap = source;
     const FallPath *path = &gap->path;
     const bool is_across = gap->kind == ACROSS;
-    DoubleDouble fx = signed_pair(is_across ? gap->fy : gap->fx, gap->sense);
-    DoubleDouble fy = is_across ? signed_pair(gap->fx, -gap->sense) : signed_pair(gap->fy, gap->sense);
+    DoubleDouble fx = times_power_of_two(is_across ? gap->fy : gap->fx, gap->sense);
+    DoubleDouble fy = is_across ? times_power_of_two(gap->fx, -gap->sense) : times_power_of_two(gap->fy, gap->sense);
     double x_size = place_size(path->x, path->from_x), y_size = place_size(path->y, path->from_y);
     double fx_size = fabs(fx.high), fy_size = fabs(fy.high);
     TripleDouble place = add_place_product(empty_sum(), place_parts(path->x, path->from_x), fx);

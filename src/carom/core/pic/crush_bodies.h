@@ -6,17 +6,6 @@
 
 /* ---- bodies at an instant ---- */
 
-/* Return the state of a disc at a time on its present path. */
-static inline Motion disc_motion(const State *s, Index i, double time) {
-    const Disc *a = &s->discs[i];
-    if (a->inverse_mass == 0.0)
-        return immovable_state(s, i, time);
-    if (s->accelerated.paths != NULL)
-        return motion_at(s, i, (Instant){time, 0.0});
-    Point centre = position_at(a, time);
-    return (Motion){centre.x, centre.y, a->vx, a->vy};
-}
-
 typedef struct LegsAhead { /* the legs of a body's path from a time on */
     const Leg *legs;
     Index count; /* 1 for a body that is not driven */
@@ -39,18 +28,6 @@ static inline double top_speed(const State *s, Index body, double time) {
     for (Index n = 0; n < ahead.count; n++)
         fastest = greater(fastest, nearest_length(ahead.legs[n].vx, ahead.legs[n].vy));
     return fastest;
-}
-
-/* Return a disc at its own time relative to a wall. */
-static inline Motion motion_seen_from_wall(const State *s, Index i, Index wall) {
-    const Disc *a = &s->discs[i];
-    const Driven *row = driven_row(&s->driving, -1 - wall);
-    if (row == NULL || row->leg_count == 0)
-        return (Motion){a->x, a->y, a->vx, a->vy};
-    const Leg *leg = &s->driving.legs[leg_at(&s->driving, row, a->time)];
-    Motion there = disc_motion(s, i, a->time);
-    Point moved = displacement_on(leg, a->time);
-    return (Motion){there.x - moved.x, there.y - moved.y, there.vx - leg->vx, there.vy - leg->vy};
 }
 
 static inline double belt_of(const State *s, Index wall) {
@@ -96,7 +73,7 @@ static inline bool is_disturbed(const State *s, Index i, IsAmong is_among, const
     for (Index j = 0; j < s->disc_count; j++) {
         if (j == i || is_among(s, bodies, j))
             continue;
-        Motion other = disc_motion(s, j, now);
+        Motion other = disc_motion(s, j, (Instant){now, 0.0});
         double room = nearest_length(other.x - a->x, other.y - a->y) - a->radius - s->discs[j].radius;
         double fastest = greater(nearest_length(other.vx, other.vy), top_speed(s, j, now));
         if (room <= way + fall + fastest * seconds)

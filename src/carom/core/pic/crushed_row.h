@@ -86,7 +86,7 @@ static inline double component_across(double x, double y, double nx) {
 static inline bool find_row_end(const State *s, const RowSide *side, double nx, double ny, double time, Motion *end) {
     Index body = side->end.body;
     if (body >= 0) {
-        Motion there = disc_motion(s, body, time);
+        Motion there = disc_motion(s, body, (Instant){time, 0.0});
         double radius = s->discs[body].radius;
         *end = (Motion){there.x + radius * nx, there.y + radius * ny, there.vx, there.vy};
         return true;
@@ -106,7 +106,7 @@ static inline bool find_row_end(const State *s, const RowSide *side, double nx, 
                component_across(f->fy.high - f->y.high, -(f->fx.high - f->x.high), nx) == 0.0;
     } else {
         depth = f->kind == INNER_ARC ? f->half_width - f->size.high : f->half_width + f->size.high;
-        Motion seen = disc_motion(s, side->next_to_end, time);
+        Motion seen = disc_motion(s, side->next_to_end, (Instant){time, 0.0});
         fits = component_across(seen.x - moved.x - f->x.high, seen.y - moved.y - f->y.high, nx) == 0.0;
     }
     *end = (Motion){f->x.high + moved.x + depth * nx, f->y.high + moved.y + depth * ny, leg->vx, leg->vy};
@@ -115,7 +115,7 @@ static inline bool find_row_end(const State *s, const RowSide *side, double nx, 
 
 /* Return whether the discs of a row, and discs at its ends, are on one line at a time, without velocity across it. */
 static inline bool is_on_line(const State *s, const Row *row, double nx, double time) {
-    Motion from = disc_motion(s, row->disc, time);
+    Motion from = disc_motion(s, row->disc, (Instant){time, 0.0});
     if (component_across(from.vx, from.vy, nx) != 0.0)
         return false;
     for (int n = 0; n < 2; n++) {
@@ -124,7 +124,7 @@ static inline bool is_on_line(const State *s, const Row *row, double nx, double 
             disc = next_in_row(s, &row->side[n], disc);
             if (disc < 0)
                 break;
-            Motion there = disc_motion(s, disc, time);
+            Motion there = disc_motion(s, disc, (Instant){time, 0.0});
             if (component_across(there.x, there.y, nx) != component_across(from.x, from.y, nx) ||
                 component_across(there.vx, there.vy, nx) != 0.0)
                 return false;

@@ -36,12 +36,6 @@ static inline Index leg_at(const Driving *d, const Driven *row, double time) {
     return low;
 }
 
-/* Return the displacement of a body at a time within a leg of its path. */
-static inline Point displacement_on(const Leg *leg, double time) {
-    double lasted = time - leg->begin;
-    return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
-}
-
 /* Return a disc on its present path at a time, relative to a wall on a leg of its path. */
 static inline Disc seen_from_leg(const Disc *a, const Leg *leg, double time) {
     Disc seen = *a;

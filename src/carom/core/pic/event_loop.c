@@ -294,17 +294,7 @@ void carom_resume(State *s) {
 
 void carom_states(const State *s, double time, double time_low, double *states) {
     for (Index i = 0; i < s->disc_count; i++) {
-        const Disc *a = &s->discs[i];
-        Motion there = {a->x, a->y, a->vx, a->vy};
-        if (a->inverse_mass == 0.0) {
-            there = immovable_state(s, i, time);
-        } else if (s->accelerated.paths != NULL) {
-            there = motion_at(s, i, (Instant){time, time_low});
-        } else {
-            Point centre = position_at(a, time);
-            there.x = centre.x;
-            there.y = centre.y;
-        }
+        Motion there = disc_motion(s, i, (Instant){time, time_low});
         memcpy(states + 4 * i, (double[]){there.x, there.y, there.vx, there.vy}, 4 * sizeof(double));
     }
 }

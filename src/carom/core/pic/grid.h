@@ -166,12 +166,9 @@ static inline void fill_cells(State *s) {
             g->cells[i].disc[k] = NOBODY;
     }
     for (Index i = 0; i < s->disc_count; i++) {
-        Point centre = position_at(&s->discs[i], s->clock.now);
-        if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
-            Motion there = motion_at(s, i, now_instant(s));
-            centre = (Point){there.x, there.y};
+        Motion centre = disc_motion(s, i, now_instant(s));
+        if (CAROM_UNLIKELY(s->accelerated.paths != NULL))
             s->accelerated.paths[i].entered = s->clock.now;
-        }
         double column = (centre.x - g->x0) / g->width;
         double row = (centre.y - g->y0) / g->width;
         add_to_cell(s, i, 1 + clamp_to_cells(row, g->rows), 1 + clamp_to_cells(column, g->columns));

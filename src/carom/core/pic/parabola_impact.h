@@ -60,19 +60,12 @@ static inline void end_in_contact(State *s, Index i, Index other, Index obstacle
 static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact, const Spins *spins, Point place,
                                  Index feature, const Ambiguity *ambiguity) {
     Record *r = &s->record;
-    bool is_ambiguous = note_impact(r, impact->time, (Index)impact->first, (Index)impact->second, impact->normal[0],
-                                    impact->normal[1], ambiguity);
+    bool is_ambiguous = note_impact(r, impact, ambiguity);
     if (is_wanted) {
-        Before before = {
-            {impact->first_before[0], impact->first_before[1]},
-            {impact->second_before[0], impact->second_before[1]},
-        };
         if (is_ambiguous) {
             mark_ambiguous(r);
         }
-        write_impact_row(r, impact->time, (Index)impact->first, (Index)impact->second, impact->normal[0],
-                         impact->normal[1], &before, impact->first_after, impact->second_after, spins, place.x, place.y,
-                         feature);
+        write_impact_row(r, impact, spins, (Contact){place.x, place.y, feature});
     }
     Index struck[2] = {(Index)impact->first, (Index)impact->second};
     for (int k = 0; k < 2; k++) {
@@ -190,20 +183,6 @@ static inline bool apply_parabola_pair(State *s, Index i, Index j, Instant at, b
 
 /* ---- a disc and a wall ---- */
 
-/* Return the state of a disc at the present instant relative to the wall of feature k. */
-static inline Motion seen_from_feature(const State *s, Index i, Index k) {
-    const Disc *a = &s->discs[i];
-    Motion seen = {a->x, a->y, a->vx, a->vy};
-    const Driven *row = driven_row(&s->driving, -1 - (Index)s->features[k].wall);
-    if (row != NULL && row->leg_count > 0) {
-        const Leg *leg = &s->driving.legs[leg_at(&s->driving, row, a->time)];
-        Motion there = motion_at(s, i, (Instant){a->time, 0.0});
-        Point moved = displacement_on(leg, a->time);
-        seen = (Motion){there.x - moved.x, there.y - moved.y, there.vx - leg->vx, there.vy - leg->vy};
-    }
-    return seen;
-}
-
 /* Return whether disc `i` returns at a time to feature k with the speed at which it left. This requires that the
    feature is flat, and that the wall is still on the same leg of its path. */
 static inline bool returns_to(const State *s, Index i, Index k, double time) {
@@ -249,7 +228,7 @@ static inline Encountered encounter_feature(const State *s, Index i, Index k, co
 /* Make a disc leave a wall at a normal speed; 0 for a disc that rests on it. */
 static inline void leave_wall(State *s, Index i, Index k, Direction n, double speed) {
     Disc *a = &s->discs[i];
-    Motion seen = seen_from_feature(s, i, k);
+    Motion seen = motion_seen_from_wall(s, i, s->features[k].wall);
     double change = speed - wall_speed(seen.vx, seen.vy, n.x, n.y).high;
     a->vx += change * n.x;
     a->vy += change * n.y;
@@ -259,18 +238,10 @@ static inline void leave_wall(State *s, Index i, Index k, Direction n, double sp
 /* Apply the friction of a wall and its rolling resistance to a disc with the relative velocity `seen`. */
 static inline void slide_on_wall(State *s, Index i, const Law *law, double belt, Direction n, const Motion *seen,
                                  double pressed) {
-    Disc *a = &s->discs[i];
-    Turning *turning = &s->turning[i];
-    double y = turning->inverse_inertia_ratio, rim = a->radius * turning->spin;
-    double slip = seen->vx * n.y - seen->vy * n.x + a->radius * turning->spin;
-    if (belt != 0.0) {
-        slip += belt;
-    }
-    Frictions by = frictional_impulses(&law->wall_contact, s->accelerated.rolling_resistance, (Slips){slip, rim}, y, pressed);
+    Body body = body_of(s, i, true);
+    Frictions by = rub_on_wall(&law->wall_contact, s->accelerated.rolling_resistance, belt, n.x, n.y, seen->vx, seen->vy,
+                               pressed, &body);
     s->accelerated.paths[i].sticks = by.sticks;
-    a->vx -= by.friction * n.y;
-    a->vy += by.friction * n.x;
-    turning->spin = by.blocks ? 0.0 : turning->spin - (by.friction + by.rolling) * y / a->radius;
 }
 
 /* Begin lasting contact if the disc is in flight and feature k is straight. Return false and set `State.stopped` if the
@@ -310,7 +281,7 @@ static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, b
     }
     move_on_parabola(s, i, now);
     extend_box(&s->visited, a->x, a->y);
-    Motion seen = seen_from_feature(s, i, k);
+    Motion seen = motion_seen_from_wall(s, i, f->wall);
     Mover disc = mover_at(seen.x, seen.y, seen.vx, seen.vy, a->radius);
     Direction n = normal_at(f, &disc);
     Encountered met = encounter_feature(s, i, k, &seen, n);

@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include "carom/core/damping.h"
 #include "carom/core/parabola/fall_bounds.h"
 #include "carom/core/pic/driven_path.h"
 #include "carom/core/impact_record.h"
@@ -64,6 +65,29 @@ static inline Motion motion_at(const State *s, Index i, Instant at) {
     };
 }
 
+/* Return the state of a disc at an instant on its present path, whatever its motion is. */
+static inline Motion disc_motion(const State *s, Index i, Instant at) {
+    const Disc *a = &s->discs[i];
+    if (a->inverse_mass == 0.0 || s->accelerated.paths != NULL) {
+        return motion_at(s, i, at);
+    }
+    Point centre = position_at(a, at.high);
+    return (Motion){centre.x, centre.y, a->vx, a->vy};
+}
+
+/* Return a disc at its own time relative to a wall. */
+static inline Motion motion_seen_from_wall(const State *s, Index i, Index wall) {
+    const Disc *a = &s->discs[i];
+    const Driven *row = driven_row(&s->driving, -1 - wall);
+    if (row == NULL || row->leg_count == 0) {
+        return (Motion){a->x, a->y, a->vx, a->vy};
+    }
+    const Leg *leg = &s->driving.legs[leg_at(&s->driving, row, a->time)];
+    Motion there = disc_motion(s, i, (Instant){a->time, 0.0});
+    Point moved = displacement_on(leg, a->time);
+    return (Motion){there.x - moved.x, there.y - moved.y, there.vx - leg->vx, there.vy - leg->vy};
+}
+
 /* Return the spin of a disc at an instant. It changes only in contact. */
 static inline double spin_at(const State *s, Index i, Instant at) {
     const Parabola *p = &s->accelerated.paths[i];
@@ -75,16 +99,11 @@ static inline double spin_at(const State *s, Index i, Instant at) {
 static inline void slow_down(State *s, Index i) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
-    double speed = nearest_length(a->vx, a->vy);
-    if (a->inverse_mass == 0.0 || speed == 0.0) {
-        p->ax = p->ay = 0.0;
-        p->ends = NEVER;
-        return;
-    }
-    double rate = -s->accelerated.deceleration; /* times a unit vector: divided by a tiny speed, it would be infinite */
-    p->ax = rate * (a->vx / speed);
-    p->ay = rate * (a->vy / speed);
-    p->ends = instant_after(own_instant(a, p), speed / s->accelerated.deceleration);
+    double moves = a->inverse_mass > 0.0; /* a driven disc is not slowed */
+    Slowing slowing = slowing_by(s->accelerated.deceleration, moves * a->vx, moves * a->vy, own_instant(a, p));
+    p->ax = slowing.ax;
+    p->ay = slowing.ay;
+    p->ends = slowing.stops;
 }
 
 /* Move a disc along its path to an instant, which becomes its own instant. */

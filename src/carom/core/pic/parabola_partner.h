@@ -87,7 +87,7 @@ static inline void solve_meeting(const State *s, Index i, Meeting *m) {
 
 /* Return whether a candidate precedes another: by time, then a bound before an exact time, then by the disc's
    number. */
-static inline bool precedes(const Meeting *a, const Meeting *b) {
+static inline bool is_preceding(const Meeting *a, const Meeting *b) {
     if (a->time.high != b->time.high) {
         return a->time.high < b->time.high;
     }
@@ -103,7 +103,7 @@ static inline Meeting earliest_meeting_of(const State *s, Index i, Meeting *cand
         Index first = 0;
         double second = CAROM_INF;
         for (Index k = 1; k < count; k++) {
-            if (precedes(&candidates[k], &candidates[first])) {
+            if (is_preceding(&candidates[k], &candidates[first])) {
                 second = lesser(second, candidates[first].time.high);
                 first = k;
             } else {

@@ -20,13 +20,13 @@ static inline Index last_partner(const State *s, Index i) {
 
 /* Return whether disc `i` does not approach a body on its present path, because an impact has left it no normal
    speed. */
-static inline bool parts_from(const State *s, Index i, Index body) {
+static inline bool is_parting_from(const State *s, Index i, Index body) {
     return s->discs[i].inverse_mass == 0.0 || s->discs[i].last == body || is_touched(&s->touched[i], body);
 }
 
 /* Return whether two discs touch without normal speed, or are still on the paths that began at their own impact. */
 static inline bool are_parting(const State *s, Index i, Index j) {
-    return parts_from(s, i, j) && parts_from(s, j, i);
+    return is_parting_from(s, i, j) && is_parting_from(s, j, i);
 }
 
 /* Return when a body begins another leg of its path, since the start; infinity for never. */

@@ -165,8 +165,6 @@ static inline void fill_driving(State *s, const RunInput *input) {
             }
         }
     }
-    for (Index i = 0; i < s->driving.leg_count; i++) {
-        const double *leg = input->legs + LEG_NUMBERS * i;
-        s->driving.legs[i] = (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
-    }
+    for (Index i = 0; i < s->driving.leg_count; i++)
+        s->driving.legs[i] = leg_of(input, i);
 }

@@ -116,17 +116,6 @@ typedef struct Prediction { /* 32 bytes: the next impact of a disc, and when it 
 
 /* ---- driven bodies ---- */
 
-typedef struct Leg { /* part of a driven body's path with constant velocity */
-    double begin;    /* since the epoch */
-    double end;      /* INF for the last leg */
-    double begins;   /* `begin` and `end`, since the start */
-    double ends;
-    double moved_x; /* displacement of the body at the begin of the leg, metres */
-    double moved_y;
-    double vx;
-    double vy;
-} Leg;
-
 typedef struct Driven { /* a driven body, or a wall with a moving surface */
     Index body;         /* disc i as i, wall k as -1 - k */
     Index first_leg;    /* of its path, in `Driving.legs` */

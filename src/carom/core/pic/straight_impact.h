@@ -35,7 +35,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
     move_to(b, s->clock.now);
     double dx = b->x - a->x;
     double dy = b->y - a->y;
-    Before before = {{a->vx, a->vy}, {b->vx, b->vy}};
+    double avx = a->vx, avy = a->vy, bvx = b->vx, bvy = b->vy;
     Body first = body_of(s, i, has_spins);
     Body second = body_of(s, j, has_spins);
     Spins spins;
@@ -54,13 +54,13 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
         double distance = sqrt(distance2);
         double nx = dx / distance;
         double ny = dy / distance;
-        double ux = before.first[0] - before.second[0];
-        double uy = before.first[1] - before.second[1];
+        double ux = avx - bvx;
+        double uy = avy - bvy;
         double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
         double resolution =
             pair_resolution(sizes, reach, ux, uy, ux * nx + uy * ny) + clock_resolution(s->clock.reported);
-        record_impact(&s->record, s->clock.reported, i, j, nx, ny, &before, &a->vx, &b->vx, &spins, a->x, a->y,
-                      NO_FEATURE,
+        Impact impact = {s->clock.reported, i, j, {nx, ny}, {avx, avy}, {bvx, bvy}, {a->vx, a->vy}, {b->vx, b->vy}};
+        record_impact(&s->record, &impact, &spins, (Contact){a->x, a->y, NO_FEATURE},
                       &(Ambiguity){resolution, s->law.contact.friction > 0.0, a->inverse_mass > 0.0,
                                    b->inverse_mass > 0.0, NO_FEATURE, false});
     }
@@ -75,7 +75,7 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
     count_impact(s, time);
     bool is_elastic = is_one_contact(s, i);
     move_to(a, s->clock.now);
-    Before before = {{a->vx, a->vy}, {0.0, 0.0}};
+    double avx = a->vx, avy = a->vy;
     Body body = body_of(s, i, has_spins);
     Spins spins;
     double along = collide_wall(&s->law, &w, NULL, &body, is_elastic, has_spins, &spins);
@@ -88,8 +88,8 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
     if (CAROM_UNLIKELY(is_wanted)) {
         double sizes = size_of(a->x, a->y, a->radius) + size_of(w.x, w.y, 0.0);
         double resolution = wall_resolution(sizes, -along) + clock_resolution(s->clock.reported);
-        record_impact(&s->record, s->clock.reported, i, -1 - k, -w.nx, -w.ny, &before, &a->vx, before.second, &spins,
-                      a->x, a->y, k,
+        Impact impact = {s->clock.reported, i, -1 - k, {-w.nx, -w.ny}, {avx, avy}, {0.0}, {a->vx, a->vy}, {0.0}};
+        record_impact(&s->record, &impact, &spins, (Contact){a->x, a->y, k},
                       &(Ambiguity){resolution, s->law.wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
     }
 }
@@ -140,7 +140,7 @@ static inline Direction apply_feature_impact(State *s, Index i, Index k, double 
         surface = surface_at(s, row, a->time);
     }
     Mover disc = mover_of(seen);
-    Before before = {{a->vx, a->vy}, {surface.vx, surface.vy}};
+    double avx = a->vx, avy = a->vy;
     Body body = body_of(s, i, has_spins);
     Spins spins;
     Direction normal = normal_at(f, &disc);
@@ -157,8 +157,9 @@ static inline Direction apply_feature_impact(State *s, Index i, Index k, double 
     if (is_wanted) {
         double resolution = feature_resolution(f, a, ux, uy, -along, returns);
         resolution += clock_resolution(s->clock.reported);
-        record_impact(&s->record, s->clock.reported, i, -1 - (Index)f->wall, -w.nx, -w.ny, &before, &a->vx,
-                      before.second, &spins, seen->x, seen->y, k,
+        Impact impact = {s->clock.reported, i, -1 - (Index)f->wall, {-w.nx, -w.ny}, {avx, avy},
+                         {surface.vx, surface.vy}, {a->vx, a->vy}, {surface.vx, surface.vy}};
+        record_impact(&s->record, &impact, &spins, (Contact){seen->x, seen->y, k},
                       &(Ambiguity){resolution, law->wall_contact.friction > 0.0, true, false,
                                    f->kind == PLANE ? NO_FEATURE : (int)k, law->wall_restitution == 1.0});
     }

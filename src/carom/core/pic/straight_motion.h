@@ -8,11 +8,6 @@
 
 #include "carom/core/pic/state.h"
 
-typedef struct Point {
-    double x;
-    double y;
-} Point;
-
 /* ---- position ---- */
 
 /* Return a disc's centre after a wait, counted from its own time. */

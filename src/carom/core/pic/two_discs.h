@@ -44,8 +44,7 @@ static inline void move_disc(FreeDisc *a, double wait) {
 static inline void write_disc(const FreeDisc *a, double wait, double *position, double *velocity) {
     position[0] = a->x + a->vx * wait;
     position[1] = a->y + a->vy * wait;
-    velocity[0] = a->vx;
-    velocity[1] = a->vy;
+    write_velocity(velocity, a->vx, a->vy);
 }
 
 /* Set the velocities of two discs in contact after their impact, and record it. Return whether the impact has a
@@ -63,10 +62,8 @@ static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double re
         .second_before = {b->vx, b->vy},
     };
     bounce_pair(dx, dy, &a->vx, a->inverse_mass, &b->vx, b->inverse_mass, restitution);
-    row->first_after[0] = a->vx;
-    row->first_after[1] = a->vy;
-    row->second_after[0] = b->vx;
-    row->second_after[1] = b->vy;
+    write_velocity(row->first_after, a->vx, a->vy);
+    write_velocity(row->second_after, b->vx, b->vy);
     return are_distinguishable(a->x, a->y, b->x, b->y, a->radius + b->radius);
 }
 

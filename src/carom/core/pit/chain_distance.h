@@ -30,11 +30,6 @@ typedef struct Chain { /* a finite wall; a half-plane has no edges */
     double size; /* an upper bound of all its coordinates and radii */
 } Chain;
 
-typedef struct Point {
-    double x;
-    double y;
-} Point;
-
 typedef struct Nearest { /* point of a chain */
     double x;
     double y;

@@ -34,7 +34,7 @@ static inline bool skip_frames(State *s, Index until) {
         return false;
     advance_over_frames(s, before, count);
     s->counts.frames += count;
-    save(s, count);
+    save_frames(s, count);
     s->work -= (double)(count * s->disc_count);
     return true;
 }
@@ -137,5 +137,5 @@ static inline void test_due(State *s) {
         if (s->counts.frames == 1)
             s->first_search = s->excess;
     }
-    save(s, 1);
+    save_frames(s, 1);
 }

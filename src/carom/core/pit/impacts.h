@@ -90,33 +90,19 @@ static inline Body body_of(const State *s, Index i) {
     return (Body){&a->vx, a->inverse_mass, a->radius, &s->turning[s->record.has_spins ? i : 0]};
 }
 
-/* Record an impact that was just applied at this frame.
-
-   With damping, the recorded velocities and spins are the damped ones: 1 - c s times the undamped ones. */
-static inline void record_at_frame(State *s, Index first, Index second, double nx, double ny, const Before *before,
-                                   const double *after2, const Spins *spins, const Disc *contact, Index feature,
+/* Record an impact that was just applied at this frame. With damping, the recorded velocities and spins are the damped
+   ones. */
+static inline void record_at_frame(State *s, const Impact *impact, const Spins *spins, Contact contact,
                                    const Ambiguity *ambiguity) {
     Record *r = &s->record;
     s->is_settled = false;
-    record_impact(r, s->now, first, second, nx, ny, before, &s->discs[first].vx, after2, spins, contact->x, contact->y,
-                  feature, ambiguity);
+    record_impact(r, impact, spins, contact, ambiguity);
     if (s->damping.rate > 0.0) {
         double kept = 1.0 - s->damping.rate * s->now;
-        Impact *row = &r->rows[r->count - 1];
-        row->time = s->reported;
-        for (int k = 0; k < 2; k++) {
-            row->first_before[k] *= kept;
-            row->second_before[k] *= kept;
-            row->first_after[k] *= kept;
-            row->second_after[k] *= kept;
-        }
-        if (r->has_spins) {
-            Spins *row_spins = &r->spins[r->count - 1];
-            row_spins->first_before *= kept;
-            row_spins->second_before *= kept;
-            row_spins->first_after *= kept;
-            row_spins->second_after *= kept;
-        }
+        slow_impact(&r->rows[r->count - 1], kept);
+        r->rows[r->count - 1].time = s->reported;
+        if (r->has_spins)
+            slow_spin(&r->spins[r->count - 1], kept);
     }
 }
 
@@ -134,36 +120,22 @@ static inline void apply_pair_impact(State *s, Index i, Index j) {
     }
     double dx = b->x - a->x;
     double dy = b->y - a->y;
-    Before before = {{a->vx, a->vy}, {b->vx, b->vy}};
+    double distance = sqrt(dx * dx + dy * dy), nx = dx / distance, ny = dy / distance;
+    Impact impact = {s->now, i, j, {nx, ny}, {a->vx, a->vy}, {b->vx, b->vy}, {0.0}, {0.0}};
     Body first = body_of(s, i);
     Body second = body_of(s, j);
     Spins spins;
     collide_discs(&s->law, dx, dy, &first, &second, false, s->record.has_spins, &spins);
     a->last = (int)j;
     b->last = (int)i;
-    double distance = sqrt(dx * dx + dy * dy);
-    record_at_frame(s, i, j, dx / distance, dy / distance, &before, &b->vx, &spins, a, NO_FEATURE,
+    write_velocity(impact.first_after, a->vx, a->vy);
+    write_velocity(impact.second_after, b->vx, b->vy);
+    record_at_frame(s, &impact, &spins, (Contact){a->x, a->y, NO_FEATURE},
                     &(Ambiguity){0.0, s->law.contact.friction > 0.0, a->inverse_mass > 0.0, b->inverse_mass > 0.0,
                                  NO_FEATURE, false});
     slow_disc(s, i);
     slow_disc(s, j);
-    note_pair_contact(s, i, j, dx / distance, dy / distance);
-}
-
-/* Apply friction and rolling resistance to a disc that falls onto a wall with a relative velocity u. `pressed` is the
-   normal impulse per unit of its mass. */
-static inline void apply_falling_friction(const State *s, const Law *law, const Wall *wall, const Surface *surface,
-                                          double ux, double uy, double pressed, Body *a) {
-    Turning *turning = a->turning;
-    double y = turning->inverse_inertia_ratio;
-    double rim = a->radius * turning->spin;
-    double slip = ux * wall->ny - uy * wall->nx + rim;
-    if (surface != NULL && surface->belt != 0.0)
-        slip += surface->belt;
-    Frictions by = frictional_impulses(&law->wall_contact, s->rolling_resistance, (Slips){slip, rim}, y, pressed);
-    a->velocity[0] -= by.friction * wall->ny;
-    a->velocity[1] += by.friction * wall->nx;
-    turning->spin = by.blocks ? 0.0 : turning->spin - (by.friction + by.rolling) * y / a->radius;
+    note_pair_contact(s, i, j, nx, ny);
 }
 
 /* Apply the impact of a disc that falls onto a wall, like `collide_wall`, but with rolling resistance. */
@@ -175,7 +147,8 @@ static inline void collide_falling(const State *s, const Law *law, const Wall *w
     double uy = a->velocity[1] - (surface != NULL ? surface->vy : 0.0);
     double along = collide_wall(&smooth, wall, surface, a, false, true, spins);
     if (along < 0.0 && (law->wall_contact.friction > 0.0 || s->rolling_resistance > 0.0))
-        apply_falling_friction(s, law, wall, surface, ux, uy, -((1.0 + law->wall_restitution) * along), a);
+        rub_on_wall(&law->wall_contact, s->rolling_resistance, surface != NULL ? surface->belt : 0.0, wall->nx, wall->ny,
+                    ux, uy, -((1.0 + law->wall_restitution) * along), a);
     spins->first_after = a->turning->spin;
 }
 
@@ -199,18 +172,16 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
         wall.ny = s->hits[i].ny;
         edge = recorded_edge(s, k, s->hits[i].feature);
     }
-    Before before = {{a->vx, a->vy}, {0.0, 0.0}};
-    if (surface != NULL) {
-        before.second[0] = surface->vx;
-        before.second[1] = surface->vy;
-    }
+    double vx = surface != NULL ? surface->vx : 0.0, vy = surface != NULL ? surface->vy : 0.0;
+    Impact impact = {s->now, i, -1 - k, {-wall.nx, -wall.ny}, {a->vx, a->vy}, {vx, vy}, {0.0}, {vx, vy}};
     Body body = body_of(s, i);
     Spins spins;
     if (s->motion == FALLING && s->record.has_spins)
         collide_falling(s, law, &wall, surface, &body, &spins);
     else
         collide_wall(law, &wall, surface, &body, false, s->record.has_spins, &spins);
-    record_at_frame(s, i, -1 - k, -wall.nx, -wall.ny, &before, before.second, &spins, seen, edge,
+    write_velocity(impact.first_after, a->vx, a->vy);
+    record_at_frame(s, &impact, &spins, (Contact){seen->x, seen->y, edge},
                     &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
     slow_disc(s, i);
     note_wall_contact(s, i, k, wall.nx, wall.ny);

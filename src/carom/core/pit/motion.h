@@ -19,15 +19,9 @@ static inline Index leg_at(const Path *path, double time, Index leg) {
     return leg;
 }
 
-/* Return the displacement of a body at a time within a leg, metres. */
-static inline Point moved_at(const Leg *leg, double time) {
-    double lasted = time - leg->begin;
-    return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
-}
-
 /* Write the state of a driven disc at a time within a leg. */
 static inline void write_driven(const Path *path, const Leg *leg, double time, double *centre, double *velocity) {
-    Point moved = moved_at(leg, time);
+    Point moved = displacement_on(leg, time);
     centre[0] = path->x + moved.x;
     centre[1] = path->y + moved.y;
     velocity[0] = leg->vx;
@@ -57,7 +51,7 @@ static inline void move_driven(State *s) {
             write_driven(path, &path->legs[leg], s->now, &a->x, &a->vx);
         } else {
             WallMotion *motion = &s->wall_motions[-1 - path->body];
-            Point moved = moved_at(&path->legs[leg], s->now);
+            Point moved = displacement_on(&path->legs[leg], s->now);
             motion->moved_x = moved.x;
             motion->moved_y = moved.y;
             motion->surface.vx = path->legs[leg].vx;
@@ -119,15 +113,6 @@ static inline void advance_falling(const State *s, double *centre, double *veloc
     velocity[1] += s->gy * step;
 }
 
-/* Find the deceleration of a disc on a table, and when the disc stops, if it has a velocity at a time. */
-static inline Slowing slowing_of(const State *s, double vx, double vy, double time) {
-    double speed = nearest_length(vx, vy);
-    if (speed == 0.0)
-        return (Slowing){0.0, 0.0, NEVER};
-    double a = -s->deceleration; /* times a unit vector: divided by a tiny speed, it would be infinite */
-    return (Slowing){a * (vx / speed), a * (vy / speed), instant_after((Instant){time, 0.0}, speed / s->deceleration)};
-}
-
 /* Advance a disc on a table from one time to another. */
 static inline void advance_slowing(double *centre, double *velocity, Slowing *slowing, double from, double to) {
     if (is_before((Instant){to, 0.0}, slowing->stops)) {
@@ -164,7 +149,7 @@ static inline void advance_disc(State *s, Index i, double from, double to) {
 static inline void slow_disc(State *s, Index i) {
     const Disc *a = &s->discs[i];
     if (s->motion == SLOWING && a->inverse_mass > 0.0)
-        s->slowing[i] = slowing_of(s, a->vx, a->vy, s->now);
+        s->slowing[i] = slowing_by(s->deceleration, a->vx, a->vy, (Instant){s->now, 0.0});
 }
 
 /* ---- all discs ---- */

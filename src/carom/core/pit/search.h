@@ -47,13 +47,13 @@ static inline bool loops_plainly(State *s) {
 }
 
 /* Count work of skipping. */
-static inline void spend(State *s, double work) {
+static inline void spend_work(State *s, double work) {
     s->work -= work;
     s->excess += work;
 }
 
 /* Count frames that were not looped plainly. */
-static inline void save(State *s, Index frames) {
+static inline void save_frames(State *s, Index frames) {
     s->excess = greater(s->excess - (double)frames * frame_work(s), -CAROM_SAVED_FRAMES * frame_work(s));
 }
 
@@ -126,7 +126,7 @@ static inline double search_cells(State *s, Index i, double extent_i, double lea
         double cells = (double)(right - left + 1) * (double)(upper - lower + 1);
         if (cells > (double)s->disc_count)
             return search_all(s, i, extent_i, least);
-        spend(s, CAROM_CELL_WORK * cells);
+        spend_work(s, CAROM_CELL_WORK * cells);
         for (int64_t row = lower; row <= upper; row++) {
             for (int64_t column = left; column <= right; column++) {
                 for (Index j = g->first[list_of(g, level, row, column)]; j != NOBODY; j = s->discs[j].next) {
@@ -245,7 +245,7 @@ static inline void schedule_disc(State *s, Index i) {
     least = s->grid.list_count == 0 ? search_all(s, i, extent_i, least) : search_cells(s, i, extent_i, least);
     s->due[i] = (s->now + least) * (1.0 - CAROM_TIME_MARGIN);
     s->searches[i] = (Search){s->counts.frames, first, s->touching.count - first, false};
-    spend(s, CAROM_DISC_WORK + CAROM_BODY_WORK * (double)(s->counts.pair_tests - tests));
+    spend_work(s, CAROM_DISC_WORK + CAROM_BODY_WORK * (double)(s->counts.pair_tests - tests));
 }
 
 /* Schedule a disc, and update the time before which no disc is due. */

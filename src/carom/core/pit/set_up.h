@@ -63,7 +63,6 @@ static inline void fill_paths(State *s, const RunInput *input) {
         s->disc_paths[i] = NO_PATH;
     for (Index k = 0; k < s->wall_count && s->wall_motions != NULL; k++)
         s->wall_motions[k].path = NO_PATH;
-    const double *numbers = input->legs;
     Leg *leg = s->legs;
     int number = 0;
     for (Index k = 0; k < input->driven_count; k++) {
@@ -75,8 +74,8 @@ static inline void fill_paths(State *s, const RunInput *input) {
             continue;
         Path *path = &s->paths[number];
         *path = (Path){.body = body, .legs = leg, .leg_count = (Index)row[1]};
-        for (; leg < path->legs + path->leg_count; leg++, numbers += LEG_NUMBERS) {
-            *leg = (Leg){numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]};
+        for (; leg < path->legs + path->leg_count; leg++) {
+            *leg = leg_of(input, leg - s->legs);
             path->fastest = greater(path->fastest, sqrt(leg->vx * leg->vx + leg->vy * leg->vy));
         }
         if (body >= 0) {

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include "carom/core/damping.h"
 #include "carom/core/pit/chain_distance.h"
 #include "carom/core/run_input.h"
 #include "carom/core/touched_bodies.h"
@@ -44,22 +45,7 @@ typedef enum MotionKind { /* motion of all movable discs between impacts */
     SLOWING = 2, /* on a table that slows each disc down until it stops */
 } MotionKind;
 
-typedef struct Slowing { /* deceleration of a disc on a table */
-    double ax;           /* acceleration */
-    double ay;
-    Instant stops; /* when the disc stops; NEVER if it does not move */
-} Slowing;
-
 /* ---- driven bodies ---- */
-
-typedef struct Leg { /* part of a driven body's path with constant velocity */
-    double begin;
-    double end; /* INF for the last leg */
-    double moved_x; /* displacement of the body at the begin of the leg, metres */
-    double moved_y;
-    double vx;
-    double vy;
-} Leg;
 
 typedef struct Path { /* path of a driven body */
     Index body;       /* disc i as i, wall k as -1 - k */

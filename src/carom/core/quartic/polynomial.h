@@ -97,6 +97,7 @@ static inline DoubleDouble times_double(DoubleDouble a, double b) {
     return quick_sum(p.high, p.low + a.low * b);
 }
 
+/* Return a pair times a power of two, which may be negative. */
 static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
     return (DoubleDouble){a.high * power, a.low * power};
 }

@@ -91,7 +91,7 @@ static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int
 }
 
 /* Halve an interval. `piece` becomes its first half. */
-static CAROM_ALWAYS_INLINE void halve(BernsteinPiece *piece, BernsteinPiece *second, const int degree) {
+static CAROM_ALWAYS_INLINE void halve_piece(BernsteinPiece *piece, BernsteinPiece *second, const int degree) {
     double first[QUARTIC_POWERS];
     first[0] = piece->b[0];
     for (int round = 1; round <= degree; round++) {
@@ -125,7 +125,7 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
         if (changes == SEVERAL_CHANGES || (changes == ONE_CHANGE && piece.end == 1.0)) {
             if (rest_count == MOST_WAITING || halvings == MOST_HALVINGS)
                 break;
-            halve(&piece, &rest[rest_count], n);
+            halve_piece(&piece, &rest[rest_count], n);
             if (fabs(piece.b[n]) <= error)
                 break;
             rest_count += 1;
@@ -190,7 +190,7 @@ static inline double write_pair_bernstein(const PairPolynomial *p, double width,
 }
 
 /* Halve an interval. `piece` becomes its first half. */
-static inline void halve_pairs(BernsteinPairPiece *piece, BernsteinPairPiece *second, int degree) {
+static inline void halve_pair_piece(BernsteinPairPiece *piece, BernsteinPairPiece *second, int degree) {
     DoubleDouble first[QUARTIC_POWERS];
     first[0] = piece->b[0];
     for (int round = 1; round <= degree; round++) {
@@ -224,7 +224,7 @@ static inline int isolate_roots_of_part(const PairPolynomial *p, int start, doub
         if (changes == SEVERAL_CHANGES) {
             if (rest_count == MOST_PAIRS_WAITING || halvings == MOST_PAIR_HALVINGS)
                 break;
-            halve_pairs(&piece, &rest[rest_count], n);
+            halve_pair_piece(&piece, &rest[rest_count], n);
             if (fabs(piece.b[n].high) <= error)
                 break;
             rest_count += 1;

@@ -38,12 +38,6 @@ typedef struct MovedCoordinate {
     double change;
 } MovedCoordinate;
 
-/* Return a coordinate relative to another. */
-static inline DoubleDouble offset_between(DoubleDouble a, DoubleDouble q) {
-    DoubleDouble d = two_diff(a.high, q.high);
-    return two_sum(d.high, d.low + (a.low - q.low));
-}
-
 /* Return the distance from an arc's centre at which a disc touches it. It is 0 or less if the disc does not fit
    inside. */
 static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
@@ -128,29 +122,15 @@ static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
 /* Return the later root, and whether the two roots are equal. The root is infinity if there is none after now. */
 static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach, DoubleDouble a,
                                DoubleDouble b, DoubleDouble c) {
-    Encounter e = {x, y, disc->ux, disc->uy, reach};
-    DoubleDouble d;
-    double terms = b.high * b.high;
-    double largest = a.high * (reach.high * reach.high);
-    if (c.high < 0.0 || terms < largest) {
-        d = discriminant_from_gap(b, c, a);
-    } else {
-        d = discriminant_from_miss(e, a);
-        terms = largest;
-    }
-    if (c.high > 0.0 && fabs(d.high) <= CAROM_DOUBTFUL_DISCRIMINANT * terms)
-        d = exact_discriminant(e);
+    DoubleDouble d = accurate_discriminant((Encounter){x, y, disc->ux, disc->uy, reach}, b, c, a);
     if (d.high == 0.0)
         return (Touch){linear_root(b, a), true};
     if (d.high < 0.0)
         return (Touch){CAROM_INF, false};
     if (b.high > 0.0)
         return (Touch){exact_root(negate(b), negate(c), d), false};
-    double root = sqrt(d.high);
-    DoubleDouble product = two_prod(root, root);
-    double root_rest = (((d.high - product.high) - product.low) + d.low) / (2.0 * root);
-    DoubleDouble total = two_sum(root, -b.high);
-    return (Touch){-linear_root((DoubleDouble){total.high, total.low + (root_rest - b.low)}, a), false};
+    DoubleDouble root = pair_root(d), total = two_sum(root.high, -b.high);
+    return (Touch){-linear_root((DoubleDouble){total.high, total.low + (root.low - b.low)}, a), false};
 }
 
 /* Return when a disc that stays outside an arc's circle enters the arc's sector while it overlaps the arc. */

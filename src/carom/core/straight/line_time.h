@@ -1,10 +1,10 @@
 /* Time of impact of a disc on a straight line, in straight uniform motion: the line of a half-plane, or a face.
 
    HALF-PLANES. Points p on the free side of the wall have (p - q).n >= 0, with a point q and a unit normal n. Both are
-   used exactly as given in floats. The disc's rim has the gap (p - q).n - r, which closes at the speed -v.n. The time of
-   impact is gap over speed. Offset, radius and products are error-free pairs: near contact, plain floats have errors of
-   up to 1e14 units in the last place. The time is accurate to 2 units in the last place, for lengths and speeds between
-   1e-250 and 1e290.
+   used exactly as given in floats. The disc's rim has the gap (p - q).n - r, which closes at the speed -v.n. The time
+   of impact is gap over speed. Offset, radius and products are error-free pairs: near contact, plain floats have errors
+   of up to 1e14 units in the last place. The time is accurate to 2 units in the last place, for lengths and speeds
+   between 1e-250 and 1e290.
 
    FACES. A face is one side of a straight edge of a finite wall. Let e be the vector from its start to its end, l the
    length of e, d the offset of the disc's centre from the start, and R the half width plus the disc's radius. The gap
@@ -74,10 +74,10 @@ static inline double wall_time(double x, double y, double vx, double vy, double 
 
 /* ---- faces ---- */
 
-/* Return a coordinate relative to that of a point. */
-static inline DoubleDouble offset_from(DoubleDouble a, double q) {
-    DoubleDouble d = two_diff(a.high, q);
-    return two_sum(d.high, d.low + a.low);
+/* Return a coordinate relative to another. */
+static inline DoubleDouble offset_between(DoubleDouble a, DoubleDouble q) {
+    DoubleDouble d = two_diff(a.high, q.high);
+    return two_sum(d.high, d.low + (a.low - q.low));
 }
 
 /* Return the cross product e x d. Its sign is exact. */
@@ -93,8 +93,8 @@ static inline DoubleDouble pair_quotient(DoubleDouble a, DoubleDouble b) {
 
 /* Return the distance of a disc's rim from a face's line, multiplied by the face's length. */
 static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
-    DoubleDouble x = offset_from(disc->x, face->x.high);
-    DoubleDouble y = offset_from(disc->y, face->y.high);
+    DoubleDouble x = offset_between(disc->x, face->x);
+    DoubleDouble y = offset_between(disc->y, face->y);
     DoubleDouble reach = two_sum(disc->radius, face->half_width);
     TripleDouble total = add_pair_product(add_pair_product(empty_sum(), face->ex, y), negate(face->ey), x);
     DoubleDouble gap = round_sum(add_pair_product(total, negate(face->size), reach));
@@ -110,12 +110,12 @@ static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
 
 /* Return whether a disc's centre is on a face's free side and its foot on the edge. */
 static inline bool is_before_face(const Mover *disc, const Feature *face) {
-    DoubleDouble x = offset_from(disc->x, face->x.high);
-    DoubleDouble y = offset_from(disc->y, face->y.high);
+    DoubleDouble x = offset_between(disc->x, face->x);
+    DoubleDouble y = offset_between(disc->y, face->y);
     if (!(cross_product(face->ex, face->ey, x, y).high > 0.0 && inner_product(face->ex, face->ey, x, y).high >= 0.0))
         return false;
-    DoubleDouble x_from_end = offset_from(disc->x, face->fx.high);
-    DoubleDouble y_from_end = offset_from(disc->y, face->fy.high);
+    DoubleDouble x_from_end = offset_between(disc->x, face->fx);
+    DoubleDouble y_from_end = offset_between(disc->y, face->fy);
     return inner_product(face->ex, face->ey, x_from_end, y_from_end).high <= 0.0;
 }
 
@@ -148,9 +148,9 @@ static inline bool is_between_ends(const Mover *disc, const Feature *face) {
     DoubleDouble reach = two_sum(disc->radius, face->half_width);
     DoubleDouble along = inner_product(face->ex, face->ey, disc->ux, disc->uy);
     DoubleDouble from_start =
-        cross_product(offset_from(disc->x, face->x.high), offset_from(disc->y, face->y.high), disc->ux, disc->uy);
+        cross_product(offset_between(disc->x, face->x), offset_between(disc->y, face->y), disc->ux, disc->uy);
     DoubleDouble from_end =
-        cross_product(offset_from(disc->x, face->fx.high), offset_from(disc->y, face->fy.high), disc->ux, disc->uy);
+        cross_product(offset_between(disc->x, face->fx), offset_between(disc->y, face->fy), disc->ux, disc->uy);
     TripleDouble past_start = add_pair_product(add_pair_product(empty_sum(), face->size, from_start), reach, along);
     TripleDouble past_end = add_pair_product(add_pair_product(empty_sum(), face->size, from_end), reach, along);
     return round_sum(past_start).high <= 0.0 && 0.0 <= round_sum(past_end).high;

@@ -167,11 +167,8 @@ static inline DoubleDouble discriminant_from_miss(Encounter e, DoubleDouble a) {
 
 /* Return c / (-b + sqrt(D)), with one correction by its residual. */
 static inline double exact_root(DoubleDouble b, DoubleDouble c, DoubleDouble d) {
-    double root = sqrt(d.high);
-    DoubleDouble square = two_prod(root, root);
-    double root_rest = (((d.high - square.high) - square.low) + d.low) / (2.0 * root);
-    DoubleDouble closing = two_sum(root, -b.high);
-    double low = closing.low + (root_rest - b.low);
+    DoubleDouble root = pair_root(d), closing = two_sum(root.high, -b.high);
+    double low = closing.low + (root.low - b.low);
     double t = c.high / closing.high;
     DoubleDouble product = two_prod(t, closing.high);
     return t + ((((c.high - product.high) - product.low) + c.low) - t * low) / closing.high;
@@ -236,6 +233,16 @@ static inline DoubleDouble exact_discriminant(Encounter e) {
     return exact_sum(terms, count);
 }
 
+/* Return D by the form that is accurate for the given b, c and a. If it decides whether the discs meet (c > 0), its
+   sign is exact. */
+static inline DoubleDouble accurate_discriminant(Encounter e, DoubleDouble b, DoubleDouble c, DoubleDouble a) {
+    double largest = a.high * (e.reach.high * e.reach.high), terms = b.high * b.high;
+    bool is_near = c.high < 0.0 || terms < largest;
+    DoubleDouble d = is_near ? discriminant_from_gap(b, c, a) : discriminant_from_miss(e, a);
+    bool is_doubtful = fabs(d.high) <= CAROM_DOUBTFUL_DISCRIMINANT * (is_near ? terms : largest);
+    return c.high > 0.0 && is_doubtful ? exact_discriminant(e) : d;
+}
+
 /* Return the time of impact by the error-free form, for numbers of any size. */
 static inline double exact_pair_time(Encounter e) {
     double ux = e.ux.high;
@@ -259,17 +266,7 @@ static inline double exact_pair_time(Encounter e) {
     if (c.high <= 0.0)
         return 0.0;
     DoubleDouble a = round_sum(add_square(add_square(empty_sum(), e.ux, 1.0), e.uy, 1.0));
-    DoubleDouble d;
-    double terms = b.high * b.high;
-    double largest = a.high * (e.reach.high * e.reach.high);
-    if (terms < largest) {
-        d = discriminant_from_gap(b, c, a);
-    } else {
-        d = discriminant_from_miss(e, a);
-        terms = largest;
-    }
-    if (fabs(d.high) <= CAROM_DOUBTFUL_DISCRIMINANT * terms)
-        d = exact_discriminant(e);
+    DoubleDouble d = accurate_discriminant(e, b, c, a);
     if (!(d.high > 0.0))
         return CAROM_INF;
     double root = exact_root(b, c, d);
@@ -278,26 +275,10 @@ static inline double exact_pair_time(Encounter e) {
 
 /* ---- the time ---- */
 
-/* Return the seconds until two discs collide, from their positions and velocities at one time.
+/* Return the seconds until two circles collide. Their positions, velocities and reach are pairs.
 
    The result is 0 if they touch or overlap and approach, and infinity if they never collide. A graze without any
    overlap (D = 0) exchanges no momentum and is not an impact. */
-static inline double pair_time(double x1, double y1, double vx1, double vy1, double r1, double x2, double y2,
-                               double vx2, double vy2, double r2) {
-    Bounded b = approach(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1);
-    if (b.value > b.error)
-        return CAROM_INF;
-    Bounded d = discriminant(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2);
-    if (d.value < -d.error)
-        return CAROM_INF;
-    Encounter e = encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2);
-    double time = refined_time(b.value, d.value, e);
-    if (CAROM_UNLIKELY(time < 0.0))
-        return exact_pair_time(e);
-    return time;
-}
-
-/* Return the seconds until two circles touch, as `pair_time` does. Their positions, velocities and reach are pairs. */
 static inline double meeting_time(Encounter e) {
     Bounded b = approach(e.x.high, e.y.high, e.ux.high, e.uy.high);
     if (b.value > b.error)
@@ -309,4 +290,10 @@ static inline double meeting_time(Encounter e) {
     if (CAROM_UNLIKELY(time < 0.0))
         return exact_pair_time(e);
     return time;
+}
+
+/* Return the seconds until two discs collide, from their positions and velocities at one time, as `meeting_time`. */
+static inline double pair_time(double x1, double y1, double vx1, double vy1, double r1, double x2, double y2,
+                               double vx2, double vy2, double r2) {
+    return meeting_time(encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2));
 }
