@@ -18,10 +18,9 @@ from flint import arb
 
 from carom.core.resolution import gap_resolution, size_of
 from carom.model.trace import Mode, wall_body, wall_index
+from carom.solvers.certified.balls import ZERO, ball, float_above, float_below
 from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
-from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.landing import after_all, is_alone
-from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided

@@ -14,9 +14,9 @@ from flint import arb
 
 from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies, PairLaw
+from carom.solvers.certified.balls import ZERO
 from carom.solvers.certified.contact_state import BallMode, Bounce
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
 from carom.solvers.certified.slowing import slow, stop
 from carom.solvers.certified.two_frictions import BallFrictions, stick, take

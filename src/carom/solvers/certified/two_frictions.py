@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.legs import ZERO
+from carom.solvers.certified.balls import ZERO
 
 
 class BallFrictions(NamedTuple):
