@@ -19,7 +19,7 @@ cdef extern from "float.h":
 cdef extern from "carom/core/binding_memory.h":
     void *carom_enlarge(void *memory, size_t used, size_t size) noexcept nogil
 
-cdef extern from "carom/core/double_double.h" nogil:
+cdef extern from "carom/core/arithmetic/double_double.h" nogil:
     struct TripleDouble:
         pass
 
@@ -29,7 +29,7 @@ cdef extern from "carom/core/double_double.h" nogil:
     TripleDouble add_product(TripleDouble total, double a, double b)
     DoubleDouble round_sum(TripleDouble total)
 
-cdef extern from "carom/core/exponentials.h" nogil:
+cdef extern from "carom/core/arithmetic/exponentials.h" nogil:
     double nearest_exp(double x)
     double nearest_expm1(double x)
     struct LogAnchor:
@@ -38,7 +38,7 @@ cdef extern from "carom/core/exponentials.h" nogil:
     LogAnchor first_anchor()
     double nearest_log1p_from(LogAnchor *anchor, double x)
 
-cdef extern from "carom/core/pair.h" nogil:
+cdef extern from "carom/core/straight/pair_time.h" nogil:
     struct Encounter:
         pass
 
@@ -71,7 +71,7 @@ cdef extern from "carom/core/contact_law.h" nogil:
         const Press *press, double slip, double approach, double restitution
     )
 
-cdef extern from "carom/core/impact.h" nogil:
+cdef extern from "carom/core/impact_law.h" nogil:
     double collide_discs(
         const Law *law, double dx, double dy, Body *a, Body *b, c_bool elastic, c_bool has_spins, Spins *spins
     )
@@ -79,19 +79,17 @@ cdef extern from "carom/core/impact.h" nogil:
         const Law *law, const Wall *wall, const Surface *surface, Body *a, c_bool elastic, c_bool has_spins, Spins *spins
     )
 
-cdef extern from "carom/core/record.h" nogil:
+cdef extern from "carom/core/impact_record.h" nogil:
     void clear_recent(Recent *recent)
     bint add_contact(
         Recent *recent, double time, double resolution, double nx, double ny, int feature, bint elastic,
         const Corners *corners,
     )
-
-cdef extern from "carom/core/resolution.h" nogil:
     double pair_resolution(double sizes, double reach, double ux, double uy, double speed)
     double wall_resolution(double sizes, double speed)
     double clock_resolution(double time)
 
-cdef extern from "carom/core/state.h" nogil:
+cdef extern from "carom/core/pic/state.h" nogil:
     enum:
         NO_OBSTACLE
         PLACES
@@ -142,7 +140,7 @@ cdef extern from "carom/core/state.h" nogil:
         Box visited
         Resize resize
 
-cdef extern from "carom/core/queue.h" nogil:
+cdef extern from "carom/core/pic/event_queue.h" nogil:
     bint lay_out_queue(Queue *q, Index discs)
     Index queue_length(const Queue *q)
     void set_time(Queue *q, Index i, double time)
@@ -150,7 +148,7 @@ cdef extern from "carom/core/queue.h" nogil:
     double earliest_except(const Queue *q, Index i, Index j)
     Index next_not_after(const Queue *q, Index i, double time)
 
-cdef extern from "carom/core/grid.h" nogil:
+cdef extern from "carom/core/pic/grid.h" nogil:
     void set_sizes(Grid *g, const double *radius, Index discs, double factor)
     Box box_around(const double *position, Index discs)
     double wall_extent(const Wall *w)
@@ -161,10 +159,10 @@ cdef extern from "carom/core/grid.h" nogil:
     void add_to_cell(State *s, Index i, Index row, Index column)
     void remove_from_cell(State *s, Index i, Index row, Index column)
 
-cdef extern from "carom/core/obstacles.h" nogil:
+cdef extern from "carom/core/pic/obstacle_lists.h" nogil:
     bint list_obstacles(State *s)
 
-cdef extern from "carom/core/scan.h" nogil:
+cdef extern from "carom/core/pic/straight_partner.h" nogil:
     struct Chains:
         Index left
 

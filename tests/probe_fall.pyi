@@ -1,6 +1,6 @@
 from collections.abc import Sequence
 
-from carom.core.features import Mover, Pair
+from carom.core.wall_features import Mover, Pair
 
 Numbers = Sequence[float]
 

@@ -5,7 +5,7 @@ The extension contains this module only where it is built in place: see setup.py
 
 from math import inf
 
-# Before the cimports: quartic.h defines the macro where it is not defined yet.
+# Before the cimports: falls.h defines the macro where it is not defined yet.
 cdef extern from *:
     """
     #include <stdbool.h>
@@ -19,7 +19,7 @@ from carom.core.formulas cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, 
 
 from carom.core.exact_quartic import solve_quartic
 
-cdef extern from "carom/core/fall_bounds.h" nogil:
+cdef extern from "carom/core/parabola/fall_bounds.h" nogil:
     enum:
         QUARTIC_POWERS
         QUARTIC_SIGN

@@ -26,11 +26,10 @@ from carom.model.disc_arrays import wall_lengths
 from carom.model.flights import free_flights
 from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.balls import ZERO, float_above
 from carom.solvers.certified.contact_state import BallMode
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.impacts import BallEvent, BallImpact, carry_out
-from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
 from carom.solvers.certified.recording import damped
 from carom.solvers.certified.result import Degeneracy, Undecided

@@ -18,12 +18,18 @@ _CORE = "src/carom/core"
 _PRIMITIVES = tuple(
     f"{_CORE}/{name}"
     for name in (
-        *("primitives.pyx", "double_double.h", "feature*.h", "pair.h", "half_plane.h", "face.h", "arc.h"),
-        *("fall.h", "contact_law.h"),
+        *("primitives.pyx", "arithmetic/double_double.h", "feature.h", "straight/*.h"),
+        *("parabola/fall_time.h", "contact_law.h"),
     )
 )
-_PIT = tuple(f"{_CORE}/{name}" for name in ("pit*", "frame_sampled.c", "chain_distance.h"))
-_LOOP = (f"{_CORE}/*", f"!{_CORE}/*.py", *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)))
+_PIT = tuple(f"{_CORE}/{name}" for name in ("pit.*", "pit/*"))
+_LOOP = (
+    f"{_CORE}/*",
+    f"{_CORE}/*/*.h",
+    f"{_CORE}/*/*.c",
+    f"!{_CORE}/*.py",
+    *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)),
+)
 _PIC = (
     *(f"{_U}/event_driven", f"{_U}/test_pic.py", f"{_U}/test_ambiguity.py"),
     *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),

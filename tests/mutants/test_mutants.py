@@ -109,7 +109,7 @@ def test_a_process_has_the_fault_whose_number_it_is_told_and_no_other(project: P
 def test_faults_are_found_in_c(tmp_path: Path) -> None:
     """As in Python: not in comments, and neither in a pointer's star nor in a cast."""
     (tmp_path / "src/carom/core").mkdir(parents=True)
-    (tmp_path / "src/carom/core/pair.h").write_text(SOURCE_C)
+    (tmp_path / "src/carom/core/feature.h").write_text(SOURCE_C)
     found = {(fault.before, fault.after) for fault in faults_of(tmp_path, "physics")}
     first, sum_ = "bool is_first = !(b < a); /* if (a < b) */", "return *smallest + 0.5 * (b - a);"
     assert found == {
@@ -126,14 +126,14 @@ def test_faults_are_found_in_c(tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 def test_a_process_of_c_has_the_fault_whose_number_it_is_given(project: Path, tmp_path: Path) -> None:
     """As in Python, for faults in a header."""
-    (project / "src/carom/core/pair.h").write_text(SOURCE_C)
+    (project / "src/carom/core/feature.h").write_text(SOURCE_C)
     faults = [fault for fault in faults_in(project) if fault.path.endswith(".h")]
     copy = tmp_path / "copy"
     make_copy(project, copy, list(enumerate(faults, start=1)))
-    (project / "src/carom/core/pair.h").unlink()
+    (project / "src/carom/core/feature.h").unlink()
     main = tmp_path / "main.c"
     main.write_text(
-        '#include "carom/core/pair.h"\n#include <stdio.h>\n'
+        '#include "carom/core/feature.h"\n#include <stdio.h>\n'
         'int main(void) { printf("%g %g", middle(1.0, 4.0), middle(4.0, 1.0)); }\n'
     )
     program = tmp_path / "main"

@@ -85,7 +85,7 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
         if module.name not in ("built.pyx", "damped_time.pyx"):  # what collecting imports: the others only take time
             module.unlink()
     command = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace", "--force")
-    source = tree / "src/carom/core/impact.h"
+    source = tree / "src/carom/core/impact_law.h"
 
     def collects() -> bool:
         pytest_ = (sys.executable, "-m", "pytest", "--collect-only", "-q", "tests/unit/test_errors.py")
@@ -104,7 +104,7 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
     run(*command, cwd=tree)
     assert collects()
     # A build that fails leaves the modules of before, and they are still refused.
-    source = tree / "src/carom/core/pair.h"
+    source = tree / "src/carom/core/straight/pair_time.h"
     source.write_text(source.read_text() + "/* A comment more. */\n")
     assert run(*command, cwd=tree, check=False, env={"CC": "false"}).returncode != 0
     assert not collects()
@@ -133,7 +133,7 @@ def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
         source = tree / "src/carom" / name
         source.write_text(source.read_text() + "# A comment more.\n")
         assert compiled() == {"built"} | dependent
-    for name in ("pair.h", "event_driven.c"):
+    for name in ("straight/pair_time.h", "pic/event_loop.c"):
         source = tree / "src/carom/core" / name
         source.write_text(source.read_text() + "/* A comment more. */\n")
         assert compiled() == {"built", "tree", "primitives"}

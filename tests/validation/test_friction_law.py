@@ -18,8 +18,7 @@ from tests.validation.exact_impact import Body, Law, after_impact, energy, momen
 from tests.validation.rough_impacts import body_of, length_of, worst_law_error, worst_of_impact
 
 from carom import DiscArrays, solve_pic, solve_pit
-from carom.core.impact_law import resolve_impact
-from carom.core.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
+from carom.core.impact_law import ContactFrictions, RoughBodies, resolve_impact, resolve_rough_impact
 from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.support.limits import LARGEST

@@ -11,8 +11,7 @@ from tests.lengths import each, release_after
 from tests.validation import table_runs
 from tests.validation.table_runs import Table, compare, scene_of
 
-from carom.core.features import Arc, Face
-from carom.core.wall_features import WallFeature, features_of
+from carom.core.wall_features import Arc, Face, WallFeature, features_of
 from carom.solvers.event_driven import obstacles
 
 

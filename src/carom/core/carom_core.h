@@ -1,13 +1,13 @@
 /* The core of Carom: discs and walls in a plane, in C11 without dependencies. Start here.
 
-   The core has two solvers. PIC (`event_driven.c`) computes the exact instant of every impact and goes from one impact
-   to the next. PIT (`frame_sampled.c`) advances all discs frame by frame and checks for contact once per frame, as most
+   The core has two solvers. PIC (`event_loop.c`) computes the exact instant of every impact and goes from one impact
+   to the next. PIT (`frame_loop.c`) advances all discs frame by frame and checks for contact once per frame, as most
    physics engines do. Python uses both through the .pyx files, and the page of `carom play` uses both through wasm/.
-   This header has the structs that both solvers share; state.h has those of PIC, and pit_state.h those of PIT.
+   This header has the structs that both solvers share; pic/state.h has those of PIC, and pit/state.h those of PIT.
    docs/theory/pic.md derives the formulas and explains the algorithms.
 
    UNITS are metres, seconds, kilograms and radians. A time is counted from the start of the run, from the present epoch
-   (epochs.h) or from now. The comment next to it says which.
+   (clock.h) or from now. The comment next to it says which.
 
    BODIES are numbered as in `carom.model.trace`: disc i is i, wall k is -1 - k. A wall is a half-plane, a circle, or a
    chain of edges and arcs. The parts of a wall that a disc can hit are its features: half-planes, faces, vertices, and
@@ -25,10 +25,10 @@
 
    A RUN OF PIT calls `carom_pit_set_up`, `carom_pit_begin`, `carom_pit_run` and `carom_pit_write_states`.
 
-   EVENTS of PIC (`EventKind` in state.h) are of two sorts. The first sort changes predictions only: a disc crosses an
-   edge of its cell; the partner of a predicted impact has changed its path; only a lower bound of an impact's time is
-   known; a disc has no prediction yet. The second sort changes a motion: two discs collide; a disc hits an obstacle; a
-   mode of contact, or a motion on a table, ends.
+   EVENTS of PIC (`EventKind` in pic/state.h) are of two sorts. The first sort changes predictions only: a disc crosses
+   an edge of its cell; the partner of a predicted impact has changed its path; only a lower bound of an impact's time
+   is known; a disc has no prediction yet. The second sort changes a motion: two discs collide; a disc hits an obstacle;
+   a mode of contact, or a motion on a table, ends.
 
    Several events may have the same instant. Then predictions are settled first. Next, motions end, in the order of the
    discs. Last, impacts are applied in the order of (first, second). `first` is the lower number of two discs, or the
@@ -51,106 +51,101 @@
    - The core does not call an allocator. Rows of fixed number are in one arena, and the function `Resize` supplies
      memory that grows. There is no global state, no input and no output.
    - Instants of discs that accelerate are pairs of floats (instant.h). Runs without acceleration begin a new epoch
-     after 32 impacts per disc, so that times stay short and precise (epochs.h).
+     after 32 impacts per disc, so that times stay short and precise (clock.h).
    - Quantities that the physical law makes 0 are stored as facts and not computed. These are the gap and the normal
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
-     impact with restitution 0 (touched.h).
+     impact with restitution 0 (touched_bodies.h).
 
-   FILES. Each header contains the inlined functions of one concept.
+   FILES. Each header contains the inlined functions of one concept. A header includes its foundations, and these
+   include theirs: constants.h brings the C library, pic/state.h and pit/state.h the shared structs.
 
-   Numbers
-     constants.h           constants, each with its unit and reason; macros for compilers
-     double_double.h       pairs: numbers as sums of two floats; error-free sums and products
-     wide_integer.h        integers of 256 bits
-     exponentials.h        exp, expm1 and log1p, rounded to the nearest float
-     instant.h             instants as pairs of floats
-   Times of impact in straight motion
-     pair.h                two discs
-     feature.h             features of walls, and a disc relative to a wall
-     half_plane.h          the line of a half-plane
-     face.h                one side of an edge
-     arc.h                 the outside or inside of an arc, or a vertex
-     feature_time.h        any feature; also the gap to it and its normal
-   Times of impact on parabolas
-     fall.h                any feature, a fixed disc, or a disc with another acceleration
-     fall_gap.h            the gap as a polynomial in time
-     fall_bounds.h         lower bounds of these times
-     quartic.h             instants at which such a polynomial becomes negative, in three stages
-     quartic_forms.h       a polynomial in floats, in pairs, and as exact products
-     quartic_isolation.h   intervals that contain exactly one root
-     quartic_root.h        refinement and rounding of a root
-   Physical laws and records, for both solvers
-     run_input.h           the input of a run
-     impact.h              restitution and friction in an impact
-     contact_law.h         Coulomb's law for a disc that is pressed against a straight wall
-     damping.h             linear damping as a change of time
-     resolution.h          uncertainty of an impact's time due to rounding
-     touched.h             bodies that a disc touches without normal speed
-     record.h              rows of recorded impacts; which of them are ambiguous
-     arena.h               memory for rows of fixed number
-   The event-driven solver (PIC)
-     state.h               state of a run, kinds of events, functions for bindings; read it first
-     accelerated.h         structs for discs that accelerate
-     event_driven.c        the event loop and the set-up
-     events.h              the next event of a disc, and of all discs
-     queue.h               tournament tree of the times of next events
-     grid.h                cells
-     obstacles.h           lists of obstacles near each cell; when a disc leaves its cell
-     scan.h                the disc that a disc collides with next
-     motion.h              straight paths: positions, and waits until something is reached
-     impacts.h             applying and recording an impact
-     touching.h            touched.h for the discs of a run
-     epochs.h              restarts of the time count
-     prefetch.h            loads memory for the next event
-     memory.h              layout of a run's arena
-     driven.h              impacts with driven bodies; runs with features or spins
-     prescribed.h          positions of driven bodies
-     crush.h               discs that bounce between two closing bodies
-     crush_rule.h          whether such a disc is crushed, and when
-     crush_rule_bodies.h   bodies as seen by that rule
-     crush_rule_row.h      the same rule for a row of discs
-     parabola.h            paths of discs that accelerate: positions, and waits
-     parabola_exit.h       when an accelerating disc leaves its cell
-     parabola_scan.h       scan.h for parabolas
-     parabola_impacts.h    impacts.h for parabolas; beginning and end of contact
-     contact.h             discs in contact with a wall: modes, and when they change
-     two_discs.h           two discs without walls: a closed form
-     all_pairs.h           the all-pairs loop, which tests compare with the event loop
-   The frame-sampled solver (PIT)
-     pit_state.h           state of a run, functions for bindings; read it first
-     frame_sampled.c       the frame loop
-     pit_set_up.h          fills the rows of a run
-     pit_tests.h           one frame
-     pit_pending.h         pending tests of a frame, in the order of Algorithm 1
-     pit_impacts.h         interference tests and impacts
-     pit_separation.h      bodies that a disc cannot approach on its present path
-     pit_motion.h          motion between frames
-     pit_driven.h          driven bodies at a frame
-     pit_search.h          which tests a disc needs now, and at which time it needs the next ones
-     pit_bounds.h          lower bounds of the time until a disc can hit something
-     pit_grid.h            cells for discs of any sizes
-     pit_sweep.h           all tests of a frame at once, if skipping costs too much
-     pit_work.h            whether skipping saves work
-     chain_distance.h      the point of a chain nearest to a disc
+   Shared by both solvers
+     constants.h                  constants, each with its unit and reason; macros for compilers
+     run_input.h                  the input of a run
+     feature.h                    features of walls, and a disc relative to a wall
+     impact_law.h                 restitution and friction in an impact
+     contact_law.h                Coulomb's law for a disc that is pressed against a straight wall
+     damping.h                    linear damping as a change of time
+     touched_bodies.h             bodies that a disc touches without normal speed
+     impact_record.h              recorded impacts: resolution of their times, which are ambiguous, rows
+   arithmetic/: numbers that floats do not represent
+     arithmetic/double_double.h   pairs: numbers as sums of two floats; error-free sums and products; instants
+     arithmetic/exponentials.h    exp, expm1 and log1p, rounded to the nearest float
+     arithmetic/wide_integer.h    integers of 256 bits, for exponentials that are hard to round
+   straight/: times of impact in straight motion
+     straight/pair_time.h         two discs
+     straight/line_time.h         a disc and the line of a half-plane, or a face
+     straight/feature_time.h      a disc and an arc, a vertex or any feature; the gap to a feature and its normal
+   parabola/ and quartic/: times of impact on parabolas
+     parabola/fall_time.h         any feature, a fixed disc, or a disc with another acceleration
+     parabola/fall_bounds.h       lower bounds of these times
+     parabola/gap_polynomial.h    the gap as a polynomial in time
+     quartic/falls.h              instants at which such a polynomial becomes negative, in three stages
+     quartic/polynomial.h         a polynomial in floats, in pairs, and as exact products
+     quartic/root_isolation.h     intervals that contain exactly one root
+     quartic/root_refinement.h    refinement and rounding of a root
+   pic/: the event-driven solver
+     pic/state.h                  state of a run, kinds of events, functions for bindings; read it first
+     pic/accelerated_state.h      structs for discs that accelerate
+     pic/event_loop.c             the event loop, and the functions for bindings
+     pic/set_up.h                 memory of a run, filled from its input
+     pic/clock.h                  reported times; epochs, in which time is counted from 0 again
+     pic/next_event.h             the next event of a disc, and of all discs
+     pic/event_queue.h            tournament tree of the times of next events
+     pic/grid.h                   cells
+     pic/obstacle_lists.h         lists of obstacles near each cell
+     pic/separation.h             bodies that a disc does not approach on its present path
+     pic/prefetch.h               loads memory for the next event
+     pic/all_pairs.h              the all-pairs loop, which tests compare with the event loop
+     pic/two_discs.h              two discs without walls: a closed form
+     Straight motion and parabolas have a file for each of four questions:
+     pic/straight_motion.h        where a disc is, and when it reaches another body
+     pic/parabola_motion.h
+     pic/straight_partner.h       which disc it collides with next
+     pic/parabola_partner.h
+     pic/straight_exit.h          when it leaves its cell, or hits an obstacle before that
+     pic/parabola_exit.h
+     pic/straight_impact.h        what an impact changes
+     pic/parabola_impact.h        also beginning and end of contact
+     pic/lasting_contact.h        discs in contact with a wall: modes, and when they change
+     pic/driven_path.h            positions of driven bodies
+     pic/driven_impact.h          impacts with driven bodies; runs with features or spins
+     pic/crush.h                  discs that bounce between two closing bodies, and when they are crushed
+     pic/crush_bodies.h           bodies as seen by that rule
+     pic/crushed_row.h            the same rule for a row of discs
+   pit/: the frame-sampled solver
+     pit/state.h                  state of a run, functions for bindings; read it first
+     pit/frame_loop.c             the frame loop, and the functions for bindings
+     pit/set_up.h                 memory of a run, filled from its input
+     pit/frame.h                  one frame: all its tests, or only those that can find something
+     pit/pending_tests.h          tests of a frame that remain, in the order of Algorithm 1
+     pit/motion.h                 motion between frames; driven bodies
+     pit/impacts.h                interference tests and impacts
+     pit/separation.h             bodies that a disc cannot approach on its present path
+     pit/search.h                 which tests a disc needs now, when it needs the next ones, and whether this saves work
+     pit/bounds.h                 lower bounds of the time until a disc can hit something
+     pit/grid.h                   cells for discs of any sizes
+     pit/sweep.h                  all tests of a frame at once, if searches cost too much
+     pit/chain_distance.h         the point of a chain nearest to a disc
    Bindings for Python: a .pyx file is a module, a .pyi file has its types, a .pxd file has declarations
-     pic.pyx, .pxd, .pyi   runs of PIC
-     pit.pyx, .pyi         runs of PIT
-     primitives.pyx, .pyi  single formulas
-     damped_time.pyx, .pyi   damping
-     built.pyx, .pyi       a digest of the sources that the extension was built from
-     carom_core.pxd        declarations of this file
-     formulas.pxd          declarations of formulas
-     run_input.pxd         declarations of run_input.h; conversion of Python arrays
-     record_rows.pxd       recorded impacts as arrays
-     exact_quartic.pxd     the third stage of quartics: exact integers, in Python
-     binding_memory.h      `Resize` for Python
-   The page, compiled to carom/web/core.wasm by `make generated`
-     wasm/input.h          input and output of a run as arrays
-     wasm/memory.c         memory, and replacements for the C library
-     wasm/pic.c            runs of PIC
-     wasm/pit.c            runs of PIT
-     wasm/include/math.h   the functions of math.h that the core uses
-     wasm/include/string.h   the functions of string.h that the core uses */
+     pic.pyx, .pxd, .pyi          runs of PIC
+     pit.pyx, .pyi                runs of PIT
+     primitives.pyx, .pyi         single formulas
+     damped_time.pyx, .pyi        damping
+     built.pyx, .pyi              a digest of the sources that the extension was built from
+     carom_core.pxd               declarations of this file
+     formulas.pxd                 declarations of formulas
+     run_input.pxd                declarations of run_input.h; conversion of Python arrays
+     record_rows.pxd              recorded impacts as arrays
+     exact_quartic.pxd            the third stage of quartics: exact integers, in Python
+     binding_memory.h             `Resize` for Python
+   wasm/: the page, compiled to carom/web/core.wasm by `make generated`
+     wasm/input.h                 input and output of a run as arrays
+     wasm/memory.c                memory, and replacements for the C library
+     wasm/pic.c                   runs of PIC
+     wasm/pit.c                   runs of PIT
+     wasm/include/math.h          the functions of math.h that the core uses
+     wasm/include/string.h        the functions of string.h that the core uses */
 
 #pragma once
 
@@ -165,10 +160,28 @@ enum {
     NO_FEATURE = -1, /* no feature of a wall, or none that matters */
 };
 
+/* ---- memory ---- */
+
 /* Resize a block of memory to `size` bytes and keep its first `used` bytes. Return NULL if there is no more memory; the
    old block is then unchanged. `memory` is NULL for a new block. With size 0 the block is freed and NULL is
    returned. */
 typedef void *(*Resize)(void *memory, size_t used, size_t size);
+
+typedef struct Arena { /* one block of memory for all rows whose number is fixed */
+    /* NULL to measure. A `lay_out` function runs twice: first it computes the size, then it places the rows */
+    char *memory;
+    size_t used; /* bytes */
+} Arena;
+
+/* Reserve `size` bytes for rows and return where they begin, which is at a cache line. */
+static inline void *reserve_bytes(Arena *arena, size_t size) {
+    void *begin = arena->memory == NULL ? NULL : arena->memory + arena->used;
+    arena->used += (size + 63) / 64 * 64;
+    return begin;
+}
+
+/* Reserve memory for a number of rows of a type. */
+#define RESERVE_ROWS(arena, type, count) ((type *)reserve_bytes((arena), (size_t)(count) * sizeof(type)))
 
 /* ---- bodies ---- */
 
@@ -184,6 +197,28 @@ typedef struct Surface { /* motion of a driven wall, a driven disc, or a conveyo
     double vy;
     double belt; /* speed of a conveyor's surface, to the left of the normal, metres per second */
 } Surface;
+
+typedef struct Point {
+    double x;
+    double y;
+} Point;
+
+typedef struct Leg { /* part of a driven body's path with constant velocity */
+    double begin;    /* since the epoch */
+    double end;      /* INF for the last leg */
+    double begins;   /* `begin` and `end`, since the start */
+    double ends;
+    double moved_x; /* displacement of the body at the begin of the leg, metres */
+    double moved_y;
+    double vx;
+    double vy;
+} Leg;
+
+/* Return the displacement of a driven body at a time within a leg of its path. */
+static inline Point displacement_on(const Leg *leg, double time) {
+    double lasted = time - leg->begin;
+    return (Point){leg->moved_x + leg->vx * lasted, leg->moved_y + leg->vy * lasted};
+}
 
 typedef struct Turning { /* rotation of a disc, in a scene with spin */
     double spin;         /* radians per second, counterclockwise */
@@ -228,10 +263,10 @@ typedef struct Impact { /* a row of `carom.model.trace.IMPACT_DTYPE` */
     double second_after[2];
 } Impact;
 
-typedef struct Before { /* velocities before an impact; 0 for a wall at rest */
-    double first[2];
-    double second[2];
-} Before;
+static inline void write_velocity(double *velocity, double vx, double vy) {
+    velocity[0] = vx;
+    velocity[1] = vy;
+}
 
 typedef struct Spins { /* a row of `carom.model.trace.SPIN_DTYPE` */
     double first_before;
@@ -255,7 +290,7 @@ typedef struct LastContact { /* what the next impact of a disc needs to know abo
     bool elastic; /* whether the wall loses no energy */
 } LastContact;
 
-typedef struct Recent { /* earlier impacts of a disc that decide whether its next one is ambiguous; see record.h */
+typedef struct Recent { /* earlier impacts of a disc that decide if its next one is ambiguous: see impact_record.h */
     LastContact furthest;
     LastContact across;
 } Recent;

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
 
 /* ---- compilers ---- */
 
@@ -33,7 +35,7 @@
 /* For a time, in seconds: never. For a resolution: unknown at any time. */
 #define CAROM_INF HUGE_VAL
 
-/* ---- primitives: double_double.h, pair.h, half_plane.h, face.h, arc.h ---- */
+/* ---- primitives: double_double.h, pair_time.h, half_plane.h, line_time.h, arc_time.h ---- */
 
 /* 2^27 + 1, Veltkamp's constant: splits 53 bits into two parts of 26 bits and a sign. */
 #define CAROM_SPLITTER 134217729.0
@@ -71,7 +73,7 @@
 #define CAROM_ORDINARY 0x1p200
 #define CAROM_LEAST_ORDINARY 0x1p-200
 
-/* ---- resolution.h ---- */
+/* ---- impact_record.h ---- */
 
 /* The distance from 1 to the next float. Relative to any number, it is at least one unit in the last place of that
    number. */
@@ -80,9 +82,9 @@
    the offset between the centres has an error of at most 3/16 of their distance. */
 #define CAROM_FARTHEST 0x1p49
 
-/* ---- event_driven.c ---- */
+/* ---- event_loop.c ---- */
 
-/* Impacts per disc after which a new time epoch begins: see epochs.h. */
+/* Impacts per disc after which a new time epoch begins: see clock.h. */
 #define CAROM_EPOCH_IMPACTS 32
 /* How much wider a cell is than the largest sum of two radii, relative to that sum. Any value works that covers the
    roundings of a path and of the edges. For very large coordinates the second constant applies, relative to the largest
@@ -104,7 +106,7 @@
 #define CAROM_ROOT_ERROR 0x1p-22
 #define CAROM_CERTAIN 0x1p24
 
-/* ---- frame_sampled.c ---- */
+/* ---- frame_loop.c ---- */
 
 /* If a root rounds to R, its square is within two roundings (2^-53) of R^2. */
 #define CAROM_ROOT_ROOM 0x1p-50
@@ -145,7 +147,7 @@
 /* Number of frames for which savings count. Chosen, not tuned. */
 #define CAROM_SAVED_FRAMES 64.0
 
-/* ---- quartic.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
+/* ---- falls.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
 
 /* Error of a power in pairs, relative to the magnitudes of its terms: 20 u^2 for the terms and their sum, and 24 u^2
    for each of at most 9 shifts of the origin. */

@@ -13,12 +13,8 @@
 
 #pragma once
 
-#include <math.h>
-#include <stdbool.h>
-
-#include "carom/core/carom_core.h"
 #include "carom/core/constants.h"
-#include "carom/core/impact.h"
+#include "carom/core/impact_law.h"
 
 /* What presses a disc against a wall, and what resists its motion. */
 typedef struct Press {
@@ -112,6 +108,22 @@ static inline Frictions frictional_impulses(
     const bool sticks = fabs((1.0 + contact->restitution) * before.slip / (1.0 + y)) <= contact->friction * pressed;
     const double impulse = tangential_impulse(contact, before.slip, 1.0 + y, pressed);
     return (Frictions){impulse, impulse, sticks, false};
+}
+
+/* Apply both frictions to a disc in an impact on a wall with the normal n and a conveyor's speed. u is the velocity of
+   the disc relative to the wall before the impact. */
+static inline Frictions rub_on_wall(const ContactFriction *contact, double rolling_resistance, double belt, double nx,
+                                    double ny, double ux, double uy, double pressed, Body *a) {
+    Turning *turning = a->turning;
+    const double y = turning->inverse_inertia_ratio, rim = a->radius * turning->spin;
+    double slip = ux * ny - uy * nx + rim;
+    if (belt != 0.0)
+        slip += belt;
+    const Frictions by = frictional_impulses(contact, rolling_resistance, (Slips){slip, rim}, y, pressed);
+    a->velocity[0] -= by.friction * ny;
+    a->velocity[1] += by.friction * nx;
+    turning->spin = by.blocks ? 0.0 : turning->spin - by.turning * y / a->radius;
+    return by;
 }
 
 /* Return the seconds until a slip or rim speed with this rate is 0; infinity for never. */

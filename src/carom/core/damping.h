@@ -1,4 +1,6 @@
-/* Linear damping v' = -c v by a substitution of the time: docs/theory/damping.md.
+/* Discs that slow down: linear damping, and a table that decelerates them.
+
+   Linear damping v' = -c v is a substitution of the time: docs/theory/damping.md.
 
    A damped disc moves like an undamped one in the undamped time s = (1 - e^(-c t)) / c. Its velocity is 1 - c s times
    the undamped one. Rates c are per second, 0 or more; times are in seconds. */
@@ -8,8 +10,8 @@
 #include <float.h>
 #include <string.h>
 
+#include "carom/core/arithmetic/exponentials.h"
 #include "carom/core/carom_core.h"
-#include "carom/core/exponentials.h"
 
 /* Return the factor by which a velocity has decreased after a time. For a negative time it is more than 1, up to
    infinity. */
@@ -81,31 +83,54 @@ static inline double latest_undamped_time(double rate, double time) {
     return found;
 }
 
+/* ---- a table ---- */
+
+typedef struct Slowing { /* deceleration of a disc on a table */
+    double ax;           /* acceleration */
+    double ay;
+    Instant stops; /* when the disc stops; NEVER if it does not move */
+} Slowing;
+
+/* Return the slowing of a disc that has a velocity at an instant. */
+static inline Slowing slowing_by(double deceleration, double vx, double vy, Instant now) {
+    double speed = nearest_length(vx, vy);
+    if (speed == 0.0)
+        return (Slowing){0.0, 0.0, NEVER};
+    double a = -deceleration; /* times a unit vector: divided by a tiny speed, it would be infinite */
+    return (Slowing){a * (vx / speed), a * (vy / speed), instant_after(now, speed / deceleration)};
+}
+
 /* ---- recorded impacts ---- */
+
+/* Multiply the velocities of an impact by the factor that damping leaves of them, 1 - c s. */
+static inline void slow_impact(Impact *row, double kept) {
+    for (int axis = 0; axis < 2; axis++) {
+        row->first_before[axis] *= kept;
+        row->second_before[axis] *= kept;
+        row->first_after[axis] *= kept;
+        row->second_after[axis] *= kept;
+    }
+}
+
+static inline void slow_spin(Spins *row, double kept) {
+    row->first_before *= kept;
+    row->second_before *= kept;
+    row->first_after *= kept;
+    row->second_after *= kept;
+}
 
 /* Convert impacts of an undamped run to those of the damped run. */
 static inline void slow_impacts(double rate, Impact *impacts, Index count) {
     LogAnchor anchor = first_anchor();
     for (Index k = 0; k < count; k++) {
         Impact *row = &impacts[k];
-        double kept = 1.0 - rate * row->time;
-        for (int axis = 0; axis < 2; axis++) {
-            row->first_before[axis] *= kept;
-            row->second_before[axis] *= kept;
-            row->first_after[axis] *= kept;
-            row->second_after[axis] *= kept;
-        }
+        slow_impact(row, 1.0 - rate * row->time);
         row->time = damped_time_from(&anchor, rate, row->time);
     }
 }
 
 /* Convert the spins around impacts, given the impacts of the undamped run. */
 static inline void slow_spins(double rate, const Impact *undamped, Spins *spins, Index count) {
-    for (Index k = 0; k < count; k++) {
-        double kept = 1.0 - rate * undamped[k].time;
-        spins[k].first_before *= kept;
-        spins[k].second_before *= kept;
-        spins[k].first_after *= kept;
-        spins[k].second_after *= kept;
-    }
+    for (Index k = 0; k < count; k++)
+        slow_spin(&spins[k], 1.0 - rate * undamped[k].time);
 }

@@ -1,8 +1,8 @@
-"""Callback with which the core calls the exact quartic solver in Python: see `ExactQuartic` in quartic_forms.h."""
+"""Callback with which the core calls the exact quartic solver in Python: see `ExactQuartic` in polynomial.h."""
 
 from carom.core.carom_core cimport c_bool
 
-cdef extern from "carom/core/quartic_forms.h" nogil:
+cdef extern from "carom/core/quartic/polynomial.h" nogil:
     enum:
         QUARTIC_POWERS
 

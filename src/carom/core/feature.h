@@ -1,17 +1,15 @@
 /* Features of walls, one struct for all kinds, and a disc relative to a wall.
 
    A feature is a part of a wall that a disc can hit: the line of a half-plane, a face, a vertex, or the outside or
-   inside of an arc. A face is one side of a straight edge of a finite wall. `carom/core/numbered.py` writes a feature
+   inside of an arc. A face is one side of a straight edge of a finite wall. `carom/core/input_rows.py` writes a feature
    as a row of FEATURE_NUMBERS floats, and `feature_from` reads it. Lengths are in metres, velocities in metres per
    second. */
 
 #pragma once
 
-#include <stdbool.h>
+#include "carom/core/arithmetic/double_double.h"
 
-#include "carom/core/double_double.h"
-
-/* `numbered.py` uses the same numbers. */
+/* `input_rows.py` uses the same numbers. */
 typedef enum FeatureKind {
     PLANE = 0, /* the whole line of a half-plane */
     FACE = 1,
@@ -38,7 +36,7 @@ typedef struct Feature {
     DoubleDouble fy;
 } Feature;
 
-/* Length of a row of `numbered.py`. */
+/* Length of a row of `input_rows.py`. */
 enum { FEATURE_NUMBERS = 22 };
 
 /* A disc relative to a wall. */
@@ -54,7 +52,7 @@ static inline DoubleDouble pair_at(const double *row) {
     return (DoubleDouble){row[0], row[1]};
 }
 
-/* Return the feature that a row of `numbered.py` describes. */
+/* Return the feature that a row of `input_rows.py` describes. */
 static inline Feature feature_from(const double *row) {
     return (Feature){
         .kind = (FeatureKind)(int)row[0],

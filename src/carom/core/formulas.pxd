@@ -8,7 +8,7 @@ cdef extern from "carom/core/constants.h" nogil:
     const double CAROM_PAIR_LEAST
     const double CAROM_PAIR_MOST
 
-cdef extern from "carom/core/double_double.h" nogil:
+cdef extern from "carom/core/arithmetic/double_double.h" nogil:
     struct DoubleDouble:
         double high
         double low
@@ -17,7 +17,7 @@ cdef extern from "carom/core/double_double.h" nogil:
     double greater(double a, double b)
     DoubleDouble two_diff(double a, double b)
 
-cdef extern from "carom/core/pair.h" nogil:
+cdef extern from "carom/core/straight/pair_time.h" nogil:
     double pair_time(
         double x1, double y1, double vx1, double vy1, double r1,
         double x2, double y2, double vx2, double vy2, double r2,
@@ -48,30 +48,28 @@ cdef extern from "carom/core/feature.h" nogil:
 
     Feature feature_from(const double *row)
 
-cdef extern from "carom/core/half_plane.h" nogil:
+cdef extern from "carom/core/straight/line_time.h" nogil:
     DoubleDouble wall_gap(double x, double y, double radius, double qx, double qy, double nx, double ny)
     DoubleDouble wall_speed(double vx, double vy, double nx, double ny)
     double wall_time(
         double x, double y, double vx, double vy, double radius, double qx, double qy, double nx, double ny
     )
 
-cdef extern from "carom/core/arc.h" nogil:
+cdef extern from "carom/core/straight/feature_time.h" nogil:
     struct Touch:
         double time
         bint glides
 
-    DoubleDouble reach_of(const Mover *disc, const Feature *arc)
-
-cdef extern from "carom/core/feature_time.h" nogil:
     struct Direction:
         double x
         double y
 
+    DoubleDouble reach_of(const Mover *disc, const Feature *arc)
     Touch feature_time(const Mover *disc, const Feature *feature, bint just_left)
     Direction normal_at(const Feature *feature, const Mover *disc)
     double feature_gap(const Mover *disc, const Feature *feature)
 
-cdef extern from "carom/core/fall.h" nogil:
+cdef extern from "carom/core/parabola/fall_time.h" nogil:
     struct FallingDisc:
         double x
         double y
@@ -89,7 +87,7 @@ cdef extern from "carom/core/fall.h" nogil:
         double leaving,
     )
 
-cdef extern from "carom/core/impact.h" nogil:
+cdef extern from "carom/core/impact_law.h" nogil:
     double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution)
     double tangential_impulse(
         const ContactFriction *contact, double slip, double inverse_effective_mass, double pressed

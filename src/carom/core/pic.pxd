@@ -1,11 +1,11 @@
-"""Declarations of `state.h` and `two_discs.h` for the binding."""
+"""Declarations of `pic/state.h` and `two_discs.h` for the binding."""
 
 from libc.stdint cimport int64_t
 
 from carom.core.carom_core cimport Impact, Index, Law, Recent, Record, Turning, c_bool
 from carom.core.run_input cimport RunInput
 
-cdef extern from "carom/core/state.h" nogil:
+cdef extern from "carom/core/pic/state.h" nogil:
     enum Ending:
         NO_MEMORY
 
@@ -101,7 +101,7 @@ cdef extern from "carom/core/state.h" nogil:
     size_t carom_allocated(const State *s)
     void carom_release(State *s)
 
-cdef extern from "carom/core/two_discs.h" nogil:
+cdef extern from "carom/core/pic/two_discs.h" nogil:
     struct FreeDisc:
         double x
         double y

@@ -8,7 +8,7 @@ from typing_extensions import Buffer
 from carom.model.disc_arrays import DiscArrays
 from carom.model.scene import Disc
 from carom.solvers.event_driven.obstacles import Obstacles
-from carom.solvers.event_driven.run import Acceleration
+from carom.solvers.run import Start
 
 DISC_DTYPE: Final[np.dtype[np.void]]
 
@@ -19,7 +19,7 @@ class Kernel:
         start: DiscArrays,
         obstacles: Obstacles | None,
         until: float,
-        acceleration: Acceleration | None,
+        acceleration: Start | None,
         contact_duration: float,
         standstill: int,
         cell_factor: float,

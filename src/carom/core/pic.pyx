@@ -1,5 +1,5 @@
-# distutils: sources = src/carom/core/event_driven.c
-"""Python binding of the event-driven loop, `event_driven.c`: PIC for any number of discs, and for two discs alone."""
+# distutils: sources = src/carom/core/pic/event_loop.c
+"""Python binding of the event-driven loop, `event_loop.c`: PIC for any number of discs, and for two discs alone."""
 
 from cpython.bytes cimport PyBytes_FromStringAndSize
 from libc.stdint cimport int64_t, uintptr_t
@@ -29,8 +29,8 @@ cdef class Kernel:
             driven and all walls are half-planes with the coefficients of the law.
         until: End of the run, seconds since the start, unless `run` is called with a later one. Crushes after the end
             do not stop the run.
-        acceleration: Gravity or deceleration by a table, `carom.solvers.event_driven.run.Acceleration`; None for none.
-            It requires obstacles with grounds.
+        acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs, which requires
+            obstacles with grounds; otherwise None.
         contact_duration: Duration of a contact in the TC model, seconds; 0 if the model is not used.
         standstill: Number of impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
@@ -82,7 +82,7 @@ cdef class Kernel:
         carom_release(&self.s)
 
     def run(self, double until, Index impacts, Index events):
-        """Advance the run, and return its `Ending` (state.h).
+        """Advance the run, and return its `Ending` (pic/state.h).
 
         Args:
             until: Apply impacts up to and including this time, seconds since the start.
@@ -148,17 +148,17 @@ cdef class Kernel:
 
     @property
     def discs(self):
-        """A view of the rows of all discs: an array with the fields of `Disc` in state.h."""
+        """A view of the rows of all discs: an array with the fields of `Disc` in pic/state.h."""
         return self.rows(self.s.discs, sizeof(Disc)).view(DISC_DTYPE)
 
     @property
     def counts(self):
-        """Counts of work so far, by name: see `Counts` in state.h."""
+        """Counts of work so far, by name: see `Counts` in pic/state.h."""
         return self.s.counts
 
     @property
     def clock(self):
-        """Times of the run, by name: see `Clock` in state.h."""
+        """Times of the run, by name: see `Clock` in pic/state.h."""
         return self.s.clock
 
     def states(self, double time, double time_low):
@@ -187,7 +187,7 @@ cdef class Kernel:
 
     @property
     def contact_end(self):
-        """The contact that ended the run: see `ContactEnd` in accelerated.h."""
+        """The contact that ended the run: see `ContactEnd` in accelerated_state.h."""
         return self.s.accelerated.end
 
     @property
@@ -197,7 +197,7 @@ cdef class Kernel:
 
     @property
     def crush(self):
-        """After the ending `CRUSHED`: see `Crush` in state.h. The time is since the start."""
+        """After the ending `CRUSHED`: see `Crush` in pic/state.h. The time is since the start."""
         return self.s.crush
 
     @property

@@ -1,18 +1,11 @@
-from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer, disjoint_base
 
-from carom.model.chain_geometry import Outline
-from carom.model.disc_arrays import HalfPlane
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.run import Start
-
-def chain_rows(
-    walls: Sequence[HalfPlane | Outline],
-) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]: ...
 
 @disjoint_base
 class FrameLoop:

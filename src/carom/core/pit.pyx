@@ -1,19 +1,19 @@
-# distutils: sources = src/carom/core/frame_sampled.c
-"""Python binding of the frame-sampled loop, `frame_sampled.c`: PIT for any number of discs and all kinds of motion."""
+# distutils: sources = src/carom/core/pit/frame_loop.c
+"""Python binding of the frame-sampled loop, `frame_loop.c`: PIT for any number of discs and all kinds of motion."""
 
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free
 
 import numpy as np
 
-from carom.core.driven import driven_rows
+from carom.core.input_rows import chain_rows, driven_rows
 from carom.core.resolution import too_far_out
 
 from carom.core.carom_core cimport Index, Record, Turning
 from carom.core.record_rows cimport ambiguous_rows, free_record, release_rows
 from carom.core.run_input cimport RunInput, floats, input_of
 
-cdef extern from "carom/core/pit_state.h" nogil:
+cdef extern from "carom/core/pit/state.h" nogil:
     struct Counts:
         Index frames
         Index tested
@@ -40,21 +40,6 @@ cdef extern from "carom/core/pit_state.h" nogil:
     void carom_pit_begin(State *s, const RunInput *input, void *memory)
     void carom_pit_run(State *s, Index until, Index most)
     void carom_pit_write_states(const State *s, double time, double *states)
-
-
-def chain_rows(walls):
-    """Return the rows of walls and of the edges of finite walls: `RunInput.chains` and `RunInput.edges`."""
-    chains, edges = [], []
-    for wall in walls:
-        if isinstance(wall, tuple):
-            chains.append((0, 0.0, 0.0, *wall))
-            continue
-        chains.append((len(wall.stretches), wall.half_width, sum(map(abs, wall.lengths)), 0.0, 0.0, 0.0, 0.0))
-        for stretch in wall.stretches:
-            begin, end, bulge = stretch.edge
-            centre, is_arc = stretch.centre or (0.0, 0.0), stretch.centre is not None
-            edges.append((*begin, *end, bulge, *centre, stretch.radius, is_arc, stretch.whole))
-    return chains, edges
 
 
 cdef class FrameLoop:

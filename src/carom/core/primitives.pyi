@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import disjoint_base
 
-from carom.core.features import Mover
+from carom.core.wall_features import Mover
 from carom.model.disc_arrays import HalfPlane
 
 def fill_pair_times(

@@ -1,7 +1,7 @@
 """Single formulas of the core for Python: times of impact, features of a wall, and impulses.
 
 Lengths are in metres, velocities in metres per second, times in seconds from now. A time is 0 for bodies that touch or
-overlap and approach, and infinity for never. A disc relative to a wall is a `carom.core.features.Mover`.
+overlap and approach, and infinity for never. A disc relative to a wall is a `carom.core.wall_features.Mover`.
 """
 
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
@@ -84,7 +84,7 @@ cdef class WallFeatures:
     """The features of a finite wall, by number. If a disc hits several at the same time, the lowest number counts.
 
     Args:
-        rows: A row of numbers for each feature, as `carom.core.numbered.numbers_of` returns it.
+        rows: A row of numbers for each feature, as `carom.core.input_rows.feature_row` returns it.
     """
 
     cdef Feature *rows

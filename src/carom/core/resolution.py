@@ -4,8 +4,7 @@ Each coordinate is known to one unit in the last place: half a unit from a produ
 two bodies is known to five units in the last place of the sum of their sizes (`size_of`). This includes the rounding of
 the root and of the radii.
 
-`core/resolution.h` has the same bounds for the core. That header also has the bounds of times of impact, which follow
-from these bounds.
+`core/impact_record.h` has the same bounds for the core, and the bounds of times of impact, which follow from them.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "carom/core/carom_core.h"
-#include "carom/core/quartic_forms.h"
+#include "carom/core/quartic/polynomial.h"
 
 enum { /* numbers per row */
     WALL_NUMBERS = 4,
@@ -68,8 +68,14 @@ typedef struct RunInput {
     double rate;
     double damping;  /* rate at which discs are damped, per second; 0 for none */
     bool skips;      /* whether tests that can find nothing are skipped. It changes no result */
-    double max_waste; /* how much work of skipping may be wasted: see `State.max_waste` in pit_state.h */
+    double max_waste; /* how much work of skipping may be wasted: see `State.max_waste` in pit/state.h */
 } RunInput;
+
+/* Return leg `n` of all paths. */
+static inline Leg leg_of(const RunInput *input, Index n) {
+    const double *leg = input->legs + LEG_NUMBERS * n;
+    return (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
+}
 
 /* Return whether some impact has restitution 0. */
 static inline bool can_stop(const RunInput *input) {

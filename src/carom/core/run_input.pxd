@@ -73,7 +73,7 @@ cdef inline const double *floats(list kept, values) except? NULL:
 cdef inline RunInput input_of(start, acceleration, list kept) except *:
     """Return the input for both solvers of a start, `carom.model.disc_arrays.DiscArrays`. `kept` keeps arrays alive.
 
-    `acceleration` has the attributes of `carom.solvers.event_driven.run.Acceleration`, or is None.
+    `acceleration` is a `carom.solvers.run.Start` whose discs may accelerate, or None.
     """
     cdef RunInput given
     memset(&given, 0, sizeof(RunInput))

@@ -3,7 +3,7 @@
 With ``s = (1 - exp(-c t)) / c`` a damped path ``x + v s`` is linear in s. Every velocity is ``exp(-c t) = 1 - c s``
 times the undamped one. Impacts don't change: restitution, Coulomb's law and tangential restitution are homogeneous in
 velocities. `docs/theory/damping.md` derives this. Conversions of single times have the same bits on every machine,
-see `core/exponentials.h`.
+see `core/arithmetic/exponentials.h`.
 """
 
 from __future__ import annotations

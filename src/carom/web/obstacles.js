@@ -1,4 +1,4 @@
-// Rows of numbers for the core: walls and driven bodies, as in carom/core/numbered.py and carom/solvers/event_driven
+// Rows of numbers for the core: walls and driven bodies, as in carom/core/input_rows.py and carom/solvers/event_driven
 // (obstacles.py, driven.py, grounds.py).
 import { isDriven, legsOf } from "./prescribed_motion.js";
 import { featuresOf, sameFeature } from "./features.js";

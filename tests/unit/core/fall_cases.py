@@ -8,7 +8,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import NamedTuple
 
-from carom.core.features import Arc, Face, Feature, Mover, Point
+from carom.core.wall_features import Arc, Face, Feature, Mover, Point
 from carom.model.chain_geometry import Edge, ExactCircle, circle_of
 
 

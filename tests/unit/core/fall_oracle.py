@@ -17,7 +17,7 @@ from fractions import Fraction
 from tests.unit.core.fall_cases import Encounter, Fall
 
 from carom.core.exact_quartic import find_closings
-from carom.core.features import Arc, Face, Mover, Pair, Point, Sector
+from carom.core.wall_features import Arc, Face, Mover, Pair, Point, Sector
 
 Polynomial = list[Fraction]  # lowest power first
 Vector = tuple[Fraction, Fraction]

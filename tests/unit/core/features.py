@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from carom.core import primitives
-from carom.core.features import Feature, Mover, Point
-from carom.core.numbered import numbers_of
+from carom.core.input_rows import feature_row
+from carom.core.wall_features import Feature, Mover, Point
 
 
 def in_core(feature: Feature) -> primitives.WallFeatures:
     """Return a wall of one feature."""
-    return primitives.WallFeatures([numbers_of(feature, 0)])
+    return primitives.WallFeatures([feature_row(feature, 0)])
 
 
 def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> tuple[float, bool]:

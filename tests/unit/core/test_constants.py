@@ -17,8 +17,8 @@ HEADER = (CORE / "constants.h").read_text(encoding="utf-8")
 #: Constants of plain Python, by their names in the header.
 PLAIN = {
     "INF": "math.inf",
-    "PAIR_LEAST": "carom.core.pair_time_any_size._LEAST",
-    "PAIR_MOST": "carom.core.pair_time_any_size._MOST",
+    "PAIR_LEAST": "carom.core.time_of_impact._LEAST",
+    "PAIR_MOST": "carom.core.time_of_impact._MOST",
     "ORDINARY": "carom.support.limits.ORDINARY",
     "LEAST_ORDINARY": "carom.solvers.units._LEAST",
     "ULP": "carom.core.resolution.ULP",
@@ -29,10 +29,10 @@ PLAIN = {
 #: Constants of plain Python that are members of enums, by the header with the enum.
 NUMBERED = {
     "feature.h": {
-        **{name: f"carom.core.numbered._{name}" for name in ("PLANE", "FACE", "VERTEX", "OUTER_ARC", "INNER_ARC")},
-        "FEATURE_NUMBERS": "carom.core.numbered.FEATURE_NUMBERS",
+        **{name: f"carom.core.input_rows._{name}" for name in ("PLANE", "FACE", "VERTEX", "OUTER_ARC", "INNER_ARC")},
+        "FEATURE_NUMBERS": "carom.core.input_rows.FEATURE_NUMBERS",
     },
-    "state.h": {
+    "pic/state.h": {
         "MOST_OBSTACLES": "carom.solvers.event_driven.obstacles.MOST_OBSTACLES",
         **{
             name: f"carom.solvers.event_driven.run._{name}"

@@ -47,7 +47,7 @@ def test_an_edited_source_of_an_editable_install_is_warned_of_and_noted(
     package = tmp_path / "carom"
     skipped = shutil.ignore_patterns("__pycache__", "*.js", "*.html")
     shutil.copytree(PACKAGE, package, ignore=skipped, copy_function=shutil.copy2)
-    source = package / "core/impact.h"
+    source = package / "core/impact_law.h"
     if edited:
         source.write_text(source.read_text() + "/* A comment more. */\n")
     if touched:

@@ -17,8 +17,8 @@ from tests.lengths import each, release_after
 from tests.unit.core.features import feature_fall_time, feature_time, in_core
 
 from carom.core import primitives
-from carom.core.features import Arc, Face, Feature, Mover, Pair, Point
-from carom.core.numbered import numbers_of
+from carom.core.input_rows import feature_row
+from carom.core.wall_features import Arc, Face, Feature, Mover, Pair, Point
 from carom.model.chain_geometry import Edge, ExactCircle, circle_of
 
 DIGITS = 80
@@ -400,7 +400,7 @@ def test_of_features_that_are_met_at_one_instant_the_first_counts() -> None:
     """A disc that comes onto a face's very end meets the face, if it is listed before the vertex there."""
     disc, vertex = Mover.at((2.0, 1.5), (0.0, -1.0), 0.25), Arc.vertex((2.0, 0.0), 0.25)
     for order, first in (((FLOOR, vertex), 0), ((vertex, FLOOR), 0), ((RING, vertex, FLOOR), 1)):
-        wall = primitives.WallFeatures([numbers_of(feature, 0) for feature in order])
+        wall = primitives.WallFeatures([feature_row(feature, 0) for feature in order])
         assert wall.first_touch(disc, -1) == (1.0, first, False)
         assert wall.first_fall(disc, 0.0, 0.0, -1, 0.0) == (1.0, first)
 

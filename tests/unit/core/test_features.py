@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from carom.core.features import Arc, Face, Pair, pair_of, root_of
+from carom.core.wall_features import Arc, Face, Pair, pair_of, root_of
 from carom.model.chain_geometry import Edge, ExactCircle, circle_of
 
 coordinates = st.floats(-1e6, 1e6).filter(lambda value: value == 0.0 or abs(value) > 1e-12)

@@ -7,8 +7,7 @@ import math
 import pytest
 from tests.lengths import each
 
-from carom.core.features import Face
-from carom.core.wall_features import are_decidable, features_of
+from carom.core.wall_features import Face, are_decidable, features_of
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind
 

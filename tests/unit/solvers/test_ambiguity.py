@@ -14,7 +14,7 @@ from tests.stage import disc_at, staged, wall_at
 
 from carom import solve_pic
 from carom.core.resolution import clock_resolution, gap_resolution, size_of
-from carom.solvers.early_ends import standstill_impacts
+from carom.solvers.event_driven.run import standstill_impacts
 
 probe = pytest.importorskip("tests.probe")
 

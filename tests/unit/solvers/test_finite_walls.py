@@ -15,7 +15,7 @@ from tests.unit.core.features import in_core
 from tests.unit.solvers.kinds import all_pairs
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
-from carom.core.features import Arc, Face, Mover
+from carom.core.wall_features import Arc, Face, Mover
 from carom.errors import CaromError
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, Trace

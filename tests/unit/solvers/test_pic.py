@@ -15,7 +15,7 @@ from tests.stage import disc_at, line, staged, wall_at
 from carom.errors import InputError
 from carom.model.scene import Disc
 from carom.model.trace import Outcome
-from carom.solvers.early_ends import standstill_impacts
+from carom.solvers.event_driven.run import standstill_impacts
 from carom.solvers.pic import pic_run, solve_pic
 from carom.solvers.reference.algorithm_2 import solve_pic_framewise
 

@@ -12,7 +12,7 @@ const { Obstacles } = await moduleOf("obstacles");
 const bits = (numbers) => Buffer.from(Float64Array.from(numbers).buffer).toString("hex");
 const KINDS = { face: 0, vertex: 1, arc: 2 };
 const NO_EDGE = [-1, -1];
-const EDGE_KINDS = 4; // of carom/core/chain_distance.h
+const EDGE_KINDS = 4; // of carom/core/pit/chain_distance.h
 
 // The edge that an impact was on, and of which kind; of PIC by the feature that it records; PIT records both.
 function edgeOf({ second, at: [[x, y]], feature }, method, { features, outlines }) {

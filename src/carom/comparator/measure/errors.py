@@ -14,7 +14,7 @@ from carom.comparator.impact_matching import Alignment
 from carom.comparator.non_finite import finite_impacts
 from carom.comparator.scales import OwnScales, Scales, compute_own_scales, largest
 from carom.comparator.thresholds import THRESHOLDS
-from carom.core.rough_impact import ContactFrictions, RoughBodies
+from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Need
 from carom.model.trace import Trace, rim_speeds, velocities

@@ -2,8 +2,8 @@
 
 Each impact is checked with its own data: the velocities before it, its normal, and its normal impulse. So errors of the
 impact's time and of its normal impulse do not matter. The law of friction has two candidate tangential impulses and
-takes the smaller one (`core/impact.h`). An impact whose tangential impulse is nearer to the other candidate took the
-wrong branch. If both candidates are equal, neither branch is wrong.
+takes the smaller one (`core/impact_law.h`). An impact whose tangential impulse is nearer to the other candidate took
+the wrong branch. If both candidates are equal, neither branch is wrong.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from carom.comparator.measure.errors import impact_bodies
 from carom.comparator.non_finite import finite_impacts
 from carom.comparator.scales import Scales
-from carom.core.rough_impact import branches
+from carom.core.impact_law import branches
 from carom.model.trace import Trace, rim_speeds, velocities
 
 

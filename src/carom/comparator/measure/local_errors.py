@@ -23,9 +23,9 @@ from carom.comparator.non_finite import finite_impacts
 from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise.law import NO_FEATURE, FiniteWall, Law
-from carom.core.features import Mover
-from carom.core.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
+from carom.core.impact_law import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.core.time_of_impact import time_of_impact
+from carom.core.wall_features import Mover
 from carom.model.disc_arrays import HalfPlane
 from carom.model.flights import free_flights
 from carom.model.trace import STATE_DTYPE, Trace, rim_speeds, velocities, wall_index

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from carom.comparator.impact_matching import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
 from carom.core import primitives
-from carom.core.rough_impact import ContactFriction
+from carom.core.impact_law import ContactFriction
 from carom.model.flights import free_flights
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector, body_name, rim_speeds, wall_body, wall_index

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, FiniteWall, Law, Pair
 from carom.core import primitives
-from carom.core.features import Mover
+from carom.core.wall_features import Mover
 from carom.model.prescribed_motion import Drive
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from carom.comparator.slowing import Slowing
 from carom.core import primitives
-from carom.core.numbered import numbers_of
-from carom.core.rough_impact import ContactFriction
+from carom.core.impact_law import ContactFriction
+from carom.core.input_rows import feature_row
 from carom.core.wall_features import features_of
 from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import HalfPlane
@@ -39,7 +39,7 @@ class FiniteWall:
 
     def __init__(self, outline: Outline) -> None:
         self.outline = outline
-        self.features = primitives.WallFeatures([numbers_of(part.feature, 0) for part in features_of(outline)])
+        self.features = primitives.WallFeatures([feature_row(part.feature, 0) for part in features_of(outline)])
 
 
 class Law:

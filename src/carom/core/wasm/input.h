@@ -6,7 +6,6 @@
 
 #pragma once
 
-#include "carom/core/carom_core.h"
 #include "carom/core/feature.h"
 #include "carom/core/run_input.h"
 
@@ -60,7 +59,7 @@ typedef enum Result { /* addresses and counts of rows, and how the run has ended
     MODE_COUNT,
     AMBIGUOUS,
     AMBIGUOUS_COUNT,
-    ENDING, /* of PIC: `Ending` in state.h */
+    ENDING, /* of PIC: `Ending` in pic/state.h */
     REPORTED,
     NOW,
     NOW_LOW,

@@ -1,7 +1,5 @@
 /* Memory of the core in WebAssembly, its input, and replacements for functions of a C library. */
 
-#include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 #include "carom/core/wasm/input.h"

@@ -1,6 +1,6 @@
 /* Binding of the event-driven loop for JavaScript. This file includes the loop. */
 
-#include "carom/core/event_driven.c"
+#include "carom/core/pic/event_loop.c"
 #include "carom/core/wasm/input.h"
 
 /* ---- functions of JavaScript ---- */

@@ -3,7 +3,7 @@
    This file includes the loop, so that both use one copy of the exponentials. */
 
 #include "carom/core/damping.h"
-#include "carom/core/frame_sampled.c"
+#include "carom/core/pit/frame_loop.c"
 #include "carom/core/wasm/input.h"
 
 static State state;

@@ -1,33 +1,42 @@
 """Detection of collapse and crush: infinitely many impacts in a finite time.
 
-Collapse and crush are inferred from many past impacts, without a proof.
+Collapse and crush are inferred from many past impacts, without a proof. Discs in a row can be crushed, too, in any
+direction. By symmetry, they stay on a line if their centres are exactly on the line and no velocity, force or friction
+acts sideways. Their room is the distance between the end bodies minus the discs' diameters. It is linear in time.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from operator import itemgetter
+from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.crushed_row import CRUSH, crush_in_a_row
-from carom.solvers.certified.floats import float_above
-from carom.solvers.certified.obstacles import Plane
+from carom.core.wall_features import Exact, exact
+from carom.model.trace import EdgeKind, wall_body, wall_index
+from carom.solvers.certified.balls import ball, float_above
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, less
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from carom.model.trace import ImpactRecord
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.recording import Recording
 
 #: Impacts count as a collapse if there are at least this many, times the square of the number of their bodies, within
 #: two floats of one time. Three equal discs that do not collapse have at most some 600 impacts.
 _COLLAPSE = 20
+#: A disc between two approaching bodies is crushed after this many impacts.
+_CRUSH = 256
 
 
 def without_end(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the collapse or crush that the last impacts form; None if they form neither."""
-    return _collapse(log, bodies) or _crush(log, bodies) or crush_in_a_row(log, bodies)
+    return _collapse(log, bodies) or _crush(log, bodies) or _crush_in_a_row(log, bodies)
 
 
 def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
@@ -57,8 +66,8 @@ def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
     opposite, the sum of the disc's two gaps does not depend on its position.
     """
-    last = [row.values for row in log.rows[-CRUSH:]]
-    if not bodies.fastest_drive or len(last) < CRUSH or len({(row.first, row.second) for row in last}) > 2:
+    last = [row.values for row in log.rows[-_CRUSH:]]
+    if not bodies.fastest_drive or len(last) < _CRUSH or len({(row.first, row.second) for row in last}) > 2:
         return None
     disc, walls = last[-1].first, [row.second for row in last[-2:]]
     if walls[0] == walls[1] or max(walls) >= 0:
@@ -86,3 +95,201 @@ def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     bodies_of_it = tuple(sorted({disc, *walls}))
     known = bodies.state_bits(disc)
     return Degeneracy(Degenerate.CRUSH, bodies_of_it, last[-1].time_s, float_above(end), proven=False, bits=known)
+
+
+class _Facing(NamedTuple):
+    """Last contact between a disc at the end of a row and the body at this end.
+
+    Attributes:
+        body: The body.
+        disc: The disc.
+        normal: Unit vector from the body to the disc, with rounding errors.
+        edge: Number of a finite wall's edge, and its kind.
+    """
+
+    body: int
+    disc: int
+    normal: tuple[float, float]
+    edge: tuple[int, int]
+
+
+def _crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
+    """Return the crush of discs in a row between two bodies, if the last impacts were in this row.
+
+    The time of the crush is exact. The time is known only if centres, velocities and normals are on one line, the discs
+    have had no impacts with other bodies, and no other body moves. If both end bodies move, the scene must have no
+    other bodies.
+    """
+    last = [row.values for row in log.rows[-_CRUSH:]]
+    if not bodies.fastest_drive or len(last) < _CRUSH:
+        return None
+    pairs = {(row.first, row.second) for row in last}
+    row = _path(pairs, bodies)
+    window = [one.values for one in log.rows[-_CRUSH * (len(pairs) - 1) :]]
+    if row is None or len(window) < _CRUSH * (len(pairs) - 1):
+        return None
+    struck = {
+        (one.values.first, one.values.second)
+        for one in log.rows
+        if not {one.values.first, one.values.second}.isdisjoint(row[1:-1])
+    }
+    if struck != pairs or not _is_alone(row, bodies) or _loses_or_slips(row, bodies):
+        return None
+    ends = [_find_facing(last, row[0], row[1]), _find_facing(last, row[-1], row[-2])]
+    obstacles = [_obstacle(bodies, end) for end in ends]
+    line = _line(row, obstacles, bodies)
+    if line is None:
+        return None
+    room = rate = arb(0)
+    now, until = last[-1].time_s, math.inf
+    for end, obstacle in zip(ends, obstacles, strict=True):
+        place, speed, ends_s = _surface(end, obstacle, line, bodies, now)
+        sign = (
+            1 if dot(end.normal, line) > 0 else -1
+        )  # 1: the discs are in the direction of the line, seen from the body
+        room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
+    for disc in row[1:-1]:
+        room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
+    if not rate < 0:
+        return None
+    crushed = room / (arb(0) - rate)
+    if not crushed < until or crushed > bodies.scene.duration_s:
+        return None
+    known = min(bodies.state_bits(disc) for disc in row[1:-1])
+    return Degeneracy(Degenerate.CRUSH, tuple(sorted(row)), now, float_above(crushed), proven=False, bits=known)
+
+
+def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
+    """Return the bodies of the pairs in order, if they form a row between two immovable or driven bodies; else None."""
+    beside: dict[int, list[int]] = {}
+    for first, second in pairs:
+        beside.setdefault(first, []).append(second)
+        beside.setdefault(second, []).append(first)
+    ends = [body for body, others in beside.items() if len(others) == 1]
+    if len(ends) != 2 or len(pairs) < 2 or len(beside) != len(pairs) + 1:
+        return None
+    row = [min(ends)]
+    while len(row) < len(beside):
+        onwards = [body for body in beside[row[-1]] if body not in row]
+        if len(onwards) != 1:
+            return None
+        row += onwards
+    moved = [body >= 0 and bodies.movable[body] for body in row]
+    return row if not moved[0] and not moved[-1] and all(moved[1:-1]) else None
+
+
+def _is_alone(row: list[int], bodies: BallBodies) -> bool:
+    """Return whether no other body can reach the row: there are no others, or all others and one end body rest."""
+    scene = bodies.scene
+    others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
+    others = [body for body in others if body not in row]
+    moves = any(bodies.legs(_key(body, bodies)) or (body >= 0 and bodies.movable[body]) for body in others)
+    return not others or (not moves and not all(bodies.legs(_key(body, bodies)) for body in (row[0], row[-1])))
+
+
+def _key(body: int, bodies: BallBodies) -> int:
+    """Return the number of a body in `BallBodies`. A wall has the number of its first obstacle."""
+    if body >= 0:
+        return body
+    return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
+
+
+def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
+    """Return whether several discs lose energy (so that they may rest on each other), or friction changes a spin."""
+    scene, arrays = bodies.scene, bodies.scene.arrays
+    walls = [wall_index(body) for body in row if body < 0]
+    pairs = len(row) - 1 - len(walls)
+    if len(row) > 3 and min(scene.restitution, *(bodies.materials[k].restitution for k in walls)) < 1:
+        return True
+    if not (pairs and scene.friction) and not any(bodies.materials[k].friction for k in walls):
+        return False
+    runs = arrays.belts_m_s is not None and any(arrays.belts_m_s[k] for k in walls)
+    return runs or any(scene.discs[body].spin_rad_s for body in row if body >= 0)
+
+
+def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
+    """Return the last contact of the disc at an end of a row with the body there."""
+    found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
+    nx, ny = found.normal
+    return _Facing(body, disc, (-nx, -ny) if found.first == disc else (nx, ny), found.edge)
+
+
+def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
+    """Return the obstacle that the outer disc of a row meets, at its position at time 0; None if it meets a disc."""
+    if end.body >= 0:
+        return None
+    of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
+    edge, kind = end.edge
+    fits = [one for one in of_wall if one.kind is None or (one.kind == EdgeKind(kind) and edge in one.edges)]
+    start = _centre_of(bodies, end.disc)
+
+    def away2(shape: Round) -> Fraction:
+        away = less(start, shape.centre)
+        return dot(away, away)
+
+    facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
+    # A disc never changes its side of a wall. So if two vertices are on the line of the row, the disc meets the nearer
+    # one.
+    rounds = [
+        (away2(shape), one)
+        for one in fits
+        if isinstance(shape := one.shape, Round) and shape.inside is (away2(shape) < shape.radius2)
+    ]
+    return facing[0] if facing else min(rounds, key=itemgetter(0))[1]
+
+
+def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
+    """Return the exact direction of the line on which a row stays; None if the row is not exactly on a line."""
+    scene, start = bodies.scene, _centre_of(bodies, row[1])
+    if obstacles[0] is None:
+        line = less(start, _centre_of(bodies, row[0]))
+    else:
+        shape = obstacles[0].shape
+        line = shape.normal if isinstance(shape, Plane) else less(start, shape.centre)
+        if not any(line):
+            return None
+    vectors: list[Exact] = [exact(scene.gravity_m_s2)]
+    for body in row:
+        if body >= 0:
+            vectors += [less(_centre_of(bodies, body), start), exact(scene.discs[body].velocity_m_s)]
+        moving = scene.discs[body] if body >= 0 else scene.walls[wall_index(body)]
+        vectors += [exact(leg.velocity_m_s) for leg in moving.legs or ()] + [exact(moving.velocity_m_s)]
+    for obstacle in obstacles:
+        if obstacle is None:
+            continue
+        shape = obstacle.shape
+        if not isinstance(shape, Plane):
+            vectors.append(less(shape.centre, start))
+            continue
+        vectors.append(shape.normal)
+        if shape.stretch is not None:
+            begin, end = shape.stretch
+            along = less(end, begin)
+            if not 0 < dot(less(start, begin), along) < dot(along, along):
+                return None
+    return None if any(x * line[1] != y * line[0] for x, y in vectors) else line
+
+
+def _surface(
+    end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
+) -> tuple[arb, arb, float]:
+    """Return an end surface's position extrapolated to time 0, its speed, and the end of its present leg."""
+    dx, dy = map(ball, line)
+    length = (dx * dx + dy * dy).sqrt()
+    sign = 1 if dot(end.normal, line) > 0 else -1
+    if obstacle is None:
+        (x, y), depth = _centre_of(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
+    elif isinstance(obstacle.shape, Plane):
+        (x, y), depth = obstacle.shape.point, ball(obstacle.half_width)
+    else:
+        (x, y), depth = obstacle.shape.centre, ball(obstacle.shape.radius2).sqrt()
+        depth = ball(obstacle.half_width) + (arb(0) - depth if obstacle.shape.inside else depth)
+    place = (ball(x) * dx + ball(y) * dy) / length + sign * depth
+    leg = bodies.legs_from(_key(end.body, bodies), now_s)[0]
+    if leg is None:
+        return place, arb(0), math.inf
+    return place + (leg.x * dx + leg.y * dy) / length, (leg.vx * dx + leg.vy * dy) / length, leg.end_s
+
+
+def _centre_of(bodies: BallBodies, disc: int) -> Exact:
+    return exact(bodies.scene.discs[disc].position_m)

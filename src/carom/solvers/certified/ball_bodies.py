@@ -20,9 +20,8 @@ from flint import arb, ctx
 
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
+from carom.solvers.certified.balls import SLACK, ZERO, BallLeg, ball, legs_of
 from carom.solvers.certified.contact_state import ContactStates
-from carom.solvers.certified.floats import SLACK
-from carom.solvers.certified.legs import ZERO, BallLeg, ball, legs_of
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 
 if TYPE_CHECKING:

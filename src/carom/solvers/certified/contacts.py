@@ -1,9 +1,9 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The module repeats the contact law of `core/contact_law.h` and the transitions of `core/contact.h` in ball arithmetic.
-Quantities that the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a path with
-its own acceleration. An impact first releases a disc from its wall. After the impact the disc returns to the wall or
-stays free. An undecided event ends the run and is reported.
+The module repeats the contact law of `core/contact_law.h` and the transitions of `core/pic/lasting_contact.h` in ball
+arithmetic. Quantities that the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a
+path with its own acceleration. An impact first releases a disc from its wall. After the impact the disc returns to the
+wall or stays free. An undecided event ends the run and is reported.
 
 Bounces are applied one by one until the remaining ones are shorter than the requested digits can resolve. If the
 remaining bounces are certainly alike (all slip in one direction, or all stick), they are summed as a geometric series.
@@ -18,10 +18,9 @@ from flint import arb
 
 from carom.core.resolution import gap_resolution, size_of
 from carom.model.trace import Mode, wall_body, wall_index
+from carom.solvers.certified.balls import ZERO, ball, float_above, float_below
 from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
-from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.landing import after_all, is_alone
-from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided

@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.model.broad_phase import near_pairs, near_walls
 from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.floats import SLACK
+from carom.solvers.certified.balls import SLACK
 from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
 

@@ -14,9 +14,9 @@ from flint import arb
 
 from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies, PairLaw
+from carom.solvers.certified.balls import ZERO
 from carom.solvers.certified.contact_state import BallMode, Bounce
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
 from carom.solvers.certified.slowing import slow, stop
 from carom.solvers.certified.two_frictions import BallFrictions, stick, take
@@ -255,7 +255,7 @@ def _restitution(bodies: BallBodies, meeting: Meeting) -> arb:
 
 
 def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
-    """Apply friction to two discs at contact, like `pair_tangential_impulse` of `core/impact.h`."""
+    """Apply friction to two discs at contact, like `pair_tangential_impulse` of `core/impact_law.h`."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
     law, scene = bodies.pair_law(i, j), bodies.scene

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from flint import arb
 
 from carom.model.trace import wall_body, wall_index
+from carom.solvers.certified.balls import ZERO, ball
 from carom.solvers.certified.contact_state import BallGround, Bounce, GlideState
-from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.obstacles import Round
 from carom.solvers.certified.two_frictions import sign, take
 

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.balls import float_above
 from carom.solvers.certified.sign_changes import falls_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from carom.solvers.certified.ball_bodies import BallBodies, RoundLaw
-    from carom.solvers.certified.legs import BallLeg
+    from carom.solvers.certified.balls import BallLeg
 
 
 class PairApproach(NamedTuple):

@@ -14,17 +14,15 @@ from flint import arb
 
 from carom.model.trace import wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.balls import ZERO, float_above
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.exact import exactly_grazing
-from carom.solvers.certified.finite_walls import meet_finite
-from carom.solvers.certified.floats import float_above
-from carom.solvers.certified.half_planes import to_plane
-from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, PairApproach, contacts_ahead, undecided
 from carom.solvers.certified.sign_changes import squared_gap
+from carom.solvers.certified.wall_meetings import meet_finite, to_plane
 
 if TYPE_CHECKING:
-    from carom.solvers.certified.legs import BallLeg
+    from carom.solvers.certified.balls import BallLeg
 
 
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:

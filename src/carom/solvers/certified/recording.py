@@ -9,7 +9,7 @@ from flint import arb, ctx
 
 from carom.model.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 from carom.solvers.certified.ball_bodies import greatest_speed
-from carom.solvers.certified.floats import nearest, quotient
+from carom.solvers.certified.balls import nearest, quotient
 from carom.solvers.certified.slowing import damped_time, kept
 
 if TYPE_CHECKING:

@@ -17,10 +17,9 @@ from carom.core.extension import find_extension_notes
 from carom.model.trace import Outcome, Trace, impact_array, mode_array, spin_array
 from carom.solvers.certified.accumulation import without_end
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.balls import float_above, nearest
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.exact import contact_at_start
-from carom.solvers.certified.finite_walls import finite_contact_at_start
-from carom.solvers.certified.floats import float_above, nearest
 from carom.solvers.certified.impacts import BallEvent, carry_out
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
@@ -28,6 +27,7 @@ from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.certified.slowing import kept, slow, undamped
+from carom.solvers.certified.wall_meetings import finite_contact_at_start
 from carom.solvers.options import require_goal
 
 if TYPE_CHECKING:

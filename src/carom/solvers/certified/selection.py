@@ -19,8 +19,8 @@ from flint import arb
 
 from carom.solvers.certified import bounds
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.balls import float_above, float_below
 from carom.solvers.certified.exact import exactly_simultaneous
-from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 from flint import arb
 
-from carom.solvers.certified.floats import float_above, float_below
-from carom.solvers.certified.legs import ZERO
+from carom.solvers.certified.balls import ZERO, float_above, float_below
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
 if TYPE_CHECKING:

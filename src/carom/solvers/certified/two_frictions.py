@@ -1,6 +1,6 @@
 """Contact law of `core/contact_law.h` in balls: the slip and rim speed that friction and rolling resistance remove.
 
-`stick` repeats the friction of impacts in `core/impact.h`.
+`stick` repeats the friction of impacts in `core/impact_law.h`.
 
 Forces are limited, which is a continuous operation. If it is undecided whether a force exceeds its limit, its ball
 covers both cases.
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.legs import ZERO
+from carom.solvers.certified.balls import ZERO
 
 
 class BallFrictions(NamedTuple):

@@ -1,33 +1,35 @@
-"""Obstacles of a run in the form that the core reads: half-planes, and the features of finite walls."""
+"""Obstacles of a run in the form that the core reads: half-planes, and features of finite walls; also grounds."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.core.driven import driven_rows
-from carom.core.numbered import FEATURE_NUMBERS, numbers_of
-from carom.core.wall_features import WallFeature, are_decidable, features_of
+from carom.core.input_rows import FEATURE_NUMBERS, driven_rows, feature_row
+from carom.core.wall_features import Arc, Face, WallFeature, are_decidable, features_of
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EDGE_DTYPE, NO_EDGE
-from carom.solvers.event_driven.grounds import Grounds, grounds_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from carom.core.wall_features import Point, WallFeature
     from carom.model.disc_arrays import DiscArrays
 
-#: `MOST_OBSTACLES` of state.h.
+#: `MOST_OBSTACLES` of pic/state.h.
 MOST_OBSTACLES = 67_108_863
+#: Marks an end of a face at which the wall continues smoothly, without a vertex: `NO_OBSTACLE` of pic/state.h.
+NO_OBSTACLE = -1
 
 
 class Obstacles:
     """Obstacles of a scene in which a wall is finite, driven or a belt, or has its own coefficients.
 
     Attributes:
-        rows: Data of each obstacle, as returned by `carom.core.numbered.numbers_of`.
+        rows: Data of each obstacle, as returned by `carom.core.input_rows.feature_row`.
         driven: A row for each driven body and each conveyor wall: see `driven_rows`.
         legs: A row for each leg of a driven path.
     """
@@ -39,11 +41,11 @@ class Obstacles:
         widest = start.radius_m.max(initial=0.0)
         for number, wall in enumerate(start.walls):
             if isinstance(wall, tuple):
-                rows.append(numbers_of(wall, number))
+                rows.append(feature_row(wall, number))
                 continue
             for part in features_of(wall, widest):
                 self._finite[len(rows)] = wall, part
-                rows.append(numbers_of(part.feature, number))
+                rows.append(feature_row(part.feature, number))
         self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)
         self.driven, self.legs = driven_rows(start)
 
@@ -87,3 +89,84 @@ class Obstacles:
             lowest[obstacle] = part.edges[0], part.kind
             is_joined[obstacle] = len(part.edges) > 1
         return lowest, is_joined
+
+
+class Grounds(NamedTuple):
+    """Grounds are half-planes and straight faces on which a disc can slide, roll or rest under gravity.
+
+    Data of each feature of all walls for lasting contact.
+
+    Attributes:
+        rows: Shape ``(features, 4)``: whether a disc can be in lasting contact with the feature, the numbers of the
+            vertices at its two ends, and the number of features in `never_met`.
+        never_met: For one ground after another, the numbers of the features that a disc on it never meets.
+    """
+
+    rows: NDArray[np.float64]
+    never_met: NDArray[np.float64]
+
+
+def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
+    """Return the grounds of a scene's walls.
+
+    Driven walls are not grounds. Finite walls have only straight faces as grounds.
+
+    Args:
+        start: The discs and walls.
+        features: The features of finite walls, by number.
+        walls: The wall of each feature, by number.
+    """
+    rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.float64), (len(walls), 1))
+    never_met: list[int] = []
+    of_wall: defaultdict[int, dict[int, WallFeature]] = defaultdict(dict)
+    for number, (_, part) in features.items():
+        of_wall[walls[number]][number] = part
+    surroundings = {
+        wall: _Surroundings(outline, parts)
+        for wall, parts in of_wall.items()
+        if isinstance(outline := start.walls[wall], Outline) and outline.edges  # a circle has no edges
+    }
+    for number, wall in enumerate(walls):
+        belt = 0.0 if start.belts_m_s is None else start.belts_m_s[wall]
+        if belt or not start.drive_of_wall(wall).stands:
+            continue
+        if number not in features:  # a half-plane
+            rows[number, 0] = 1
+        elif isinstance(feature := features[number][1].feature, Face):
+            over, never = surroundings[wall].of_face(feature)
+            rows[number] = (1, *over, len(never))
+            never_met += never
+    return Grounds(rows, np.array(never_met, np.float64))
+
+
+class _Surroundings:
+    """Features of a finite wall, indexed by position."""
+
+    def __init__(self, outline: Outline, parts: dict[int, WallFeature]) -> None:
+        self._vertices: dict[tuple[Point, float], int] = {}
+        self._faces: defaultdict[frozenset[Point], list[int]] = defaultdict(list)
+        self._arcs: defaultdict[Point, list[int]] = defaultdict(list)
+        for number, part in parts.items():
+            feature = part.feature
+            if isinstance(feature, Face):
+                self._faces[frozenset((feature.a, feature.b))].append(number)
+                continue
+            at = (feature.centre[0][0], feature.centre[1][0])
+            if feature == Arc.vertex(at, feature.half_width):
+                self._vertices.setdefault((at, feature.half_width), number)
+            elif feature.sector is not None:
+                ends = {outline.edges[part.edges[0]].a, outline.edges[part.edges[-1]].b}
+                for end in {at} if feature.is_vertex else ends:
+                    self._arcs[end].append(number)
+
+    def of_face(self, face: Face) -> tuple[tuple[int, int], list[int]]:
+        """Return the vertices at the ends of a face, and the features that a disc on this face never meets.
+
+        These features are both sides of the face, the vertices, and arcs that continue the wall smoothly. Without this
+        rule, rounding would decide whether the disc meets the arc or the face first.
+        """
+        first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
+        never = [*self._faces[frozenset((face.a, face.b))]]
+        for end, vertex in ((face.a, first), (face.b, last)):
+            never += self._arcs[end] if vertex == NO_OBSTACLE else [vertex]
+        return (first, last), never

@@ -12,7 +12,6 @@ from carom.core.resolution import too_far_out
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
 from carom.model.trace import Outcome, body_name
-from carom.solvers.early_ends import crushing_note, gliding_note, standstill_impacts
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
 #: Events per call of the kernel, which take about a tenth of a second. Progress and Ctrl-C are handled between calls.
 _EVENTS = 100_000
-#: `Ending` of state.h.
+#: `Ending` of pic/state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
 _OUTCOMES = {
     _DONE: Outcome.COMPLETED,
@@ -39,26 +38,6 @@ _OUTCOMES = {
     _EDGE: Outcome.EDGE,
 }
 _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyond", "choices", "epochs")
-
-
-class Acceleration(NamedTuple):
-    """Accelerations of the discs of a run.
-
-    Attributes:
-        gravity_m_s2: Uniform gravity.
-        table_deceleration_m_s2: Deceleration of every disc by a table; 0 without a table.
-        wall_rolling_resistance: Coefficient of rolling resistance between any disc and any wall.
-    """
-
-    gravity_m_s2: tuple[float, float]
-    table_deceleration_m_s2: float
-    wall_rolling_resistance: float
-
-    @classmethod
-    def of(cls, start: Start) -> Acceleration | None:
-        """Return the accelerations of a scene; None if gravity and table deceleration are 0."""
-        found = cls(start.gravity_m_s2, start.table_deceleration_m_s2, start.wall_rolling_resistance)
-        return found if found.table_deceleration_m_s2 or found.gravity_m_s2 != (0.0, 0.0) else None
 
 
 class RunState(NamedTuple):
@@ -118,7 +97,7 @@ class EventDrivenRun:
         all_pairs: bool = False,
     ) -> None:
         self.options = RunOptions.of(record, window_s, contact_duration_s)
-        duration_s, acceleration = 0.0, None
+        duration_s, accelerating, acceleration = 0.0, None, None
         if not isinstance(start, DiscArrays):
             if not hasattr(start, "arrays"):
                 raise InputError(
@@ -129,7 +108,10 @@ class EventDrivenRun:
                 raise InputError(
                     f"damping_per_s is {damping_per_s}: EventDrivenRun does not support damping; solve_pic does"
                 )
-            duration_s, acceleration = start.duration_s, Acceleration.of(start)
+            duration_s = start.duration_s
+            if start.table_deceleration_m_s2 or start.gravity_m_s2 != (0.0, 0.0):
+                accelerating = start
+                acceleration = start.gravity_m_s2, start.table_deceleration_m_s2, start.wall_rolling_resistance
             start = start.arrays
             if not start.is_ordinary:
                 start.require_ordinary()
@@ -149,7 +131,7 @@ class EventDrivenRun:
         obstacles = _obstacles_of(start, accelerate=acceleration is not None)
         contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
         self._kernel = pic.Kernel(
-            start, obstacles, duration_s, acceleration, contact_s, standstill, cell_factor, all_pairs
+            start, obstacles, duration_s, accelerating, contact_s, standstill, cell_factor, all_pairs
         )
         self._ended: Outcome | None = None
         self._reached: tuple[float, float] = (0.0, 0.0)  # time since the epoch, as two floats: see instant.h
@@ -200,15 +182,17 @@ class EventDrivenRun:
         """Return the note on a run that ended early because of an impact or a contact."""
         if ended == _CRUSHED:
             crush = self._kernel.crush
-            return crushing_note(crush["disc"], tuple(crush["between"]), crush["time"])
+            one, other = map(body_name, crush["between"])
+            return f"disc {crush['disc']} is crushed between {one} and {other} at {crush['time']:.17g} s"
         if ended == _GLIDES:
-            return gliding_note(*self._kernel.gliding, reached_s)
+            disc, wall = self._kernel.gliding
+            return f"disc {disc} glides along wall {wall} from {reached_s:.17g} s on"
         if ended == _STANDSTILL:
             return "impacts follow each other faster than floats can resolve"
         return self._contact_note(ended, **self._kernel.contact_end)
 
     def _contact_note(self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool) -> str:
-        """Return the note on a run that ended early because of a contact: see `ContactEnd` in accelerated.h."""
+        """Return the note on a run that ended early because of a contact: see `ContactEnd` in accelerated_state.h."""
         why = ", after infinitely many impacts" if after_bounces else ""
         if ended == _EDGE:
             wall = body_name(other)
@@ -258,6 +242,17 @@ class EventDrivenRun:
     def bytes_per_disc(self) -> float:
         """Memory of the run per disc, without recorded impacts."""
         return self._kernel.nbytes / len(self._kernel.discs)
+
+
+def standstill_impacts(bodies: int) -> int:
+    """Return the number of impacts at one instant that ends a run at a standstill.
+
+    The limit must allow all finite sequences. n equal discs that touch in a line have at most n(n-1)/2 impacts at one
+    instant. Two discs with masses 1:100 in front of a wall have 31 impacts, with masses 1:10,000 314. For few bodies
+    the limit is a hundred times the square of their number, which takes milliseconds. For many bodies the limit is ten
+    million more impacts than a line has, which takes seconds.
+    """
+    return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
 
 def _obstacles_of(start: DiscArrays, *, accelerate: bool) -> Obstacles | None:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 MOST_WASTE = 2.0
 #: Tests per call of the loop, which take some hundredths of a second. Progress and Ctrl-C are handled between calls.
 _WORK = 2.0**23
-#: A recorded contact stores its edge and its kind in one number, with this factor: see core/chain_distance.h.
+#: A recorded contact stores its edge and its kind in one number, with this factor: see core/pit/chain_distance.h.
 _EDGE_KINDS = 4
 
 
@@ -155,7 +155,7 @@ def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) 
 
 
 def edges_of_contacts(contacts: NDArray[np.void]) -> NDArray[np.void]:
-    """Convert recorded contacts to edges (`trace.EDGE_DTYPE`): see `recorded_edge` in core/pit_separation.h."""
+    """Convert recorded contacts to edges (`trace.EDGE_DTYPE`): see `recorded_edge` in core/pit/separation.h."""
     edges = np.full(len(contacts), np.array(NO_EDGE, EDGE_DTYPE))
     number, kind = np.divmod(contacts["feature"], _EDGE_KINDS)
     is_edge = contacts["feature"] >= 0

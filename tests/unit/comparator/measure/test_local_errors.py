@@ -16,7 +16,7 @@ from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator.measure.local_errors import measure_local_errors
 from carom.comparator.scales import compute_scales
-from carom.core.features import Arc, Face, Feature, Mover
+from carom.core.wall_features import Arc, Face, Feature, Mover
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.execution.pool import InProcessPool

@@ -10,7 +10,7 @@ import pytest
 from flint import arb, ctx
 from tests.lengths import each, release_after
 
-from carom.solvers.certified.legs import ball
+from carom.solvers.certified.balls import ball
 from carom.solvers.certified.sign_changes import falls_of, squared_gap
 
 

@@ -15,7 +15,7 @@ from carom.studies.bench.gas import hard_disc_gas
 
 probe = pytest.importorskip("tests.probe")
 
-#: Discs that a scan looks at in one go, `BATCH` of core/state.h.
+#: Discs that a scan looks at in one go, `BATCH` of core/pic/state.h.
 BATCH = 64
 
 GAS = hard_disc_gas(200, 0.3)

@@ -1,0 +1,229 @@
+/* Double-double arithmetic: a number as the exact sum of two floats, longer sums, error-free sums and products, and
+   instants.
+
+   Every step is one correctly rounded operation of IEEE 754. No step may be fused or reordered. Results are as exact as
+   stated if nothing overflows or underflows.
+
+   Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971); D.
+   E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
+   Comput. 26 (2005) (sums in three parts: SumK with K = 3); J. R. Shewchuk, "Adaptive precision floating-point
+   arithmetic", Discrete Comput. Geom. 18 (1997) (exact_sum: grow-expansion with zero elimination). */
+
+#pragma once
+
+#include "carom/core/constants.h"
+
+/* The exact sum of two floats. */
+typedef struct DoubleDouble {
+    double high;
+    double low;
+} DoubleDouble;
+
+/* A sum in three parts. */
+typedef struct TripleDouble {
+    double high;
+    double middle;
+    double low;
+} TripleDouble;
+
+/* Largest number of terms of an exact sum: the discriminant of two discs has as many. */
+enum { MOST_TERMS = 768 };
+
+/* One machine instruction, whereas `fmin` would be a call. Neither argument may be NaN. */
+static inline double lesser(double a, double b) {
+    return a < b ? a : b;
+}
+
+static inline double greater(double a, double b) {
+    return a > b ? a : b;
+}
+
+/* Split a number into two parts of at most 26 bits each, whose sum is exactly the number. */
+static inline DoubleDouble split_double(double a) {
+    double scaled = CAROM_SPLITTER * a;
+    double high = scaled - (scaled - a);
+    return (DoubleDouble){high, a - high};
+}
+
+/* Return the rounded sum and its rounding error. */
+static inline DoubleDouble two_sum(double a, double b) {
+    double total = a + b;
+    double part = total - a;
+    return (DoubleDouble){total, (a - (total - part)) + (b - part)};
+}
+
+/* Return the rounded difference and its rounding error. */
+static inline DoubleDouble two_diff(double a, double b) {
+    double total = a - b;
+    double part = total - a;
+    return (DoubleDouble){total, (a - (total - part)) - (b + part)};
+}
+
+/* Return the rounded product and its rounding error. */
+static inline DoubleDouble two_prod(double a, double b) {
+    double product = a * b;
+    DoubleDouble x = split_double(a);
+    DoubleDouble y = split_double(b);
+    double error = ((x.high * y.high - product) + x.high * y.low + x.low * y.high) + x.low * y.low;
+    return (DoubleDouble){product, error};
+}
+
+static inline DoubleDouble pair_product(DoubleDouble a, DoubleDouble b) {
+    DoubleDouble p = two_prod(a.high, b.high);
+    return two_sum(p.high, p.low + (a.high * b.low + a.low * b.high));
+}
+
+static inline DoubleDouble negate(DoubleDouble a) {
+    return (DoubleDouble){-a.high, -a.low};
+}
+
+static inline TripleDouble empty_sum(void) {
+    return (TripleDouble){0.0, 0.0, 0.0};
+}
+
+static inline TripleDouble add_term(TripleDouble total, double term) {
+    DoubleDouble high = two_sum(total.high, term);
+    DoubleDouble middle = two_sum(total.middle, high.low);
+    return (TripleDouble){high.high, middle.high, total.low + middle.low};
+}
+
+static inline TripleDouble add_product(TripleDouble total, double a, double b) {
+    DoubleDouble p = two_prod(a, b);
+    return add_term(add_term(total, p.high), p.low);
+}
+
+static inline TripleDouble add_pair_product(TripleDouble total, DoubleDouble p, DoubleDouble q) {
+    total = add_product(total, p.high, q.high);
+    total = add_product(total, p.high, q.low);
+    total = add_product(total, p.low, q.high);
+    return add_product(total, p.low, q.low);
+}
+
+/* Add the square of a pair to a sum (`sign` 1), or subtract it (-1). */
+static inline TripleDouble add_square(TripleDouble total, DoubleDouble p, double sign) {
+    total = add_product(total, p.high, sign * p.high);
+    total = add_product(total, 2.0 * p.high, sign * p.low);
+    return add_product(total, p.low, sign * p.low);
+}
+
+/* Round a sum to a pair whose high part is its nearest float. */
+static inline DoubleDouble round_sum(TripleDouble total) {
+    DoubleDouble top = two_sum(total.high, total.middle);
+    return two_sum(top.high, top.low + total.low);
+}
+
+/* Write terms whose exact sum is the sum of `p` times the sum of `q` times the sign, 1 or -1. Return their number. */
+static inline int write_products(double *terms, const double *p, int p_count, const double *q, int q_count,
+                                 double sign) {
+    int count = 0;
+    for (int i = 0; i < p_count; i++) {
+        for (int j = 0; j < q_count; j++) {
+            DoubleDouble product = two_prod(sign * p[i], q[j]);
+            terms[count] = product.high;
+            terms[count + 1] = product.low;
+            count += 2;
+        }
+    }
+    return count;
+}
+
+/* Write 8 terms whose exact sum is the product of two pairs times the sign, 1 or -1. Return their number. */
+static inline int write_pair_products(double *terms, DoubleDouble p, DoubleDouble q, double sign) {
+    double a[2] = {p.high, p.low};
+    double b[2] = {q.high, q.low};
+    return write_products(terms, a, 2, b, 2, sign);
+}
+
+/* Write parts that do not overlap, the smallest first, with the same exact sum as the terms. Return their number, which
+   is at most the number of terms. `parts` may be the same array as `terms`. */
+static inline int write_parts(double *parts, const double *terms, int count) {
+    int size = 0;
+    for (int i = 0; i < count; i++) {
+        DoubleDouble total = {terms[i], 0.0};
+        int kept = 0;
+        for (int k = 0; k < size; k++) {
+            total = two_sum(total.high, parts[k]);
+            if (total.low != 0.0) {
+                parts[kept] = total.low;
+                kept += 1;
+            }
+        }
+        if (total.high != 0.0) {
+            parts[kept] = total.high;
+            kept += 1;
+        }
+        size = kept;
+    }
+    return size;
+}
+
+/* Return the sum of at most MOST_TERMS terms. Its sign is exact. */
+static inline DoubleDouble exact_sum(const double *terms, int count) {
+    double parts[MOST_TERMS];
+    DoubleDouble sum = {0.0, 0.0};
+    for (int k = write_parts(parts, terms, count) - 1; k >= 0; k--) {
+        DoubleDouble total = two_sum(sum.high, parts[k]); /* the largest parts fill `high`; the others add to `low` */
+        sum = (DoubleDouble){total.high, sum.low + total.low};
+    }
+    return two_sum(sum.high, sum.low);
+}
+
+/* Return the square root of a pair: the float near it, and its rest. */
+static inline DoubleDouble pair_root(DoubleDouble a) {
+    double root = sqrt(a.high);
+    DoubleDouble square = two_prod(root, root);
+    return (DoubleDouble){root, (((a.high - square.high) - square.low) + a.low) / (2.0 * root)};
+}
+
+/* Return the length of a vector of any size to the nearest float. It is the root of an error-free sum of squares,
+   corrected once. */
+static inline double nearest_length(double x, double y) {
+    double largest = greater(fabs(x), fabs(y));
+    if (!(largest > 0.0 && largest < CAROM_INF))
+        return largest;
+    int exponent;
+    frexp(largest, &exponent);
+    x = ldexp(x, -exponent);
+    y = ldexp(y, -exponent);
+    DoubleDouble xx = two_prod(x, x), yy = two_prod(y, y);
+    DoubleDouble sum = two_sum(xx.high, yy.high);
+    sum = two_sum(sum.high, sum.low + (xx.low + yy.low));
+    DoubleDouble root = pair_root(sum);
+    return ldexp(root.high + root.low, exponent);
+}
+
+/* ---- instants ---- */
+
+/* Instants as pairs: after 1e5 bounces one float is too coarse to locate a disc. A pair is normalised: its high part is
+   the float nearest to the sum. So instants are compared by their high parts first, then by their low parts. */
+typedef DoubleDouble Instant; /* seconds since the start */
+
+static const Instant NEVER = {CAROM_INF, 0.0};
+
+static inline bool is_before(Instant a, Instant b) {
+    return a.high < b.high || (a.high == b.high && a.low < b.low);
+}
+
+static inline bool is_same_instant(Instant a, Instant b) {
+    return a.high == b.high && a.low == b.low;
+}
+
+static inline Instant earlier_of(Instant a, Instant b) {
+    return is_before(b, a) ? b : a;
+}
+
+static inline Instant later_of(Instant a, Instant b) {
+    return is_before(a, b) ? b : a;
+}
+
+/* Return the instant some seconds after another one. It is NEVER for infinitely many seconds, or if the sum
+   overflows. */
+static inline Instant instant_after(Instant begin, double wait) {
+    DoubleDouble sum = two_sum(begin.high, wait);
+    return sum.high < CAROM_INF ? two_sum(sum.high, begin.low + sum.low) : NEVER;
+}
+
+/* Return the seconds from one instant to another. */
+static inline double seconds_between(Instant earlier, Instant later) {
+    return (later.high - earlier.high) + (later.low - earlier.low);
+}

@@ -1,0 +1,211 @@
+/* Recorded impacts: how well their times are known, which of them are ambiguous, and their rows. */
+
+#pragma once
+
+#include "carom/core/arithmetic/double_double.h"
+#include "carom/core/carom_core.h"
+
+/* ---- resolution ---- */
+
+/* Resolution of an impact's time: the uncertainty due to rounding of positions and of the clock.
+
+   `carom.core.resolution` derives the error bound of a gap. Divided by the speed of approach, it is the error of a
+   time.
+
+   In a grazing impact the speed of approach can be arbitrarily small. There the overlap is a parabola in time with the
+   curvature u^2 / R, where u is the relative speed and R the contact distance. An error of the gap moves its zero by at
+   most half the width of the parabola at that depth: sqrt(2 R error) / u. The resolution is the smaller of the two
+   times. */
+
+/* Return whether floats resolve the distance of two discs in contact. Farther from the origin an impact has no
+   normal. */
+static inline bool are_distinguishable(double x1, double y1, double x2, double y2, double reach) {
+    return fabs(x1) + fabs(y1) + fabs(x2) + fabs(y2) <= CAROM_FARTHEST * reach;
+}
+
+/* Return the sum of the absolute values of a body's coordinates (of a wall: of its point) and its radius. */
+static inline double size_of(double x, double y, double radius) {
+    return fabs(x) + fabs(y) + radius;
+}
+
+/* Return the resolution of the gap between two bodies, metres, from the sum of `size_of` of both. */
+static inline double gap_resolution(double sizes) {
+    return 5.0 * CAROM_ULP * sizes;
+}
+
+/* Return the resolution of an impact of two discs, seconds. `sizes` is the sum of `size_of` for both discs. u is their
+   relative velocity before the impact, and `speed` is its component along the normal. */
+static inline double pair_resolution(double sizes, double reach, double ux, double uy, double speed) {
+    double error = gap_resolution(sizes);
+    /* Here the impact is far from a graze, and the first of the two times is smaller by a factor of two or more. The
+       reason: error / speed <= 2^10 error / u, and graze >= sqrt(2 2^22 error^2) / u. */
+    if (CAROM_LIKELY(speed >= 0x1p-10 * (fabs(ux) + fabs(uy)) && error <= 0x1p-22 * reach && speed > 0.0))
+        return error / speed;
+    double fast = sqrt(ux * ux + uy * uy);
+    double graze = fast > 0.0 ? reach * sqrt(2.0 * (error / reach)) / fast : CAROM_INF;
+    return speed > 0.0 ? lesser(error / speed, graze) : graze;
+}
+
+/* Return the resolution of an impact on a wall, seconds. */
+static inline double wall_resolution(double sizes, double speed) {
+    return speed > 0.0 ? gap_resolution(sizes) / speed : CAROM_INF;
+}
+
+/* Return the resolution of a time since the start. It covers the roundings of a root and of a sum with it. */
+static inline double clock_resolution(double time) {
+    return 2.0 * CAROM_ULP * time;
+}
+
+/* ---- ambiguous impacts ---- */
+
+/* Ambiguous impacts: those whose result depends on an order that physics does not decide.
+
+   An impact is ambiguous if it may have the same instant as an earlier recorded one that shares a movable disc with it.
+   Its resolution states how well both instants are known. It is not ambiguous if the two normals are exactly
+   orthogonal, because then neither impulse changes the result of the other impact. By convention, the order is (time,
+   first, second). Friction also acts perpendicular to the normal. So an impact with friction is stored with a NaN
+   normal, which is orthogonal to no other. `are_decidable` in `carom.core.wall_features` decides for which faces of
+   finite walls the order changes nothing.
+
+   For each disc, two earlier impacts are sufficient. `Recent.furthest` is the impact whose interval of possible times
+   ends last. If a new impact begins before that end and is not orthogonal to it, the new impact is ambiguous. If the
+   two are orthogonal, the new impact is orthogonal to no impact that is not parallel to `furthest`. Only the one of
+   those whose interval ends last matters: `Recent.across`. */
+
+/* Return whether an earlier impact may be simultaneous with a later one, at `begin` or after, and change its result. */
+static inline bool has_influence(const LastContact *earlier, double begin, const LastContact *later,
+                                 const Corners *corners) {
+    if (!(begin <= earlier->latest && later->nx * earlier->nx + later->ny * earlier->ny != 0.0))
+        return false;
+    if (earlier->feature == NO_FEATURE || later->feature == NO_FEATURE)
+        return true;
+    return !corners->is_order_free(corners->context, earlier->feature, later->feature,
+                                   earlier->elastic && later->elastic);
+}
+
+/* Add an impact to the impacts of a disc. Return whether it is ambiguous. */
+static inline bool add_contact(Recent *recent, double time, double resolution, double nx, double ny, int feature,
+                               bool elastic, const Corners *corners) {
+    LastContact *f = &recent->furthest;
+    double begin = time - resolution;
+    double latest = time + resolution;
+    LastContact last = {latest, nx, ny, feature, elastic};
+    bool found =
+        has_influence(f, begin, &last, corners) || has_influence(&recent->across, begin, &last, corners);
+    bool parallel = nx * f->ny == ny * f->nx;
+    if (CAROM_LIKELY(latest > f->latest)) {
+        if (CAROM_LIKELY(!parallel))
+            recent->across = *f;
+        recent->furthest = last;
+    } else if (!parallel && latest > recent->across.latest) {
+        recent->across = last;
+    }
+    return found;
+}
+
+/* Initialise without earlier impacts. */
+static inline void clear_recent(Recent *recent) {
+    recent->furthest = (LastContact){-CAROM_INF, 0.0, 0.0, NO_FEATURE, false};
+    recent->across = recent->furthest;
+}
+
+/* ---- rows ---- */
+
+static inline bool is_recorded(const Record *r, double time) {
+    return r->is_wanted && r->begin <= time && time <= r->end;
+}
+
+/* Resize the rows to a capacity. Return false if there is no memory. */
+static inline bool resize_rows(Record *r, Index capacity) {
+    if (r->has_spins) {
+        Spins *spins = r->resize(r->spins, (size_t)r->count * sizeof(Spins), (size_t)capacity * sizeof(Spins));
+        if (spins == NULL)
+            return false;
+        r->spins = spins;
+    }
+    if (r->has_contacts) {
+        Contact *contacts =
+            r->resize(r->contacts, (size_t)r->count * sizeof(Contact), (size_t)capacity * sizeof(Contact));
+        if (contacts == NULL)
+            return false;
+        r->contacts = contacts;
+    }
+    Impact *rows = r->resize(r->rows, (size_t)r->count * sizeof(Impact), (size_t)capacity * sizeof(Impact));
+    if (rows == NULL)
+        return false;
+    r->rows = rows;
+    r->capacity = capacity;
+    return true;
+}
+
+/* Make room for one more impact. Return false if there is no memory. */
+static inline bool reserve_row(Record *r) {
+    if (CAROM_UNLIKELY(r->count == r->capacity)) {
+        Index capacity =
+            r->capacity < (Index)1 << 22 ? 4 * r->capacity + 256 : r->capacity + r->capacity / 2;
+        if (!resize_rows(r, capacity))
+            return false;
+    }
+    if (CAROM_UNLIKELY(r->ambiguous_count == r->ambiguous_capacity)) {
+        Index capacity = 2 * r->ambiguous_capacity + 64;
+        int64_t *ambiguous = r->resize(r->ambiguous, (size_t)r->ambiguous_count * sizeof(int64_t),
+                                       (size_t)capacity * sizeof(int64_t));
+        if (ambiguous == NULL)
+            return false;
+        r->ambiguous = ambiguous;
+        r->ambiguous_capacity = capacity;
+    }
+    return true;
+}
+
+/* Write an impact that was just applied to the next row, for which `reserve_row` has made room. */
+static inline void write_impact_row(Record *r, const Impact *impact, const Spins *spins, Contact contact) {
+    r->rows[r->count] = *impact;
+    if (r->has_spins)
+        r->spins[r->count] = *spins;
+    if (r->has_contacts)
+        r->contacts[r->count] = contact;
+    r->count += 1;
+}
+
+/* The data that decide whether an impact is ambiguous. */
+typedef struct Ambiguity {
+    double resolution; /* of the impact's time, seconds */
+    bool slides;       /* whether friction acts between the bodies */
+    bool moves1;       /* whether the first and the second body are movable discs */
+    bool moves2;
+    int feature; /* of a finite wall, or NO_FEATURE */
+    bool elastic; /* whether that wall loses no energy */
+} Ambiguity;
+
+/* Store an impact for comparison with later ones. Return whether it is ambiguous itself. */
+static inline bool note_impact(const Record *r, const Impact *impact, const Ambiguity *a) {
+    double time = impact->time, nx = impact->normal[0], ny = impact->normal[1];
+    int feature = a->feature;
+    if (CAROM_UNLIKELY(a->slides)) { /* no impact is orthogonal to one with friction */
+        nx = ny = NAN;
+        feature = NO_FEATURE;
+    }
+    int64_t bodies[2] = {impact->first, impact->second};
+    bool moves[2] = {a->moves1, a->moves2}, ambiguous = false;
+    for (int k = 0; k < 2; k++) {
+        Recent *recent = &r->recent[moves[k] ? bodies[k] : 0];
+        if (moves[k] && add_contact(recent, time, a->resolution, nx, ny, feature, a->elastic, &r->corners))
+            ambiguous = true;
+    }
+    return ambiguous;
+}
+
+/* Mark the next row as ambiguous. */
+static inline void mark_ambiguous(Record *r) {
+    r->ambiguous[r->ambiguous_count] = r->released + r->count;
+    r->ambiguous_count += 1;
+}
+
+/* Record an impact that was just applied, and mark it if it is ambiguous. */
+static inline void record_impact(Record *r, const Impact *impact, const Spins *spins, Contact contact,
+                                 const Ambiguity *a) {
+    if (CAROM_UNLIKELY(note_impact(r, impact, a)))
+        mark_ambiguous(r);
+    write_impact_row(r, impact, spins, contact);
+}

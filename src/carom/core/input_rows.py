@@ -1,0 +1,89 @@
+"""Walls and driven bodies as rows of numbers, which the core reads: see `core/feature.h` and `core/run_input.h`."""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.core.wall_features import Face
+from carom.model.trace import wall_body
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from carom.core.wall_features import Feature, Pair
+    from carom.model.chain_geometry import Outline
+    from carom.model.disc_arrays import DiscArrays, HalfPlane
+    from carom.model.prescribed_motion import Drive
+
+#: Count of the numbers in the row of a feature.
+FEATURE_NUMBERS = 22
+
+#: `FeatureKind` of core/feature.h.
+_PLANE, _FACE, _VERTEX, _OUTER_ARC, _INNER_ARC = range(5)
+_NONE = (0.0, 0.0)
+
+
+def feature_row(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
+    """Return a feature of a wall, or a half-plane, as the row of numbers that `feature_from` reads."""
+    pairs: tuple[Pair, ...]
+    normal, half_width, fits_below, whole, reflex = _NONE, 0.0, 0.0, False, False
+    if isinstance(feature, tuple):
+        kind, (x, y, *along) = _PLANE, feature
+        normal, pairs = (along[0], along[1]), ((x, 0.0), (y, 0.0))
+    elif isinstance(feature, Face):
+        kind, normal, half_width = _FACE, feature.normal, feature.half_width
+        (ax, ay), (bx, by) = feature.a, feature.b
+        pairs = ((ax, 0.0), (ay, 0.0), feature.length, *feature.along, (bx, 0.0), (by, 0.0))
+    else:
+        kind = _VERTEX if feature.is_vertex else _INNER_ARC if feature.inside else _OUTER_ARC
+        half_width, fits_below, sector = feature.half_width, feature.fits_below, feature.sector
+        pairs, whole = (*feature.centre, feature.radius), sector is None
+        if sector is not None:
+            pairs, reflex = (*pairs, *sector.first, *sector.last), sector.reflex
+    parts = chain.from_iterable((*pairs, *[_NONE] * (7 - len(pairs))))
+    return (kind, wall, whole, reflex, half_width, fits_below, *normal, *parts)
+
+
+def chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:
+    """Return the rows of walls and of the edges of finite walls: `RunInput.chains` and `RunInput.edges`."""
+    chains: list[tuple[float, ...]] = []
+    edges: list[tuple[float, ...]] = []
+    for wall in walls:
+        if isinstance(wall, tuple):
+            chains.append((0, 0.0, 0.0, *wall))
+            continue
+        chains.append((len(wall.stretches), wall.half_width, sum(map(abs, wall.lengths)), 0.0, 0.0, 0.0, 0.0))
+        for stretch in wall.stretches:
+            begin, end, bulge = stretch.edge
+            centre, is_arc = stretch.centre or (0.0, 0.0), stretch.centre is not None
+            edges.append((*begin, *end, bulge, *centre, stretch.radius, is_arc, stretch.whole))
+    return chains, edges
+
+
+def driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rows of driven bodies, and the rows of the legs of their paths, as the core reads them.
+
+    The first array has a row for each driven body and each conveyor wall, with body number (wall k is -1 - k), number
+    of legs, and surface speed. Walls come first, then discs, both in ascending order. The second array has a row for
+    each leg, path after path: start and end (seconds since the start), displacement of the body when the leg begins (x
+    and y, metres), and velocity (x and y, metres a second).
+    """
+    rows: list[tuple[float, float, float]] = []
+    legs: list[tuple[float, ...]] = []
+
+    def add(body: int, drive: Drive, belt: float) -> None:
+        path = () if drive.stands else drive.legs
+        if path or belt:
+            rows.append((body, len(path), belt))
+            legs.extend((leg.begin_s, leg.end_s, *leg.moved, *leg.velocity) for leg in path)
+
+    for k in range(len(start.walls) if start.driven else 0):
+        add(wall_body(k), start.drive_of_wall(k), start.belt_of_wall(k))
+    for disc, drive in zip(start.driven_discs, start.disc_drives, strict=True):
+        add(disc, drive, 0.0)
+    return np.array(rows, np.float64).reshape(-1, 3), np.array(legs, np.float64).reshape(-1, 6)

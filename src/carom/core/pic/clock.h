@@ -1,0 +1,75 @@
+/* Clock of a run: reported times, and epochs.
+
+   From time to time all discs are moved to the present, and time is counted from 0 again. After 32 free flights, times
+   have a relative error of 2^-53. In that time error a disc moves less than the rounding error of its position. A new
+   epoch costs one prediction per disc; the impacts of an epoch cost two each. */
+
+#pragma once
+
+#include "carom/core/pic/grid.h"
+
+/* ---- reported times ---- */
+
+/* Return the time since the start for a time since the epoch. It is never less than a time reported before. */
+static inline double reported_time(const Clock *clock, double time) {
+    double since_start = clock->epoch + (clock->epoch_rest + time);
+    return since_start > clock->reported ? since_start : clock->reported;
+}
+
+/* Advance the clock to a time; it never goes back. */
+static inline void set_clock(State *s, double time) {
+    if (time > s->clock.now) {
+        s->clock.now = time;
+        s->counts.at_instant = 0;
+    }
+    s->clock.reported = reported_time(&s->clock, s->clock.now);
+}
+
+/* Set the clock to the time of an impact, and count the impact. */
+static inline void count_impact(State *s, double time) {
+    set_clock(s, time);
+    s->counts.impacts += 1;
+    s->counts.epoch_impacts += 1;
+    s->counts.at_instant += 1;
+}
+
+/* ---- epochs ---- */
+
+/* Forget the last body of disc `i` if that was the inside of an arc which the disc has left. The disc will not be at
+   the arc. */
+static inline void clear_last_arc(State *s, Index i) {
+    Disc *a = &s->discs[i];
+    if (NO_BODY < a->last && a->last < 0 && s->features[-1 - a->last].kind == INNER_ARC && a->time < s->clock.now)
+        a->last = NO_BODY;
+}
+
+/* Move every disc to the present and count time from there. Everything is predicted again. */
+static inline void begin_epoch(State *s) {
+    for (Index i = 0; i < s->disc_count; i++) {
+        if (s->feature_count > 0)
+            clear_last_arc(s, i);
+        if (s->driving.count > 0)
+            clear_last_of_ended_leg(s, i);
+        move_to(&s->discs[i], s->clock.now);
+        s->discs[i].time = 0.0;
+        if (s->law.contact_duration > 0.0)
+            s->last_impact[i] -= s->clock.now;
+    }
+    /* The epoch is a pair of floats. The second float is the rounding error of the first. */
+    DoubleDouble total = two_sum(s->clock.epoch, s->clock.now);
+    s->clock.epoch = total.high;
+    s->clock.epoch_rest += total.low;
+    s->clock.now = 0.0;
+    count_legs_from_epoch(s);
+    s->counts.epochs += 1;
+    s->counts.epoch_impacts = 0;
+    s->counts.predicted = 0;
+}
+
+/* Return the next disc without a prediction in this epoch. */
+static inline Index next_unpredicted(State *s) {
+    if (s->counts.predicted == 0)
+        fill_cells(s);
+    s->counts.predicted += 1;
+    return s->counts.predicted - 1;
+}

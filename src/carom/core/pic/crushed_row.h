@@ -1,0 +1,220 @@
+/* Crush of a row of discs between two bodies that no impact moves: see crush.h. */
+
+#pragma once
+
+#include "carom/core/pic/crush_bodies.h"
+
+/* ---- the row ---- */
+
+typedef struct Struck { /* the body that a disc hit last on one side */
+    int body;           /* NO_BODY for none */
+    int obstacle;
+} Struck;
+
+/* Return what a disc hit last on a side. The unit vector points from that side to the disc. */
+static inline Struck struck_on_side(const ToAndFro *t, double nx, double ny) {
+    if (nx == t->nx && ny == t->ny)
+        return (Struck){t->last, t->last_obstacle};
+    if (nx == -t->nx && ny == -t->ny)
+        return (Struck){t->across, t->across_obstacle};
+    return (Struck){NO_BODY, NO_OBSTACLE};
+}
+
+static inline bool is_moved_by_impacts(const State *s, Index body) {
+    return body >= 0 && s->discs[body].inverse_mass > 0.0;
+}
+
+typedef struct RowSide { /* part of a row on one side of a disc */
+    double nx;           /* unit vector from this side to the disc */
+    double ny;
+    Struck end;
+    Index next_to_end; /* disc */
+    Index count;       /* number of bodies, including the end */
+} RowSide;
+
+/* Find the discs that hit each other on one side of disc `i`, up to a body that no impact moves. Return whether there
+   is such a body. */
+static inline bool find_row_side(const State *s, Index i, double nx, double ny, RowSide *side) {
+    *side = (RowSide){.nx = nx, .ny = ny};
+    Index disc = i;
+    while (side->count <= s->disc_count) {
+        side->end = struck_on_side(&s->to_and_fro[disc], nx, ny);
+        side->next_to_end = disc;
+        side->count += 1;
+        if (side->end.body == NO_BODY)
+            return false;
+        if (!is_moved_by_impacts(s, side->end.body))
+            return true;
+        disc = side->end.body;
+    }
+    return false; /* the discs form a circle */
+}
+
+typedef struct Row { /* disc `i` and the discs on both sides of it, with the body at each end */
+    Index disc;
+    RowSide side[2];
+} Row;
+
+/* Return the disc that follows another one on a side of a row. */
+static inline Index next_in_row(const State *s, const RowSide *side, Index disc) {
+    return struck_on_side(&s->to_and_fro[disc], side->nx, side->ny).body;
+}
+
+static inline bool is_in_row(const State *s, const void *bodies, Index body) {
+    const Row *row = bodies;
+    bool found = body == row->disc;
+    for (int n = 0; n < 2 && !found; n++) {
+        Index one = row->disc;
+        for (Index k = 0; k < row->side[n].count && !found; k++) {
+            one = next_in_row(s, &row->side[n], one);
+            found = one == body;
+        }
+    }
+    return found;
+}
+
+/* Return the component of a vector perpendicular to a normal along an axis. */
+static inline double component_across(double x, double y, double nx) {
+    return nx != 0.0 ? y : x;
+}
+
+/* Find the position of the surface of a row's last body on the row's line, and its velocity, at a time. Return whether
+   it is flat there.
+
+   The result is false if the wall moves across the line, or if the feature that the disc hits is not perpendicular to
+   it. */
+static inline bool find_row_end(const State *s, const RowSide *side, double nx, double ny, double time, Motion *end) {
+    Index body = side->end.body;
+    if (body >= 0) {
+        Motion there = disc_motion(s, body, (Instant){time, 0.0});
+        double radius = s->discs[body].radius;
+        *end = (Motion){there.x + radius * nx, there.y + radius * ny, there.vx, there.vy};
+        return true;
+    }
+    const Leg *leg = legs_ahead(s, body, time).legs;
+    if (component_across(leg->vx, leg->vy, nx) != 0.0)
+        return false;
+    Point moved = displacement_on(leg, time);
+    const Feature *f = &s->features[side->end.obstacle];
+    double depth = 0.0;
+    bool fits;
+    if (f->kind == PLANE) {
+        fits = component_across(f->nx, f->ny, nx) == 0.0;
+    } else if (f->kind == FACE) {
+        depth = f->half_width;
+        fits = f->nx == nx && f->ny == ny &&
+               component_across(f->fy.high - f->y.high, -(f->fx.high - f->x.high), nx) == 0.0;
+    } else {
+        depth = f->kind == INNER_ARC ? f->half_width - f->size.high : f->half_width + f->size.high;
+        Motion seen = disc_motion(s, side->next_to_end, (Instant){time, 0.0});
+        fits = component_across(seen.x - moved.x - f->x.high, seen.y - moved.y - f->y.high, nx) == 0.0;
+    }
+    *end = (Motion){f->x.high + moved.x + depth * nx, f->y.high + moved.y + depth * ny, leg->vx, leg->vy};
+    return fits;
+}
+
+/* Return whether the discs of a row, and discs at its ends, are on one line at a time, without velocity across it. */
+static inline bool is_on_line(const State *s, const Row *row, double nx, double time) {
+    Motion from = disc_motion(s, row->disc, (Instant){time, 0.0});
+    if (component_across(from.vx, from.vy, nx) != 0.0)
+        return false;
+    for (int n = 0; n < 2; n++) {
+        Index disc = row->disc;
+        for (Index k = 0; k < row->side[n].count; k++) {
+            disc = next_in_row(s, &row->side[n], disc);
+            if (disc < 0)
+                break;
+            Motion there = disc_motion(s, disc, (Instant){time, 0.0});
+            if (component_across(there.x, there.y, nx) != component_across(from.x, from.y, nx) ||
+                component_across(there.vx, there.vy, nx) != 0.0)
+                return false;
+        }
+    }
+    return true;
+}
+
+/* Return whether friction acts in the impacts of a row although there is no velocity across it. Friction would move
+   slipping discs off the line. */
+static inline bool row_slips(const State *s, const Row *row) {
+    bool rubs = false, slips = stored_spin(s, row->disc) != 0.0;
+    for (int n = 0; n < 2; n++) {
+        const RowSide *side = &row->side[n];
+        Index body = row->disc;
+        for (Index k = 0; k < side->count; k++) {
+            body = next_in_row(s, side, body);
+            rubs = rubs || (body < 0 ? rubs_on(s, -1 - body) : s->law.contact.friction > 0.0);
+            slips = slips || (body < 0 ? belt_of(s, -1 - body) != 0.0 : stored_spin(s, body) != 0.0);
+        }
+    }
+    return rubs && slips;
+}
+
+/* Return the sum of the diameters of a row's discs. The sum is error-free, so the order of the discs does not
+   matter. */
+static inline double row_length(const State *s, const Row *row) {
+    DoubleDouble sum = {2.0 * s->discs[row->disc].radius, 0.0};
+    for (int n = 0; n < 2; n++) {
+        Index disc = row->disc;
+        for (Index k = 1; k < row->side[n].count; k++) {
+            disc = next_in_row(s, &row->side[n], disc);
+            DoubleDouble next = two_sum(sum.high, 2.0 * s->discs[disc].radius);
+            sum = two_sum(next.high, next.low + sum.low);
+        }
+    }
+    return sum.high;
+}
+
+static inline bool is_row_disturbed(const State *s, const Row *row, double way, double seconds) {
+    bool found = is_disturbed(s, row->disc, is_in_row, row, way, seconds);
+    for (int n = 0; n < 2; n++) {
+        Index disc = row->disc;
+        for (Index k = 1; k < row->side[n].count && !found; k++) {
+            disc = next_in_row(s, &row->side[n], disc);
+            found = is_disturbed(s, disc, is_in_row, row, way, seconds);
+        }
+    }
+    return found;
+}
+
+/* Return whether an impact at an end of a row loses energy. */
+static inline bool end_loses(const State *s, const RowSide *side) {
+    Index body = side->end.body;
+    return body < 0 && s->wall_laws[-1 - body].wall_restitution < 1.0;
+}
+
+/* Find when disc `i` and the discs that it hits are crushed between two bodies that no impact moves. Return whether
+   they are.
+
+   All discs must be exactly on one line, which must be along an axis, without speed, fall or slip across it. Then
+   nothing moves them off the line. If there are several discs, no impact may lose energy. Otherwise they might come to
+   rest on each other before. */
+static inline bool find_crush_in_row(const State *s, Index i, Crush *crush) {
+    double nx = s->to_and_fro[i].nx, ny = s->to_and_fro[i].ny, now = s->discs[i].time;
+    Row row = {.disc = i};
+    if (!find_row_side(s, i, nx, ny, &row.side[0]) || !find_row_side(s, i, -nx, -ny, &row.side[1]))
+        return false;
+    if ((nx != 0.0 && ny != 0.0) || component_across(s->accelerated.gx, s->accelerated.gy, nx) != 0.0)
+        return false;
+    bool is_single = row.side[0].count + row.side[1].count == 2;
+    bool loses = s->law.restitution < 1.0 || end_loses(s, &row.side[0]) || end_loses(s, &row.side[1]);
+    if ((!is_single && loses) || !is_on_line(s, &row, nx, now) || row_slips(s, &row))
+        return false;
+    Motion from, to;
+    if (!find_row_end(s, &row.side[0], nx, ny, now, &from) || !find_row_end(s, &row.side[1], -nx, -ny, now, &to))
+        return false;
+    double closing = (from.vx - to.vx) * nx + (from.vy - to.vy) * ny;
+    double room = (to.x - from.x) * nx + (to.y - from.y) * ny;
+    room = greater(0.0, room - row_length(s, &row));
+    if (!(closing > 0.0))
+        return false;
+    double left = room / closing;
+    double way = room + left * greater(nearest_length(from.vx, from.vy), nearest_length(to.vx, to.vy));
+    for (int n = 0; n < 2; n++) {
+        if (legs_ahead(s, row.side[n].end.body, now).legs->end <= now + left)
+            return false;
+    }
+    if (is_row_disturbed(s, &row, way, left))
+        return false;
+    *crush = (Crush){i, {row.side[0].end.body, row.side[1].end.body}, now + left};
+    return true;
+}

@@ -1,0 +1,330 @@
+/* Motion of discs that gravity presses against a wall, and the instants at which this motion changes.
+
+   A disc in contact has a constant acceleration along the wall, so its path is a parabola. The functions that predict
+   discs in flight therefore predict it, too. Quantities that the law makes 0 are set to 0 and not computed: the gap and
+   the normal speed of a disc in contact, and the slip of a rolling disc. docs/theory/contact.md derives the law. */
+
+#pragma once
+
+#include "carom/core/contact_law.h"
+#include "carom/core/pic/parabola_motion.h"
+
+/* ---- the ground: the half-plane or face that a disc is in contact with ---- */
+
+static inline double slip_on(const State *s, Index i, const Feature *ground) {
+    const Disc *a = &s->discs[i];
+    return a->vx * ground->ny - a->vy * ground->nx + a->radius * s->turning[i].spin;
+}
+
+static inline double rim_speed(const State *s, Index i) {
+    return s->discs[i].radius * s->turning[i].spin;
+}
+
+/* Return the speed at which a disc approaches its ground. */
+static inline double ground_approach(const State *s, Index i, const Feature *ground) {
+    return -wall_speed(s->discs[i].vx, s->discs[i].vy, ground->nx, ground->ny).high;
+}
+
+/* Return the distance of a disc from the surface. */
+static inline double ground_gap(const State *s, Index i, Index k) {
+    const Disc *a = &s->discs[i];
+    const Feature *f = &s->features[k];
+    const Ground *g = &s->accelerated.grounds[k];
+    return wall_gap(a->x, a->y, a->radius, g->x, g->y, f->nx, f->ny).high;
+}
+
+/* Return the resolution of that distance. */
+static inline double ground_gap_resolution(const State *s, Index i, Index k) {
+    const Disc *a = &s->discs[i];
+    const Ground *g = &s->accelerated.grounds[k];
+    return gap_resolution(size_of(a->x, a->y, a->radius) + size_of(g->x, g->y, 0.0));
+}
+
+/* Remove the gap between a disc and its ground, which is a rounding error. */
+static inline void set_on_ground(State *s, Index i, Index k) {
+    Disc *a = &s->discs[i];
+    const Feature *f = &s->features[k];
+    double gap = ground_gap(s, i, k);
+    a->x -= gap * f->nx;
+    a->y -= gap * f->ny;
+}
+
+/* Return the position of a disc along a face, from the face's start. */
+static inline double place_on_face(const State *s, Index i, Index k) {
+    const Disc *a = &s->discs[i];
+    const Feature *f = &s->features[k];
+    const Ground *g = &s->accelerated.grounds[k];
+    return (a->x - g->x) * f->ny - (a->y - g->y) * f->nx;
+}
+
+/* Return the seconds until a disc reaches an end of its face; infinity for never, as on a half-plane. */
+static inline double time_to_face_end(const State *s, Index i, Index k, double speed, double rate) {
+    const Feature *f = &s->features[k];
+    if (f->kind != FACE) {
+        return CAROM_INF;
+    }
+    double place = place_on_face(s, i, k), ahead = f->size.high - place;
+    double back = speed < 0.0 || rate < 0.0
+                      ? descent_time((DoubleDouble){place, 0.0}, (DoubleDouble){speed, 0.0}, (DoubleDouble){rate, 0.0})
+                      : CAROM_INF;
+    double forth = speed > 0.0 || rate > 0.0 ? descent_time((DoubleDouble){ahead, 0.0}, (DoubleDouble){-speed, 0.0},
+                                                            (DoubleDouble){-rate, 0.0})
+                                             : CAROM_INF;
+    return forth < back ? forth : back;
+}
+
+static inline Press press_on(const State *s, Index i, const Feature *ground) {
+    const Accelerated *run = &s->accelerated;
+    double along = wall_speed(run->gx, run->gy, ground->ny, -ground->nx).high;
+    double normal = -wall_speed(run->gx, run->gy, ground->nx, ground->ny).high;
+    double ratio = s->turning[i].inverse_inertia_ratio;
+    double friction = s->wall_laws[ground->wall].wall_contact.friction;
+    return (Press){normal, along, friction, ratio, ratio != 0.0 ? run->rolling_resistance : 0.0};
+}
+
+/* ---- modes ---- */
+
+static inline Mode mode_of(double speed, double along, bool sticks, bool blocks) {
+    if (sticks) {
+        return speed != 0.0 || along != 0.0 ? ROLL : REST;
+    }
+    return blocks ? BLOCK : SLIDE;
+}
+
+/* Return the present motion of a disc as a row of the trace. `before` is the mode that it had. */
+static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before) {
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    return (ModeRow){
+        .disc = i,
+        .wall = -1 - wall,
+        .before = before,
+        .after = p->mode,
+        .position = {a->x, a->y},
+        .velocity = {a->vx, a->vy},
+        .acceleration = {p->ax, p->ay},
+        .spin = s->turning[i].spin,
+        .spin_rate = p->spin_rate,
+    };
+}
+
+/* Continue the motion of a disc in contact with feature k, with a given slip and rim speed. */
+static inline ModeRow settle(State *s, Index i, Index k, Slips now) {
+    Disc *a = &s->discs[i];
+    Parabola *p = &s->accelerated.paths[i];
+    const Feature *f = &s->features[k];
+    Mode before = p->mode;
+    set_on_ground(s, i, k);
+    Press press = press_on(s, i, f);
+    double speed = a->vx * f->ny - a->vy * f->nx;
+    bool resists = press.rolling_resistance > 0.0;
+    if (resists && now.slip == 0.0) { /* the two numbers are equal by the law, but not after rounding */
+        speed = now.rim != 0.0 ? speed : 0.0;
+        now.rim = 0.0 - speed;
+    }
+    ContactRates rates = contact_rates(&press, now);
+    if (rates.sticks) {
+        speed = press.inverse_inertia_ratio != 0.0 ? speed : 0.0;
+        s->turning[i].spin = 0.0 - speed / a->radius;
+    } else if (resists && now.rim == 0.0) {
+        s->turning[i].spin = 0.0;
+    }
+    a->vx = speed * f->ny;
+    a->vy = 0.0 - speed * f->nx;
+    double ax = rates.along * f->ny, ay = 0.0 - rates.along * f->nx;
+    if (p->left_ground != NO_OBSTACLE && is_same_instant(p->left, own_instant(a, p))) {
+        const Feature *other = &s->features[p->left_ground];
+        p->left_speed = greater(wall_speed(a->vx, a->vy, other->nx, other->ny).high, 0.0);
+    } else if (ax != p->ax || ay != p->ay) {
+        p->left_ground = NO_OBSTACLE;
+    }
+    p->ax = ax;
+    p->ay = ay;
+    p->spin_rate = rates.rim / a->radius;
+    p->never_of = (int)k;
+    p->never_met = NEVER_ALL;
+    p->ground = (int)k;
+    p->mode = mode_of(speed, rates.along, rates.sticks, rates.blocks);
+    /* For a rolling disc both reach 0 at the same time. That changes nothing without rolling resistance. */
+    double slip_wait = time_to_zero(now.slip, rates.along + rates.rim);
+    double rim_wait = resists ? time_to_zero(now.rim, rates.rim) : CAROM_INF;
+    double wait = rim_wait < slip_wait ? rim_wait : slip_wait;
+    p->slip_ends = slip_wait == wait || (rates.sticks && resists);
+    p->rim_ends = rim_wait == wait || (rates.sticks && resists);
+    Instant own = own_instant(a, p);
+    Instant zero = instant_after(own, wait);
+    Instant over = instant_after(own, time_to_face_end(s, i, k, speed, rates.along));
+    p->ends = earlier_of(zero, over);
+    p->ends_at_face_end = is_before(over, zero);
+    return mode_row(s, i, f->wall, before);
+}
+
+/* Begin the contact of a disc, which is at the present instant, with feature k. No bounces remain. */
+static inline ModeRow land(State *s, Index i, Index k, double approach) {
+    Disc *a = &s->discs[i];
+    Parabola *p = &s->accelerated.paths[i];
+    const Feature *f = &s->features[k];
+    const Law *law = &s->wall_laws[f->wall];
+    double restitution = law->wall_restitution;
+    Press press = press_on(s, i, f);
+    Slips now = {slip_on(s, i, f), rim_speed(s, i)};
+    bool sticks = p->sticks && a->last < 0 && a->last != NO_BODY && s->features[-1 - a->last].wall == f->wall;
+    /* A slip that an impact has reversed remains. If infinitely many bounces follow, `slip_after_bounces` returns what
+       remains. */
+    sticks = sticks && law->wall_contact.restitution == 0.0;
+    /* If the remaining bounces do not stop the slip, they reduce it. The contact reduces it by as much during the time
+       that those bounces would last. */
+    double by = 0.0;
+    if (press.rolling_resistance != 0.0 && approach > 0.0 && restitution < 1.0) {
+        double speed = now.slip - now.rim;
+        Slips start = {sticks ? 0.0 : now.slip, now.rim};
+        Slips left = both_after_bounces(&press, start, approach, restitution);
+        if (left.slip == 0.0) {
+            by = speed + left.rim;
+            now = (Slips){0.0, left.rim};
+        } else if (left.rim == 0.0) {
+            now = (Slips){speed, 0.0};
+        }
+    } else if (sticks) { /* the rest of the slip is rounding */
+        now.slip = 0.0;
+    } else if (approach > 0.0 && restitution < 1.0 &&
+               slip_after_bounces(&press, now.slip, approach, restitution) == 0.0) {
+        by = now.slip / (1.0 + press.inverse_inertia_ratio);
+        now.slip = 0.0;
+    }
+    if (by != 0.0) { /* the impulse of friction on the disc and its rim; the normal speed does not change */
+        a->vx -= by * f->ny;
+        a->vy += by * f->nx;
+    }
+    a->last = NO_BODY;
+    return settle(s, i, k, now);
+}
+
+/* Make a disc leave the wall that it is in contact with. */
+static inline ModeRow take_off(State *s, Index i) {
+    Parabola *p = &s->accelerated.paths[i];
+    Mode before = p->mode;
+    Index wall = s->features[p->ground].wall;
+    p->ground = p->left_ground = NO_OBSTACLE;
+    p->mode = FLIGHT;
+    p->ends = NEVER;
+    p->ax = s->accelerated.gx;
+    p->ay = s->accelerated.gy;
+    p->spin_rate = 0.0;
+    return mode_row(s, i, wall, before);
+}
+
+/* Make a disc at an end of its face fly off. Return false if it does not fly off, which is not solved.
+
+   Its rim is then at the vertex at that end and moves along it. The disc never hits the face again on this path. */
+static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
+    Disc *a = &s->discs[i];
+    Parabola *p = &s->accelerated.paths[i];
+    const Index k = p->ground;
+    const Feature *f = &s->features[k];
+    bool at_last = 2.0 * place_on_face(s, i, k) > f->size.high;
+    double away = a->radius + f->half_width;
+    a->x = (at_last ? f->fx.high : f->x.high) + away * f->nx;
+    a->y = (at_last ? f->fy.high : f->y.high) + away * f->ny;
+    int vertex = s->accelerated.grounds[k].over[at_last];
+    if (vertex == NO_OBSTACLE) {
+        return false;
+    }
+    /* The condition is u^2 >= P (R + half width). It is tested by the function that would otherwise find an immediate
+       impact with the vertex, so that both use the same rounded numbers. */
+    Mover disc = mover_of(a);
+    if (!(arc_fall_time(&s->accelerated.exact, &disc, &s->features[vertex], s->accelerated.gx, s->accelerated.gy, true,
+                        0.0) > 0.0)) {
+        return false;
+    }
+    *row = take_off(s, i);
+    a->last = -1 - vertex;
+    p->leaving = 0.0;
+    p->never_of = (int)k;
+    p->never_met = NEVER_FLAT;
+    p->never_but = vertex;
+    return true;
+}
+
+/* Continue the motion of a disc, which is at the present instant, after the end of its mode: its slip, its spin, or
+   both are 0. Return false if it is at the end of its face and does not fly off. */
+static inline bool end_mode(State *s, Index i, ModeRow *row) {
+    Parabola *p = &s->accelerated.paths[i];
+    const Index k = p->ground;
+    s->discs[i].last = NO_BODY; /* this is a new path, on which it may hit the last body again */
+    if (p->ends_at_face_end) {
+        return leave_at_face_end(s, i, row);
+    }
+    Slips now = {
+        p->slip_ends ? 0.0 : slip_on(s, i, &s->features[k]),
+        p->rim_ends ? 0.0 : rim_speed(s, i),
+    };
+    *row = settle(s, i, k, now);
+    return true;
+}
+
+/* Continue the motion of a disc in contact after an impact on `struck`, a feature or NO_OBSTACLE for a disc. The disc
+   stays in contact or leaves its wall. Return whether more than its velocity changes.
+
+   The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. Between two
+   walls one such hop follows another, so there it stays only if there is no hop at all. At a right angle between them
+   there is a hop if friction causes one. A disc that is pushed into its wall is also in flight, and hits the wall at
+   once. */
+static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row) {
+    Parabola *p = &s->accelerated.paths[i];
+    const Index k = p->ground;
+    p->never_met = NEVER_NOTHING;
+    p->left_ground = NO_OBSTACLE;
+    if (k == NO_OBSTACLE) {
+        return false;
+    }
+    const Feature *f = &s->features[k];
+    double approach = ground_approach(s, i, f);
+    bool hops = false;
+    if (struck != NO_OBSTACLE) {
+        const Feature *other = &s->features[struck];
+        bool changes = p->rubs || other->nx * f->nx + other->ny * f->ny != 0.0;
+        hops = approach < 0.0 && other->kind <= FACE && changes;
+    }
+    if (!hops && approach * approach <= 2.0 * press_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
+        Parabola before = *p;
+        *row = settle(s, i, k, (Slips){slip_on(s, i, f), rim_speed(s, i)});
+        return before.mode != p->mode || before.ax != p->ax || before.ay != p->ay || before.spin_rate != p->spin_rate;
+    }
+    set_on_ground(s, i, k);
+    *row = take_off(s, i);
+    if (hops) { /* the time of its return is computed without a rounded gap */
+        p->left_ground = (int)k;
+        p->left = own_instant(&s->discs[i], p);
+        p->left_speed = -approach;
+    }
+    return true;
+}
+
+/* ---- recorded changes of mode ---- */
+
+/* Make room for the changes of mode in one event, at most one for each of two discs. Return whether there is memory. */
+static inline bool reserve_modes(State *s) {
+    Accelerated *run = &s->accelerated;
+    if (run->mode_count + 2 > run->mode_capacity) {
+        Index capacity = 2 * run->mode_capacity + 64;
+        ModeRow *modes = s->resize(run->modes, (size_t)run->mode_count * sizeof(ModeRow), (size_t)capacity * sizeof(ModeRow));
+        if (modes == NULL) {
+            return false;
+        }
+        run->modes = modes;
+        run->mode_capacity = capacity;
+    }
+    return true;
+}
+
+/* Record a change of mode at the reported time, if it is wanted. */
+static inline void record_mode(State *s, const ModeRow *row) {
+    Accelerated *run = &s->accelerated;
+    if (is_recorded(&s->record, s->clock.reported)) {
+        run->modes[run->mode_count] = *row;
+        run->modes[run->mode_count].time = s->clock.reported;
+        run->modes[run->mode_count].impacts = s->record.released + s->record.count;
+        run->mode_count += 1;
+    }
+}

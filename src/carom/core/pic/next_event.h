@@ -1,0 +1,166 @@
+/* Events: the next event of a disc, and the next event of all discs.
+
+   Each disc has two predictions: its earliest known impact with another disc, and the time at which it leaves its cell.
+   For any two discs, the later of their two predictions uses the present paths of both. The smaller of the two times
+   stored for them is therefore never later than their impact, and no impact is missed. Only `event_of` decides which
+   event of a disc is next. */
+
+#pragma once
+
+#include "carom/core/pic/event_queue.h"
+#include "carom/core/pic/straight_partner.h"
+
+typedef struct Bodies { /* the two bodies of an impact */
+    Index first;
+    Index second;
+} Bodies;
+
+/* ---- the event of a disc ---- */
+
+/* Return whether the path of disc `i`'s partner has changed since their impact was predicted. */
+static inline bool is_stale(const State *s, Index i) {
+    const Prediction *p = &s->predictions[i];
+    return p->partner != NOBODY && s->discs[p->partner].impacts != p->partner_impacts;
+}
+
+/* Return the time of a disc's next event, or a lower bound. */
+static inline double event_time(const Prediction *p) {
+    return lesser(p->impact_time, p->exit_time);
+}
+
+/* Return which of a disc's two predictions comes first: negative if it leaves its cell, positive for its impact, 0 for
+   a tie. */
+static CAROM_ALWAYS_INLINE int compare_predictions(const State *s, Index i) {
+    const Prediction *p = &s->predictions[i];
+    if (CAROM_LIKELY(p->exit_time != p->impact_time || s->accelerated.paths == NULL))
+        return (p->exit_time > p->impact_time) - (p->exit_time < p->impact_time);
+    const Parabola *path = &s->accelerated.paths[i];
+    return (path->exit_low > path->impact_low) - (path->exit_low < path->impact_low);
+}
+
+/* Return the kind of disc `i`'s next event. */
+static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
+    const Prediction *p = &s->predictions[i];
+    int order = compare_predictions(s, i);
+    if (p->exit_time <= p->impact_time && p->edge != NO_EDGE && (p->edge != MOTION_END || order <= 0))
+        return p->edge == MOTION_END ? MOTION_ENDS : CROSSING;
+    if (order < 0)
+        return WALL_IMPACT;
+    if (is_stale(s, i))
+        return STALE;
+    if (!p->exact)
+        return BOUNDED;
+    /* At the same time (partner, i) comes before (i, wall), and (i, wall) before (i, partner). */
+    return order == 0 && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
+}
+
+/* Return the low part of the instant of a disc's next event. It matters only if discs accelerate: see instant.h. */
+static inline double event_low(const State *s, Event event) {
+    if (s->accelerated.paths == NULL)
+        return 0.0;
+    const Parabola *path = &s->accelerated.paths[event.disc];
+    return event.kind == PAIR_IMPACT ? path->impact_low : path->exit_low;
+}
+
+/* Return disc `i` and its partner in ascending order. */
+static inline Bodies pair_of(const State *s, Index i) {
+    Index j = s->predictions[i].partner;
+    return (Bodies){i < j ? i : j, i < j ? j : i};
+}
+
+/* Return the bodies of an impact in their order. The least of several simultaneous impacts is applied first.
+
+   Obstacles count as bodies here. They are in the order of their walls, and a disc stores only its first one. */
+static inline Bodies bodies_of(const State *s, Event impact) {
+    if (impact.kind == WALL_IMPACT)
+        return (Bodies){impact.disc, -1 - (Index)s->predictions[impact.disc].obstacle};
+    if (impact.kind == MOTION_ENDS) /* before all impacts at that instant */
+        return (Bodies){-1, impact.disc};
+    return pair_of(s, impact.disc);
+}
+
+/* Compute the exact instant of the impact that is predicted for disc `i`, which accelerates. */
+static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
+    Prediction *p = &s->predictions[i];
+    Index j = p->partner;
+    Instant at = parabola_pair_time(s, i < j ? i : j, i < j ? j : i);
+    p->impact_time = at.high;
+    s->accelerated.paths[i].impact_low = at.low;
+}
+
+/* Replace the lower bound of disc `i`'s impact by the exact time. The next event of the disc may then be a different
+   one. */
+static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
+    Prediction *p = &s->predictions[i];
+    if (CAROM_UNLIKELY(s->accelerated.paths != NULL))
+        solve_parabola_impact(s, i);
+    else
+        p->impact_time = pair_event_time(s, i, p->partner);
+    p->exact = true;
+}
+
+/* ---- the event of all discs ---- */
+
+/* Return the other disc that has the same impact at `time` as its next event, which is the partner of disc `i`; or `i`
+   if there is none. */
+static inline Index other_holder(const State *s, Index i, double time) {
+    const Prediction *p = &s->predictions[i];
+    if (p->partner == NOBODY || p->impact_time != time)
+        return i;
+    const Prediction *other = &s->predictions[p->partner];
+    if (other->partner != i || other->partner_impacts != s->discs[i].impacts || other->exit_time <= time)
+        return i;
+    return p->partner;
+}
+
+/* Return the event to process if several discs have one at `time`.
+
+   Events that are not certain impacts come first. Then the impact that is first by (first, second) follows. A disc
+   stores only the first of its simultaneous impacts, so the first of all impacts is among the stored ones. */
+static inline Event first_of_tie(State *s, double time) {
+    Event event;
+    Event first = {POSTPONED, NOBODY};
+    Bodies least = {s->disc_count, 0};
+    double least_low = CAROM_INF;
+    event.disc = next_not_after(&s->queue, 0, time);
+    while (event.disc < s->disc_count) {
+        event.kind = event_of(s, event.disc);
+        if (event.kind == BOUNDED) {
+            solve_impact(s, event.disc);
+            return (Event){POSTPONED, event.disc};
+        }
+        if (event.kind == CROSSING || event.kind == STALE)
+            return event;
+        Bodies bodies = bodies_of(s, event);
+        double low = event_low(s, event);
+        bool is_first = bodies.first < least.first || (bodies.first == least.first && bodies.second < least.second);
+        if (low < least_low || (low == least_low && is_first)) {
+            first = event;
+            least = bodies;
+            least_low = low;
+        }
+        event.disc = next_not_after(&s->queue, event.disc + 1, time);
+    }
+    return first;
+}
+
+/* Return the next event of all discs. Disc `i` is the earliest one in the queue. */
+static inline Event next_event(State *s, Index i) {
+    EventKind kind = event_of(s, i);
+    if (kind == BOUNDED) {
+        solve_impact(s, i);
+        kind = event_of(s, i);
+        if (kind == CROSSING) /* before the impact, but possibly after an event of another disc */
+            return (Event){POSTPONED, i};
+    }
+    if (kind == CROSSING || kind == STALE)
+        return (Event){kind, i};
+    double time = event_time(&s->predictions[i]);
+    /* In most cases this impact is far earlier than all other events. It changes the disc's path, so the queue need not
+       store its time. */
+    if (time < earliest_except(&s->queue, i, other_holder(s, i, time)))
+        return (Event){kind, i};
+    if (CAROM_UNLIKELY(s->queue.time[i] == time))
+        return first_of_tie(s, time);
+    return (Event){POSTPONED, i};
+}

@@ -1,0 +1,213 @@
+/* Lists of obstacles: for each cell the obstacles that a disc in it may hit, and few others.
+
+   A tile is four cells, or one cell if there are features. Each tile has a list. To build the lists, the grid is halved
+   repeatedly, and each half keeps only the obstacles near it. So an obstacle near few tiles causes no work for the
+   others. All lists are in one array, and a tile contains the place of its list in it. Each list contains numbers in
+   ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles share the first list, which is empty.
+
+   No disc can be in a tile that is wholly behind a wall. Such a tile has the list of all obstacles, which misses none.
+   A tile at the rim has no outer limit, but its list is valid only up to one. A disc beyond the area of the lists
+   checks all obstacles. */
+
+#pragma once
+
+#include <string.h>
+
+#include "carom/core/pic/grid.h"
+
+/* ---- tiles and an obstacle ---- */
+
+typedef enum Side { /* position of tiles relative to an obstacle */
+    CLEAR = 0,      /* no disc in them hits it */
+    NEARBY = 1,
+    BEHIND = 2, /* no disc can be there */
+} Side;
+
+typedef struct Tiles { /* a block of tiles; tiles at the rim include the ring of cells */
+    Index left;
+    Index right; /* one past the last */
+    Index low;
+    Index high;
+} Tiles;
+
+/* Return where row or column `k` of `count` begins. The first one begins, and the last one ends, OUTWARD cells beyond
+   the grid. */
+static inline double line_between(double begin, double width, Index count, Index k) {
+    if (k <= 1)
+        return begin - OUTWARD * width;
+    return begin + (double)(k <= count ? k - 1 : count + OUTWARD) * width;
+}
+
+/* Return the box of some tiles. */
+static inline Box box_of(const Grid *g, const Tiles *tiles) {
+    return (Box){
+        line_between(g->x0, g->width, g->columns, tiles->left << g->tile_bits),
+        line_between(g->x0, g->width, g->columns, tiles->right << g->tile_bits),
+        line_between(g->y0, g->width, g->rows, tiles->low << g->tile_bits),
+        line_between(g->y0, g->width, g->rows, tiles->high << g->tile_bits),
+    };
+}
+
+/* Return the side of a wall on which a box of tiles is. It is NEARBY if the distance between its middle and the wall is
+   at most the largest radius plus half a diagonal of the box.
+
+   The code uses half the sum of the sides instead of half the diagonal. For a tile the difference is .29 of its width,
+   which covers the roundings of a path. */
+static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box) {
+    double reach = g->radius + 0.5 * ((box->right - box->left) + (box->high - box->low));
+    double dx = 0.5 * (box->left + box->right) - wall->x;
+    double dy = 0.5 * (box->low + box->high) - wall->y;
+    Bounded distance = approach(dx, dy, wall->nx, wall->ny);
+    if (distance.value + distance.error < -reach)
+        return BEHIND;
+    return distance.value - distance.error >= reach ? CLEAR : NEARBY;
+}
+
+/* Return whether a position, relative to the centre, is in an arc's sector, or so near that rounding leaves it
+   undecided. */
+static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
+    double open = 4.0 * CAROM_ERROR * arc->size.high * (fabs(x) + fabs(y));
+    bool after_first = arc->ex.high * y - arc->ey.high * x >= -open;
+    bool before_last = arc->fx.high * y - arc->fy.high * x <= open;
+    return arc->whole || (arc->reflex ? after_first || before_last : after_first && before_last);
+}
+
+/* Return the distance of a point from a feature that is not a half-plane.
+
+   The error bound covers about twenty roundings of the lengths involved. At an end of an arc, its circle and its end
+   have the same distance from the point, so either may be used there. */
+static inline Bounded distance_to(const Feature *f, double x, double y) {
+    double dx = x - f->x.high;
+    double dy = y - f->y.high;
+    double lengths = fabs(x) + fabs(y) + fabs(f->x.high) + fabs(f->y.high) + f->size.high;
+    Bounded found = {0.0, 4.0 * CAROM_ERROR * lengths};
+    if (f->kind == VERTEX) {
+        found.value = sqrt(dx * dx + dy * dy);
+    } else if (f->kind == FACE) {
+        double ex = f->ex.high;
+        double ey = f->ey.high;
+        double part = lesser(greater((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0);
+        dx -= part * ex;
+        dy -= part * ey;
+        found.value = sqrt(dx * dx + dy * dy);
+    } else if (may_be_in_sector(f, dx, dy)) {
+        found.value = fabs(sqrt(dx * dx + dy * dy) - f->size.high);
+    } else {
+        double to_first = (dx - f->ex.high) * (dx - f->ex.high) + (dy - f->ey.high) * (dy - f->ey.high);
+        double to_last = (dx - f->fx.high) * (dx - f->fx.high) + (dy - f->fy.high) * (dy - f->fy.high);
+        found.value = sqrt(lesser(to_first, to_last));
+    }
+    return found;
+}
+
+/* Return the side of a feature on which a box of tiles is, as `side_of_wall` does. */
+static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *box) {
+    if (f->kind == PLANE) {
+        Wall plane = {f->x.high, f->y.high, f->nx, f->ny};
+        return side_of_wall(g, &plane, box);
+    }
+    double x = 0.5 * (box->left + box->right), y = 0.5 * (box->low + box->high);
+    double half = 0.5 * ((box->right - box->left) + (box->high - box->low));
+    if (f->kind == FACE) { /* a disc does not touch a face if its centre is behind the face's line */
+        Bounded before = approach(x - f->x.high, y - f->y.high, f->nx, f->ny);
+        if (before.value + before.error < -half)
+            return CLEAR;
+    }
+    Bounded distance = distance_to(f, x, y);
+    return distance.value - distance.error >= g->radius + f->half_width + half ? CLEAR : NEARBY;
+}
+
+/* ---- lists ---- */
+
+/* Append a list. Return false if there is no memory. */
+static inline bool append_list(State *s, const int *numbers, Index count) {
+    Grid *g = &s->grid;
+    if (g->listed + count + 1 > g->list_capacity) {
+        Index capacity = 2 * g->list_capacity + count + 64;
+        int *lists = s->resize(g->lists, (size_t)g->listed * sizeof(int), (size_t)capacity * sizeof(int));
+        if (lists == NULL)
+            return false;
+        g->lists = lists;
+        g->list_capacity = capacity;
+    }
+    memcpy(g->lists + g->listed, numbers, (size_t)count * sizeof(int));
+    g->lists[g->listed + count] = NO_OBSTACLE;
+    g->listed += count + 1;
+    return true;
+}
+
+/* Assign to some tiles the list at a place in `Grid.lists`. */
+static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
+    bool has_obstacles = g->lists[FULL_LIST] != NO_OBSTACLE;
+    Index first = 1 >> g->tile_bits;
+    for (Index row = tiles->low; row < tiles->high; row++) {
+        for (Index column = tiles->left; column < tiles->right; column++) {
+            bool is_at_rim = row <= first || column <= first || row == g->rows >> g->tile_bits ||
+                             column == g->columns >> g->tile_bits;
+            g->list_of[row * g->tiles + column] = 2 * (unsigned int)place + (has_obstacles && is_at_rim);
+        }
+    }
+}
+
+/* Assign lists to some tiles. `known` are the obstacles near all these tiles together. Return false if there is no
+   memory.
+
+   The array `known` has room for as many further numbers at each halving. */
+static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count) {
+    Grid *g = &s->grid;
+    int *kept = known + count;
+    Index kept_count = 0;
+    Box box = box_of(g, &tiles);
+    for (Index k = 0; k < count; k++) {
+        Side side = s->feature_count > 0 ? side_of_feature(g, &s->features[known[k]], &box)
+                                         : side_of_wall(g, &s->walls[known[k]], &box);
+        if (side == BEHIND) {
+            assign_list(g, &tiles, FULL_LIST);
+            return true;
+        }
+        kept[kept_count] = known[k];
+        kept_count += side == NEARBY;
+    }
+    if (kept_count == 0) {
+        assign_list(g, &tiles, EMPTY_LIST);
+        return true;
+    }
+    Index width = tiles.right - tiles.left;
+    Index height = tiles.high - tiles.low;
+    if (width == 1 && height == 1) {
+        assign_list(g, &tiles, g->listed);
+        return append_list(s, kept, kept_count);
+    }
+    Tiles half = tiles;
+    if (width >= height)
+        half.right = tiles.left = tiles.left + width / 2;
+    else
+        half.high = tiles.low = tiles.low + height / 2;
+    return list_for_tiles(s, half, kept, kept_count) && list_for_tiles(s, tiles, kept, kept_count);
+}
+
+/* Assign to every tile the list of obstacles that a disc in it may hit, except driven walls. Return false if there is
+   no memory. */
+static inline bool list_obstacles(State *s) {
+    Grid *g = &s->grid;
+    bool has_features = s->feature_count > 0;
+    Index count = has_features ? s->feature_count : s->wall_count;
+    Tiles all = {0, g->tiles, 0, (g->rows >> g->tile_bits) + 1};
+    g->area.left = line_between(g->x0, g->width, g->columns, 1);
+    g->area.right = line_between(g->x0, g->width, g->columns, g->columns + 1);
+    g->area.low = line_between(g->y0, g->width, g->rows, 1);
+    g->area.high = line_between(g->y0, g->width, g->rows, g->rows + 1);
+    /* Numbers for the whole grid, and for at most COLUMN_BITS halvings in each direction. */
+    int *numbers = s->resize(NULL, 0, (2 * COLUMN_BITS + 2) * (size_t)(count + 1) * sizeof(int));
+    if (numbers == NULL)
+        return false;
+    Index kept_count = 0;
+    for (Index k = 0; k < count; k++) {
+        numbers[kept_count] = (int)k;
+        kept_count += !has_features || !is_driven_wall(&s->driving, s->features[k].wall);
+    }
+    bool is_done = append_list(s, numbers, 0) && append_list(s, numbers, kept_count) &&
+                   list_for_tiles(s, all, numbers, kept_count);
+    s->resize(numbers, 0, 0);
+    return is_done;
+}

@@ -1,0 +1,404 @@
+/* Impacts of discs that accelerate, the beginning and end of contact, and contacts that end a run.
+
+   A disc may return to a feature that it has left, without another event in between. Its normal speed is then set to
+   exactly the speed at which it left. docs/theory/contact.md explains why otherwise a ball on a slope would never come
+   to rest. */
+
+#pragma once
+
+#include "carom/core/pic/crush.h"
+#include "carom/core/pic/lasting_contact.h"
+#include "carom/core/pic/parabola_exit.h"
+#include "carom/core/pic/parabola_partner.h"
+#include "carom/core/pic/straight_impact.h"
+
+typedef struct Encountered { /* motion of two colliding bodies along their normal */
+    double approach;         /* speed at which they approach */
+    double pull;             /* acceleration of their gap */
+    double resolution;       /* of the gap, metres */
+} Encountered;
+
+static inline void set_instant(State *s, Instant at) {
+    Instant now = now_instant(s);
+    set_clock(s, at.high);
+    s->clock.now_low = later_of(now, at).low;
+}
+
+/* Mark the motion of a disc as changed without an impact, so that its predictions are stale. */
+static inline void change_motion(State *s, Index i) {
+    s->discs[i].impacts += 1;
+    s->accelerated.paths[i].changes += 1;
+}
+
+/* Return whether a due impact is not applied, because the disc rests on the other body.
+
+   Gravity presses the disc against the body (`pull` below 0). In addition, one of three conditions is true. The disc
+   does not approach. Or it returns from its last bounce on the body (at `last`), after a flight too short for the clock
+   to resolve. Or it comes from elsewhere, and its speed makes a hop that is lower than the resolution of the gap. */
+static inline bool is_at_rest(const State *s, const Encountered *met, const Instant *last) {
+    if (!(met->pull < 0.0) || !(met->approach > 0.0)) {
+        return met->pull < 0.0;
+    }
+    return last != NULL ? last->high == s->clock.now
+                        : met->approach * met->approach <= -2.0 * met->pull * met->resolution;
+}
+
+/* End the run, because a disc stays in contact with something other than one straight wall. */
+static inline void end_in_contact(State *s, Index i, Index other, Index obstacle, double approach, double restitution) {
+    int held_by = s->accelerated.paths[i].ground;
+    bool is_free_disc = other >= 0 && s->discs[other].inverse_mass > 0.0;
+    s->accelerated.end = (ContactEnd){i, other, (int)obstacle, held_by, approach > 0.0 && restitution > 0.0 && restitution < 1.0};
+    s->stopped = is_free_disc ? PRESSED : held_by != NO_OBSTACLE ? CORNER : AT_REST;
+    if (s->accelerated.deceleration > 0.0 && other < 0) {
+        s->stopped = GLIDES;
+        s->gliding = i;
+    }
+}
+
+/* Count an impact, and record it and its change of mode if that is wanted. Return false if the run ends, because
+   impacts have been too close in time for too long. */
+static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact, const Spins *spins, Point place,
+                                 Index feature, const Ambiguity *ambiguity) {
+    Record *r = &s->record;
+    bool is_ambiguous = note_impact(r, impact, ambiguity);
+    if (is_wanted) {
+        if (is_ambiguous) {
+            mark_ambiguous(r);
+        }
+        write_impact_row(r, impact, spins, (Contact){place.x, place.y, feature});
+    }
+    Index struck[2] = {(Index)impact->first, (Index)impact->second};
+    for (int k = 0; k < 2; k++) {
+        ModeRow row;
+        if (struck[k] >= 0 && s->discs[struck[k]].inverse_mass > 0.0 && s->accelerated.deceleration == 0.0 &&
+            update_contact(s, struck[k], feature, &row)) {
+            record_mode(s, &row);
+        }
+    }
+    /* Bodies that others press together collide infinitely often, and soon faster than the arithmetic can resolve. */
+    s->counts.ambiguous_in_row = is_ambiguous ? s->counts.ambiguous_in_row + 1 : 0;
+    if (s->counts.at_instant > s->standstill || s->counts.ambiguous_in_row > s->standstill) {
+        s->stopped = STANDSTILL;
+        return false;
+    }
+    return true;
+}
+
+/* ---- two discs ---- */
+
+/* Return the motion of disc `i`, which moves, along its normal to disc `j`. Both are at the present instant. */
+static inline Encountered encounter_disc(const State *s, Index i, Index j) {
+    const Disc *a = &s->discs[i], *b = &s->discs[j];
+    const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
+    double dx = a->x - b->x, dy = a->y - b->y, ux = a->vx - b->vx, uy = a->vy - b->vy;
+    double ax = p->ax - q->ax, ay = p->ay - q->ay;
+    double distance = nearest_length(dx, dy);
+    double opening = (dx * ux + dy * uy) / distance;
+    double across = (dx * uy - dy * ux) / distance;
+    double pull = (dx * ax + dy * ay) / distance + across * across / distance;
+    return (Encountered){
+        -opening, pull, gap_resolution(size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius))};
+}
+
+/* Put the rim of a disc that has just hit an immovable one exactly at contact. For large radii the difference of two
+   distances has a large rounding error. The difference of their squares does not. */
+static inline void set_on_rim(State *s, Index i, Index fixed) {
+    Disc *a = &s->discs[i];
+    const Disc *b = &s->discs[fixed];
+    double dx = a->x - b->x, dy = a->y - b->y, distance = nearest_length(dx, dy);
+    DoubleDouble reach = two_sum(a->radius, b->radius);
+    double beyond = excess(two_diff(a->x, b->x), two_diff(a->y, b->y), reach).high;
+    double part = beyond / ((distance + reach.high) * distance);
+    a->x -= part * dx;
+    a->y -= part * dy;
+}
+
+/* Apply the impact of discs i < j. Return false and set `State.stopped` if the run ends. */
+static inline bool apply_parabola_pair(State *s, Index i, Index j, Instant at, bool is_wanted) {
+    Disc *a = &s->discs[i], *b = &s->discs[j];
+    Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
+    bool is_first_fixed = a->inverse_mass == 0.0, has_fixed = is_first_fixed || b->inverse_mass == 0.0;
+    Index one = is_first_fixed ? j : i, other = is_first_fixed ? i : j;
+    Instant last = own_instant(a, p);
+    bool has_just_met = !has_fixed && a->last == j && b->last == i;
+    set_instant(s, at);
+    Instant now = now_instant(s);
+    move_on_parabola(s, i, now);
+    move_on_parabola(s, j, now);
+    Encountered met = encounter_disc(s, one, other);
+    /* Two discs with the same acceleration are not pressed together, whatever their centrifugal acceleration is. */
+    bool presses = has_fixed || p->ax != q->ax || p->ay != q->ay;
+    if (presses && is_at_rest(s, &met, has_just_met ? &last : NULL)) {
+        end_in_contact(s, one, other, NO_OBSTACLE, met.approach, s->law.restitution);
+        return false;
+    }
+    count_impact(s, now.high);
+    a->last = (int)j;
+    b->last = (int)i;
+    p->leaving = q->leaving = s->law.restitution * greater(0.0, met.approach);
+    double dx = b->x - a->x, dy = b->y - a->y, distance = sqrt(dx * dx + dy * dy);
+    double reach = a->radius + b->radius;
+    s->counts.too_far += !are_distinguishable(a->x, a->y, b->x, b->y, reach);
+    Impact impact = {
+        .time = s->clock.reported,
+        .first = i,
+        .second = j,
+        .normal = {dx / distance, dy / distance},
+        .first_before = {a->vx, a->vy},
+        .second_before = {b->vx, b->vy},
+    };
+    Body first = body_of(s, i, true), second = body_of(s, j, true);
+    Spins spins;
+    collide_discs(&s->law, dx, dy, &first, &second, false, true, &spins);
+    impact.first_after[0] = a->vx;
+    impact.first_after[1] = a->vy;
+    impact.second_after[0] = b->vx;
+    impact.second_after[1] = b->vy;
+    double ux = impact.first_before[0] - impact.second_before[0], uy = impact.first_before[1] - impact.second_before[1];
+    double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
+    double speed = ux * impact.normal[0] + uy * impact.normal[1];
+    double resolution = pair_resolution(sizes, reach, ux, uy, speed) + clock_resolution(impact.time);
+    Point place = {a->x, a->y};
+    if (has_fixed) {
+        set_on_rim(s, one, other);
+    }
+    a->impacts += 1;
+    b->impacts += 1;
+    s->counts.predictions += (Index)(a->inverse_mass > 0.0) + (Index)(b->inverse_mass > 0.0);
+    if (s->touched != NULL) {
+        note_touching_discs(s, i, j, impact.normal[0], impact.normal[1], false);
+    }
+    if (s->accelerated.deceleration > 0.0) {
+        slow_down(s, i);
+        slow_down(s, j);
+    }
+    Ambiguity ambiguity = {resolution, s->law.contact.friction > 0.0, a->inverse_mass > 0.0, b->inverse_mass > 0.0,
+                           NO_FEATURE, false};
+    if (!finish_impact(s, is_wanted, &impact, &spins, place, NO_OBSTACLE, &ambiguity)) {
+        return false;
+    }
+    s->stopped = CRUSHED;
+    return s->to_and_fro == NULL || !is_one_crushed(s, i, j);
+}
+
+/* ---- a disc and a wall ---- */
+
+/* Return whether disc `i` returns at a time to feature k with the speed at which it left. This requires that the
+   feature is flat, and that the wall is still on the same leg of its path. */
+static inline bool returns_to(const State *s, Index i, Index k, double time) {
+    const Disc *a = &s->discs[i];
+    const Feature *f = &s->features[k];
+    if (a->last != -1 - k || f->kind > FACE) {
+        return false;
+    }
+    const Driven *row = driven_row(&s->driving, -1 - (Index)f->wall);
+    return row == NULL || row->leg_count == 0 || s->driving.legs[leg_at(&s->driving, row, a->time)].end > time;
+}
+
+/* Return the motion of disc `i`, at the present instant, along the normal of feature k. */
+static inline Encountered encounter_feature(const State *s, Index i, Index k, const Motion *seen, Direction n) {
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    const Feature *f = &s->features[k];
+    double approach = -wall_speed(seen->vx, seen->vy, n.x, n.y).high;
+    double size = size_of(a->x, a->y, a->radius);
+    if (f->kind == PLANE) {
+        /* Nothing pulls a disc on a table towards a flat feature, although the rounded value may differ from 0. */
+        double pull = s->accelerated.deceleration > 0.0 ? 0.0 : wall_speed(p->ax, p->ay, n.x, n.y).high;
+        return (Encountered){approach, pull, gap_resolution(size + size_of(f->x.high, f->y.high, 0.0))};
+    }
+    double across = seen->vx * n.y - seen->vy * n.x, bend = 0.0;
+    double sizes = size_of(f->x.high, f->y.high, f->size.high + f->half_width);
+    if (f->kind == FACE) {
+        sizes = size_of(f->x.high, f->y.high, f->half_width);
+    } else {
+        double x = seen->x - f->x.high, y = seen->y - f->y.high, away = sqrt(x * x + y * y);
+        bend = f->kind == INNER_ARC ? -1.0 / away : 1.0 / away;
+        if (f->size.high != 0.0) { /* centre and radius of an arc are pairs of floats */
+            sizes = f->half_width + CAROM_ULP * sizes;
+        }
+    }
+    double pull = p->ax * n.x + p->ay * n.y + across * across * bend;
+    if (s->accelerated.deceleration > 0.0 && f->kind == FACE) {
+        pull = 0.0;
+    }
+    return (Encountered){approach, pull, gap_resolution(size + sizes)};
+}
+
+/* Make a disc leave a wall at a normal speed; 0 for a disc that rests on it. */
+static inline void leave_wall(State *s, Index i, Index k, Direction n, double speed) {
+    Disc *a = &s->discs[i];
+    Motion seen = motion_seen_from_wall(s, i, s->features[k].wall);
+    double change = speed - wall_speed(seen.vx, seen.vy, n.x, n.y).high;
+    a->vx += change * n.x;
+    a->vy += change * n.y;
+    s->accelerated.paths[i].leaving = speed;
+}
+
+/* Apply the friction of a wall and its rolling resistance to a disc with the relative velocity `seen`. */
+static inline void slide_on_wall(State *s, Index i, const Law *law, double belt, Direction n, const Motion *seen,
+                                 double pressed) {
+    Body body = body_of(s, i, true);
+    Frictions by = rub_on_wall(&law->wall_contact, s->accelerated.rolling_resistance, belt, n.x, n.y, seen->vx, seen->vy,
+                               pressed, &body);
+    s->accelerated.paths[i].sticks = by.sticks;
+    s->accelerated.paths[i].rubs = by.friction != 0.0;
+}
+
+/* Begin lasting contact if the disc is in flight and feature k is straight. Return false and set `State.stopped` if the
+   run ends. */
+static inline bool begin_contact(State *s, Index i, Index k, Direction n, double approach) {
+    Parabola *p = &s->accelerated.paths[i];
+    const Law *law = &s->wall_laws[s->features[k].wall];
+    if (p->ground != NO_OBSTACLE || !s->accelerated.grounds[k].is_ground || s->accelerated.deceleration > 0.0) {
+        leave_wall(s, i, k, n, 0.0);
+        end_in_contact(s, i, -1 - (Index)s->features[k].wall, k, approach, law->wall_restitution);
+        return false;
+    }
+    ModeRow row = land(s, i, k, approach);
+    change_motion(s, i);
+    record_mode(s, &row);
+    return true;
+}
+
+/* Apply the impact of disc `i` on feature k. Return false and set `State.stopped` if the run ends.
+
+   The gap is exactly 0 at the impact. Its rounding error is removed, so that errors do not accumulate over many
+   bounces. */
+static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, bool is_wanted) {
+    Disc *a = &s->discs[i];
+    Parabola *p = &s->accelerated.paths[i];
+    const Feature *f = &s->features[k];
+    const Law *law = &s->wall_laws[f->wall];
+    const Driven *row = driven_row(&s->driving, -1 - (Index)f->wall);
+    set_instant(s, at);
+    Instant now = now_instant(s), last = own_instant(a, p);
+    bool returns = returns_to(s, i, k, now.high), is_same_feature = a->last == -1 - k;
+    double return_speed = p->leaving;
+    if (p->left_ground == k) {
+        returns = true;
+        last = p->left;
+        return_speed = p->left_speed;
+    }
+    move_on_parabola(s, i, now);
+    extend_box(&s->visited, a->x, a->y);
+    Motion seen = motion_seen_from_wall(s, i, f->wall);
+    Mover disc = mover_at(seen.x, seen.y, seen.vx, seen.vy, a->radius);
+    Direction n = normal_at(f, &disc);
+    Encountered met = encounter_feature(s, i, k, &seen, n);
+    if (returns) {
+        met.approach = return_speed;
+    }
+    if (is_at_rest(s, &met, returns ? &last : NULL)) {
+        return begin_contact(s, i, k, n, met.approach);
+    }
+    count_impact(s, now.high);
+    Surface surface = row != NULL ? surface_at(s, row, a->time) : (Surface){0.0, 0.0, 0.0};
+    Impact impact = {
+        .time = s->clock.reported,
+        .first = i,
+        .second = -1 - (Index)f->wall,
+        .normal = {-n.x, -n.y},
+        .first_before = {a->vx, a->vy},
+        .second_before = {surface.vx, surface.vy},
+        .second_after = {surface.vx, surface.vy},
+    };
+    Spins spins = {s->turning[i].spin, 0.0, 0.0, 0.0};
+    Point place = {seen.x, seen.y};
+    double gap = feature_gap(&disc, f);
+    a->x -= gap * n.x;
+    a->y -= gap * n.y;
+    p->sticks = p->rubs = false;
+    double restitution = law->wall_restitution;
+    /* if rounding turns a very weak graze into a separation, there is no impulse: an impact never pulls */
+    if (met.approach > 0.0) {
+        leave_wall(s, i, k, n, restitution * met.approach);
+        if (law->wall_contact.friction > 0.0 || s->accelerated.rolling_resistance > 0.0) {
+            slide_on_wall(s, i, law, surface.belt, n, &seen, (1.0 + restitution) * met.approach);
+        }
+    }
+    a->last = (int)(-1 - k);
+    spins.first_after = s->turning[i].spin;
+    impact.first_after[0] = a->vx;
+    impact.first_after[1] = a->vy;
+    double ux = impact.first_before[0] - surface.vx, uy = impact.first_before[1] - surface.vy;
+    /* if a disc returns to a feature that it has left, its time does not depend on a rounded gap */
+    double resolution = 0.0;
+    if (!returns) {
+        double speed = ux * impact.normal[0] + uy * impact.normal[1];
+        resolution = feature_resolution(f, a, ux, uy, speed, is_same_feature) + clock_resolution(impact.time);
+    }
+    a->impacts += 1;
+    s->counts.wall_impacts += 1;
+    s->counts.predictions += 1;
+    if (s->touched != NULL) {
+        note_touching_wall(s, i, k, n.x, n.y, false);
+    }
+    if (s->accelerated.deceleration > 0.0) {
+        slow_down(s, i);
+    }
+    Ambiguity ambiguity = {resolution, law->wall_contact.friction > 0.0, true, false,
+                           f->kind == PLANE ? NO_FEATURE : (int)k, restitution == 1.0};
+    if (!finish_impact(s, is_wanted, &impact, &spins, place, k, &ambiguity)) {
+        return false;
+    }
+    s->stopped = CRUSHED;
+    return s->to_and_fro == NULL || !is_crushed_by(s, i, -1 - (Index)f->wall, (int)k, n.x, n.y);
+}
+
+/* ---- the end of a motion ---- */
+
+/* Continue the motion of a disc whose mode of contact has ended, or that has stopped on a table. Return false and set
+   `State.stopped` if the run ends, at the end of a face. */
+static inline bool apply_motion_end(State *s, Index i, Instant at) {
+    ModeRow row;
+    set_instant(s, at);
+    move_on_parabola(s, i, now_instant(s));
+    if (s->accelerated.deceleration > 0.0) {
+        s->discs[i].last = NO_BODY; /* it now rests on a path of its own */
+        change_motion(s, i);
+        return true;
+    }
+    int ground = s->accelerated.paths[i].ground;
+    if (!end_mode(s, i, &row)) {
+        s->accelerated.end = (ContactEnd){i, -1 - (Index)s->features[ground].wall, ground, ground, false};
+        s->stopped = EDGE;
+        return false;
+    }
+    change_motion(s, i);
+    record_mode(s, &row);
+    return true;
+}
+
+/* ---- the start ---- */
+
+/* Begin the contact of each disc that is on a half-plane or a face at the start, up to the resolution of its
+   coordinates. Return false if there is no memory to record that. */
+static inline bool begin_contacts(State *s) {
+    s->counts.has_begun = true;
+    for (Index i = 0; i < s->disc_count; i++) {
+        const Disc *a = &s->discs[i];
+        Parabola *p = &s->accelerated.paths[i];
+        for (Index k = 0; k < s->feature_count && a->inverse_mass > 0.0 && p->ground == NO_OBSTACLE; k++) {
+            const Feature *f = &s->features[k];
+            if (!s->accelerated.grounds[k].is_ground) {
+                continue;
+            }
+            Mover disc = mover_of(a);
+            if (f->kind == FACE && !foot_is_on_face(&disc, f, 0.0, s->accelerated.gx, s->accelerated.gy)) {
+                continue;
+            }
+            double pull = -press_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
+            double approach = ground_approach(s, i, f), gap = ground_gap(s, i, k);
+            /* A disc on the other side of a face would be behind it by more than its own diameter. */
+            if (-a->radius < gap && gap <= resolution && pull < 0.0 && approach * approach <= -2.0 * pull * resolution) {
+                ModeRow row = land(s, i, k, approach);
+                if (!reserve_modes(s)) {
+                    return false;
+                }
+                record_mode(s, &row);
+            }
+        }
+    }
+    return true;
+}

@@ -1,0 +1,85 @@
+/* Prefetching: memory for the next event is loaded while the present one is processed. No result depends on it.
+
+   Each row contains the place of the next one: a disc leads to its partner and its cells, and these lead to the discs
+   in the cells. */
+
+#pragma once
+
+#include "carom/core/pic/grid.h"
+
+#if defined(__GNUC__)
+/* GCC assumes that a function that only prefetches has no effect and removes calls of it. The empty statement prevents
+   that. */
+#define CAROM_PREFETCH(place)      \
+    do {                           \
+        __builtin_prefetch(place); \
+        __asm__ volatile("");      \
+    } while (0)
+#else
+#define CAROM_PREFETCH(place) ((void)(place))
+#endif
+
+enum {
+    /* With at least this many discs memory is prefetched, because their rows do not fit into a cache. Without
+       prefetching, a run of 8,000 discs takes 1.01 of the time, one of 16,000 .91, and one of 30,000 .78. This was
+       measured on a processor with 1 MB of cache per core. */
+    PREFETCH_FROM = 10000
+};
+
+/* Prefetch the row of a disc. For a negative number this prefetches some address below the rows, which is harmless. A
+   branch would be unpredictable for the processor. */
+static inline void prefetch_row(const State *s, Index i) {
+    CAROM_PREFETCH((const void *)((uintptr_t)s->discs + (uintptr_t)i * sizeof(Disc)));
+}
+
+static inline void prefetch_disc(const State *s, Index i) {
+    Index match = s->queue.level[1] + (i >> 3);
+    CAROM_PREFETCH(s->discs + i);
+    CAROM_PREFETCH(s->predictions + i);
+    CAROM_PREFETCH(s->queue.time + i);
+    CAROM_PREFETCH(s->queue.time + match);
+    CAROM_PREFETCH(s->queue.holder + match);
+    if (s->record.is_wanted)
+        CAROM_PREFETCH(s->record.recent + i);
+}
+
+static inline void prefetch_cells(const State *s, Index i) {
+    Block block = cells_around(s, i);
+    for (Index line = 0; line < 3; line++) {
+        const Cell *cells = s->grid.cells + block.first + line * block.to_line;
+        CAROM_PREFETCH(cells);
+        CAROM_PREFETCH(&cells[2].disc[PLACES - 1]);
+    }
+    Index cell = s->predictions[i].cell;
+    CAROM_PREFETCH(s->grid.list_of + tile_of(&s->grid, cell >> COLUMN_BITS, cell & COLUMN_MASK));
+}
+
+/* Prefetch the rows of disc `i`'s partner, and the cells around disc `i`. */
+static inline void prefetch_surroundings(const State *s, Index i) {
+    Index partner = s->predictions[i].partner;
+    if (partner != NOBODY) {
+        CAROM_PREFETCH(s->discs + partner);
+        CAROM_PREFETCH(s->predictions + partner);
+        CAROM_PREFETCH(s->queue.time + partner);
+        if (s->record.is_wanted)
+            CAROM_PREFETCH(s->record.recent + partner);
+    }
+    prefetch_row(s, s->discs[i].last);
+    prefetch_cells(s, i);
+}
+
+static inline void prefetch_neighbours(const State *s, Index i) {
+    Block block = cells_around(s, i);
+    for (Index line = 0; line < 3; line++) {
+        for (Index k = 0; k < 3; k++) {
+            const Cell *cell = s->grid.cells + block.first + line * block.to_line + k;
+            for (Index place = 0; place < PLACES; place++)
+                prefetch_row(s, cell->disc[place]);
+        }
+    }
+}
+
+static inline void prefetch_partner_cells(const State *s, Index i) {
+    if (s->predictions[i].partner != NOBODY)
+        prefetch_cells(s, s->predictions[i].partner);
+}

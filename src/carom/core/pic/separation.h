@@ -1,0 +1,74 @@
+/* Separation: the bodies that a disc does not approach on its present path, regardless of rounding. These are the disc
+   that it hit last, and the bodies that it touches without normal speed (touched_bodies.h). */
+
+#pragma once
+
+#include "carom/core/pic/driven_path.h"
+
+/* Return the disc that disc `i` hit last, if both are still on the paths that began at that impact. Otherwise return
+   NOBODY.
+
+   Such a pair never collides again on these paths. Rounding can leave a small speed of approach (with restitution 0,
+   the whole remaining normal speed is rounding). It must not cause another impact, and so on without end. The path of a
+   disc that never moves is always the same. */
+static inline Index last_partner(const State *s, Index i) {
+    Index last = s->discs[i].last;
+    if (last < 0)
+        return NOBODY;
+    return s->discs[last].inverse_mass == 0.0 || s->discs[last].last == i ? last : NOBODY;
+}
+
+/* Return whether disc `i` does not approach a body on its present path, because an impact has left it no normal
+   speed. */
+static inline bool is_parting_from(const State *s, Index i, Index body) {
+    return s->discs[i].inverse_mass == 0.0 || s->discs[i].last == body || is_touched(&s->touched[i], body);
+}
+
+/* Return whether two discs touch without normal speed, or are still on the paths that began at their own impact. */
+static inline bool are_parting(const State *s, Index i, Index j) {
+    return is_parting_from(s, i, j) && is_parting_from(s, j, i);
+}
+
+/* Return when the motion of a body can end a contact, as `contact_end`; infinity for a body that is not driven. */
+static inline double driven_contact_end(const State *s, Index body, bool is_flat, double nx, double ny) {
+    const Driven *row = driven_row(&s->driving, body);
+    if (row == NULL || row->leg_count == 0)
+        return CAROM_INF;
+    return contact_end(&s->driving.legs[leg_at(&s->driving, row, s->clock.now)], is_flat, nx, ny);
+}
+
+/* Store an impact of two discs that was just applied. The normal is the unit vector from one to the other. */
+static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, bool is_elastic) {
+    bool slides = s->law.contact.friction > 0.0 && !is_elastic, stops = s->law.restitution == 0.0 && !is_elastic;
+    Index pair[2] = {i, j};
+    for (int k = 0; k < 2; k++) {
+        Index other = pair[1 - k];
+        Touched touched = {(int)other, nx, ny, driven_contact_end(s, other, false, nx, ny)};
+        note_touched(&s->touched[pair[k]], touched, s->clock.reported, slides, stops);
+    }
+}
+
+/* Store an impact on wall or feature `k` that was just applied. n is the unit normal.
+
+   The inside of an arc is excluded. A disc that moves along it without normal speed is pressed against it. */
+static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, bool is_elastic) {
+    const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;
+    bool is_bent_inwards = s->feature_count > 0 && s->features[k].kind == INNER_ARC;
+    bool slides = law->wall_contact.friction > 0.0 && !is_elastic;
+    bool stops = law->wall_restitution == 0.0 && !is_elastic && !is_bent_inwards;
+    Index wall = s->feature_count > 0 ? s->features[k].wall : k;
+    bool is_flat = s->feature_count == 0 || s->features[k].kind <= FACE;
+    Touched touched = {(int)(-1 - k), nx, ny, driven_contact_end(s, -1 - wall, is_flat, nx, ny)};
+    note_touched(&s->touched[i], touched, s->clock.reported, slides, stops);
+}
+
+/* Remove from a scan the discs that disc `i` does not approach. Return how many remain. */
+static CAROM_NOINLINE Index remove_touching(State *s, Index i, Index count) {
+    Index kept = 0;
+    for (Index k = 0; k < count; k++) {
+        Index j = s->candidates.disc[k];
+        if (!are_parting(s, i, j))
+            s->candidates.disc[kept++] = (int)j;
+    }
+    return kept;
+}

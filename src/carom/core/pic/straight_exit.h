@@ -1,0 +1,115 @@
+/* When a disc in straight motion leaves its cell, or hits an obstacle before that. */
+
+#pragma once
+
+#include "carom/core/pic/obstacle_lists.h"
+
+/* ---- a disc and its cell ---- */
+
+typedef struct CellExit {
+    double wait; /* INF for never */
+    Edge edge;
+} CellExit;
+
+/* Return the edge of its cell that a disc crosses first, and how long it takes. Row and column do not count the ring.
+
+   A cell at the rim of the grid has no outer edges. */
+static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index column) {
+    Index right = a->vx > 0.0;
+    Index up = a->vy > 0.0;
+    double across = a->vx != 0.0 ? ((g->x0 + (double)(column + right) * g->width) - a->x) / a->vx : CAROM_INF;
+    double along = a->vy != 0.0 ? ((g->y0 + (double)(row + up) * g->width) - a->y) / a->vy : CAROM_INF;
+    across = column == right * (g->columns - 1) ? CAROM_INF : across;
+    along = row == up * (g->rows - 1) ? CAROM_INF : along;
+    Index is_vertical = along < across;
+    return (CellExit){lesser(along, across), (Edge)(LEFT + right + is_vertical * (DOWN + up - LEFT - right))};
+}
+
+/* Return whether a disc is in the area of the lists now and after a wait, and therefore at all times in between. */
+static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
+    Point end = position_after(a, wait); /* NaN, which counts as outside, if the wait is infinite */
+    bool is_inside = (g->area.left <= a->x) & (a->x <= g->area.right) & (g->area.low <= a->y) & (a->y <= g->area.high);
+    return is_inside & (g->area.left <= end.x) & (end.x <= g->area.right) & (g->area.low <= end.y) &
+           (end.y <= g->area.high);
+}
+
+/* ---- obstacles ---- */
+
+/* Find the first wall that a disc hits within a wait. Return how long the disc takes, and set the wall's number.
+
+   If there is none, return the given wait. The time of an impact is the disc's own time plus the wait, and different
+   waits can round to the same time. If several walls have the same time, the last one is first, since wall k is body -1
+   - k. */
+static inline double find_first_wall(const State *s, Index i, const Disc *a, const int *numbers, double wait,
+                                     Index *obstacle) {
+    *obstacle = NO_OBSTACLE;
+    for (; *numbers != NO_OBSTACLE; numbers++) {
+        Index k = *numbers;
+        if (a->last == -1 - k || (CAROM_UNLIKELY(s->touched != NULL) && is_touched(&s->touched[i], -1 - k)))
+            continue;
+        Wall w = s->walls[k];
+        double found = wall_impact_wait(a, &w, wait);
+        if (found < wait || (*obstacle != NO_OBSTACLE && a->time + found == a->time + wait)) {
+            wait = found;
+            *obstacle = k;
+        }
+    }
+    return wait;
+}
+
+/* Find the first feature that a disc hits within a wait, as `find_first_wall` does.
+
+   If both features belong to one wall, the shorter wait is first; if the waits are equal, the lower number is first. If
+   two walls have the same time, the last one is first. */
+static inline double find_first_feature(const State *s, Index i, const Disc *a, const int *numbers, double wait,
+                                        Index *obstacle) {
+    Mover mover = mover_of(a);
+    double latest = wait + CAROM_TIME_ERROR * (a->time + wait);
+    *obstacle = NO_OBSTACLE;
+    for (; *numbers != NO_OBSTACLE; numbers++) {
+        Index k = *numbers;
+        const Feature *f = &s->features[k];
+        if (s->touched != NULL && is_touched(&s->touched[i], -1 - k))
+            continue;
+        double found = feature_impact_wait(a, &mover, f, a->last == -1 - k, latest);
+        if (found < wait || (*obstacle != NO_OBSTACLE && f->wall != s->features[*obstacle].wall &&
+                             a->time + found == a->time + wait)) {
+            wait = found;
+            latest = wait + CAROM_TIME_ERROR * (a->time + wait);
+            *obstacle = k;
+        }
+    }
+    return wait;
+}
+
+/* ---- the prediction ---- */
+
+/* Predict when disc `i` crosses an edge of its cell, or hits an obstacle (a feature or a wall) before that.
+
+   If both times are equal, the edge is first: the obstacle is also near the next cell. */
+static inline void predict_exit(State *s, Index i, bool has_features) {
+    const Grid *g = &s->grid;
+    Prediction *p = &s->predictions[i];
+    Disc a = s->discs[i];
+    Index row = p->cell >> COLUMN_BITS;
+    Index column = p->cell & COLUMN_MASK;
+    Index obstacle = NO_OBSTACLE;
+    CellExit crossing = cell_exit(g, &a, row - 1, column - 1);
+    unsigned int list = g->list_of[tile_of(g, row, column)];
+    const int *numbers = g->lists + (list >> 1);
+    bool has_list = list != 0;
+    bool is_at_rim = list & 1;
+    double wait = crossing.wait;
+    while (has_list) { /* at most twice. The functions are called in one place, so that compilers inline them here */
+        wait = has_features ? find_first_feature(s, i, &a, numbers, crossing.wait, &obstacle)
+                            : find_first_wall(s, i, &a, numbers, crossing.wait, &obstacle);
+        has_list = is_at_rim && !stays_in_area(g, &a, wait);
+        is_at_rim = false;
+        numbers = g->lists + FULL_LIST;
+        if (has_features && has_list)
+            s->counts.beyond += 1;
+    }
+    p->exit_time = a.time + wait;
+    p->obstacle = (int)obstacle;
+    p->edge = (int)(obstacle == NO_OBSTACLE ? crossing.edge : NO_EDGE);
+}

@@ -1,0 +1,120 @@
+/* Straight motion of a disc: its path, and when that path reaches another disc, an obstacle or an edge of a cell.
+
+   From its own time on, a free disc moves in a straight line at constant velocity. This file contains everything that
+   relies on this; parabola_motion.h does the same for discs that accelerate. Exact times are computed by pair_time.h
+   and feature_time.h. */
+
+#pragma once
+
+#include "carom/core/pic/state.h"
+
+/* ---- position ---- */
+
+/* Return a disc's centre after a wait, counted from its own time. */
+static inline Point position_after(const Disc *a, double wait) {
+    return (Point){a->x + a->vx * wait, a->y + a->vy * wait};
+}
+
+/* Return a disc's centre at a time. */
+static inline Point position_at(const Disc *a, double time) {
+    return position_after(a, time - a->time);
+}
+
+/* Move a disc along its path to a time, which becomes its own time. A disc that never moves keeps the start time. */
+static inline void move_to(Disc *a, double time) {
+    if (a->inverse_mass > 0.0) {
+        Point centre = position_at(a, time);
+        a->x = centre.x;
+        a->y = centre.y;
+        a->time = time;
+    }
+}
+
+/* Return a disc at its own time, as functions for walls use it. */
+static inline Mover mover_of(const Disc *a) {
+    return mover_at(a->x, a->y, a->vx, a->vy, a->radius);
+}
+
+/* ---- two discs ---- */
+
+typedef struct RelativeMotion { /* motion of disc b relative to disc a */
+    double start;               /* the later of their own times */
+    double dx;                  /* centre at the time `start` */
+    double dy;
+    double ux; /* velocity */
+    double uy;
+} RelativeMotion;
+
+/* Return the motion of disc b relative to disc a. */
+static inline RelativeMotion relative_motion(const Disc *a, const Disc *b) {
+    double start = greater(a->time, b->time);
+    Point from = position_at(a, start);
+    Point to = position_at(b, start);
+    return (RelativeMotion){start, to.x - from.x, to.y - from.y, b->vx - a->vx, b->vy - a->vy};
+}
+
+/* Return when two discs collide on their present paths; infinity for never.
+
+   The order of the discs affects rounding: the disc with the lower number must be first. */
+static inline double pair_impact_time(const Disc *a, const Disc *b) {
+    double start = greater(a->time, b->time);
+    Point first = position_at(a, start);
+    Point second = position_at(b, start);
+    return start + pair_time(first.x, first.y, a->vx, a->vy, a->radius, second.x, second.y, b->vx, b->vy, b->radius);
+}
+
+/* ---- a disc and an obstacle ---- */
+
+/* Return how long a disc takes to reach a wall. The result is infinity for never, or if the time is certainly longer
+   than `wait`.
+
+   A time that may round to the same time as `wait` is always returned, even in the worst case of all roundings. */
+static inline double wall_impact_wait(const Disc *a, const Wall *w, double wait) {
+    Bounded toward = approach(a->vx, a->vy, w->nx, w->ny);
+    Bounded rim = approach(a->x - w->x, a->y - w->y, w->nx, w->ny);
+    double gap = rim.value - a->radius - (rim.error + CAROM_ERROR * a->radius);
+    if (toward.value > toward.error ||
+        gap > (toward.error - toward.value) * (wait + CAROM_TIME_ERROR * (a->time + wait)))
+        return CAROM_INF;
+    return wall_time(a->x, a->y, a->vx, a->vy, a->radius, w->x, w->y, w->nx, w->ny);
+}
+
+/* Return whether a disc certainly does not reach a feature within a wait, in the worst case of all roundings.
+
+   The result is also true if the centre is behind the line of a face, since the disc can then hit only the other side.
+   Error bounds cover eight roundings of a term, or sixteen of a distance. */
+static inline bool is_out_of_reach(const Disc *a, const Mover *mover, const Feature *f, double wait) {
+    double reach = a->radius + f->half_width;
+    if (f->kind <= FACE) {
+        Bounded toward = approach(a->vx, a->vy, f->nx, f->ny);
+        Bounded rim = approach(a->x - f->x.high, a->y - f->y.high, f->nx, f->ny);
+        if (f->kind == FACE && rim.value < -rim.error)
+            return true;
+        double gap = rim.value - reach - (rim.error + CAROM_ERROR * reach);
+        if (toward.value > toward.error || gap > (toward.error - toward.value) * wait)
+            return true;
+        return f->kind == FACE && gap > 0.0 && is_certainly_beside(mover, f);
+    }
+    double dx = (a->x - f->x.high) - f->x.low;
+    double dy = (a->y - f->y.high) - f->y.low;
+    if (f->kind != INNER_ARC)
+        return is_passed(dx, dy, a->vx, a->vy, f->size.high + reach, wait);
+    double touch = f->size.high - reach;
+    if (touch < 0.0)
+        return false; /* the disc may not fit inside; this is rare and not decided here */
+    double away = sqrt(dx * dx + dy * dy);
+    double gap = fabs(away - touch) - 2.0 * CAROM_ERROR * (away + f->size.high + reach);
+    return gap > (fabs(a->vx) + fabs(a->vy)) * wait;
+}
+
+/* Return how long a disc takes to reach a feature. The result is infinity for never, or if the time is certainly longer
+   than `wait`.
+
+   `mover` is the result of `mover_of` for the disc. `has_just_left` says that the feature is the last thing that the
+   disc hit on this path. The disc can then hit it again only if it is the inside of an arc. */
+static inline double feature_impact_wait(const Disc *a, const Mover *mover, const Feature *f, bool has_just_left,
+                                         double wait) {
+    if (has_just_left ? f->kind != INNER_ARC : is_out_of_reach(a, mover, f, wait))
+        return CAROM_INF;
+    return feature_time(mover, f, has_just_left).time;
+}

@@ -1,0 +1,218 @@
+/* Bounds that allow skipping: lower bounds of the time until a disc can hit something. They hold for PIT's rounded
+   paths.
+
+   `docs/theory/pit.md` derives them. The contact distance is enlarged by `CAROM_PATH_MARGIN` times an upper bound of
+   |x| + |y| of both discs, for as long as a bound is used. If a number over- or underflows, the comparisons make the
+   wait 0, and no test is skipped.
+
+   A wait is a number of seconds for which two bodies cannot interfere on their present paths. It is INF for never. It
+   is 0 if they may interfere soon, possibly at the next frame, and CAROM_IN_CONTACT if they may interfere at this
+   frame. */
+
+#pragma once
+
+#include "carom/core/pit/impacts.h"
+#include "carom/core/pit/motion.h"
+
+enum {
+    MAX_BOUND_FRAMES = 65536,      /* 2^16: a bound is computed again after this many frames */
+    MAX_CURVED_BOUND_FRAMES = 1024 /* for curved paths, whose deviations grow with the square of the time */
+};
+
+/* ---- extents ---- */
+
+/* Return an upper bound of |x| + |y| of a disc for as long as a bound is used, metres. */
+static inline double extent_of(const State *s, const Disc *a) {
+    return fabs(a->x) + fabs(a->y) + (fabs(a->vx) + fabs(a->vy)) * s->horizon + s->extra_extent;
+}
+
+/* Return the sum of the magnitudes of all numbers from which positions of driven bodies are computed, metres. */
+static inline double extent_of_paths(const State *s) {
+    double extent = 0.0;
+    for (Index p = 0; p < s->path_count; p++) {
+        const Path *path = &s->paths[p];
+        extent = greater(extent, fabs(path->x) + fabs(path->y));
+        for (Index k = 0; k < path->leg_count; k++)
+            extent = greater(extent, fabs(path->legs[k].moved_x) + fabs(path->legs[k].moved_y));
+    }
+    return 4.0 * extent;
+}
+
+/* Set the longest time for which a bound is used, and how much gravity and paths add to extents. */
+static inline void begin_bounds(State *s) {
+    Index frames = s->motion == STRAIGHT ? MAX_BOUND_FRAMES : MAX_CURVED_BOUND_FRAMES;
+    s->frame_span = (double)frames * (s->clock.step / s->clock.rate);
+    s->horizon = s->frame_span;
+    s->pull = sqrt(s->gx * s->gx + s->gy * s->gy) * (1.0 + CAROM_PATH_MARGIN);
+    s->extra_extent = extent_of_paths(s) + (fabs(s->gx) + fabs(s->gy)) * s->horizon * s->horizon;
+}
+
+/* Set the longest time for which a bound is used from this frame on. With damping, frames become shorter in undamped
+   time. */
+static inline void limit_bounds(State *s) {
+    double c = s->damping.rate;
+    if (c > 0.0)
+        s->horizon = s->frame_span * (1.0 - c * s->now) / (1.0 + c * s->frame_span) * (1.0 - CAROM_PATH_MARGIN);
+}
+
+/* ---- waits ---- */
+
+/* Return a wait minus its own rounding error; 0 if the wait is not a finite positive number. */
+static inline double shorten(double wait) {
+    return 0.0 < wait && wait < CAROM_INF ? wait * (1.0 - CAROM_PATH_MARGIN) : 0.0;
+}
+
+/* Return a lower bound of the time until a positive gap closes, from its closing speed and closing acceleration. */
+static inline double time_to_close(double gap, double speed, double pull) {
+    double twice_mean = speed + sqrt(speed * speed + 2.0 * pull * gap);
+    return twice_mean > 0.0 ? shorten(2.0 * gap / twice_mean) : CAROM_INF;
+}
+
+/* Return whether a gap certainly stays open for a time. This is a quick test before `time_to_close`. */
+static inline bool stays_open(double gap, double speed, double pull, double time) {
+    return gap > 0.0 && gap * (1.0 - CAROM_PATH_MARGIN) > (speed + 0.5 * pull * time) * time;
+}
+
+/* ---- two discs ---- */
+
+typedef struct Approach { /* motion of disc b relative to disc a */
+    double dx;            /* centre */
+    double dy;
+    double ux; /* velocity */
+    double uy;
+    double along;   /* d.u, negative if they approach; PIT tests exactly this number */
+    double squared; /* squared distance */
+    double margin;  /* upper bound of the roundings of both paths, metres */
+    double contact; /* sum of the radii and the margin */
+} Approach;
+
+static inline Approach approach_of(const State *s, const Disc *a, const Disc *b, double extent_a) {
+    Approach p;
+    p.dx = b->x - a->x;
+    p.dy = b->y - a->y;
+    p.ux = b->vx - a->vx;
+    p.uy = b->vy - a->vy;
+    p.along = p.dx * p.ux + p.dy * p.uy;
+    p.squared = p.dx * p.dx + p.dy * p.dy;
+    p.margin = CAROM_PATH_MARGIN * (extent_a + extent_of(s, b));
+    p.contact = a->radius + b->radius + p.margin;
+    return p;
+}
+
+/* Return whether two discs may touch or overlap. */
+static inline bool may_touch(const Approach *p) {
+    return p->squared <= p->contact * p->contact;
+}
+
+/* Return the largest relative acceleration of two discs, at least one of which moves. */
+static inline double relative_pull(const State *s, const Disc *a, const Disc *b) {
+    int moving = (a->inverse_mass > 0.0) + (b->inverse_mass > 0.0);
+    if (s->motion == STRAIGHT || (s->motion == FALLING && moving == 2))
+        return 0.0;
+    return s->motion == FALLING ? s->pull : (1.0 + CAROM_PATH_MARGIN) * s->deceleration * moving;
+}
+
+/* Return the wait of two discs that may touch. */
+static inline double bound_touching(const State *s, const Disc *a, const Disc *b, const Approach *p) {
+    if (p->along < 0.0)
+        return CAROM_IN_CONTACT;
+    /* If the discs are at rest relative to each other, `along` is 0 and stays 0: both velocities have the same
+       roundings. */
+    bool has_rest = s->motion == SLOWING ? a->vx == 0.0 && a->vy == 0.0 : relative_pull(s, a, b) == 0.0;
+    if (has_rest && p->ux == 0.0 && p->uy == 0.0)
+        return CAROM_INF;
+    /* While the discs separate on straight paths, `along` grows, except for rounding. */
+    return s->motion == STRAIGHT && p->along > p->margin * (fabs(p->ux) + fabs(p->uy)) ? CAROM_INF : 0.0;
+}
+
+/* Return how long two discs take to reach a distance on straight paths; INF if they never come that near. */
+static inline double time_to_distance(const Approach *p, double distance) {
+    double across = p->dx * p->uy - p->dy * p->ux;
+    double d = (p->ux * p->ux + p->uy * p->uy) * (distance * distance) - across * across;
+    if (p->along >= 0.0 || d < 0.0)
+        return CAROM_INF;
+    return shorten((p->squared - distance * distance) / (sqrt(d) - p->along));
+}
+
+/* Return the wait of two discs that are apart and have a relative acceleration of at most `pull`. It need not be longer
+   than `least`.
+
+   During a time t, the path deviates from the straight one by at most pull t^2 / 2. So the wait is that of a straight
+   path with a contact distance that is larger by this. The bound is better for smaller t. */
+static inline double bound_curved_approach(const Approach *p, double pull, double least) {
+    double distance = sqrt(p->squared);
+    double gap = distance - p->contact;
+    double u2 = p->ux * p->ux + p->uy * p->uy;
+    if (p->along >= 0.0) /* on a straight path they would only separate */
+        return time_to_close(gap, 0.0, pull);
+    double wait = time_to_close(gap, sqrt(u2), pull);
+    double within = lesser(lesser(least, time_to_distance(p, p->contact)), -2.0 * p->along / u2);
+    double wider = p->contact + 0.5 * pull * within * within * (1.0 + CAROM_PATH_MARGIN);
+    if (wider < distance)
+        wait = greater(wait, lesser(within, time_to_distance(p, wider)));
+    return wait;
+}
+
+/* Return the wait of two discs that are apart. It need not be longer than `least`. */
+static inline double bound_approach(const State *s, const Disc *a, const Disc *b, const Approach *p, double least) {
+    double pull = relative_pull(s, a, b);
+    double far = p->contact + 0.5 * pull * least * least;
+    /* On a straight path d.d changes by at least 2 d.u t. Most discs are too far away to touch within `least`. */
+    if (p->squared * (1.0 - CAROM_PATH_MARGIN) + 2.0 * lesser(p->along, 0.0) * least > far * far)
+        return least;
+    return pull == 0.0 ? time_to_distance(p, p->contact) : bound_curved_approach(p, pull, least);
+}
+
+/* ---- a disc and a wall ---- */
+
+/* Return the wait of a disc and a half-plane in straight motion, from their gap.
+
+   The gap is linear in time. Its speed also has a rounding error, of less than 2^-51 of the disc's speed. */
+static inline double bound_straight_plane(const Disc *a, const Wall *wall, double gap) {
+    double along = a->vx * wall->nx + a->vy * wall->ny;
+    if (along >= 0.0) /* PIT tests exactly this number at every frame */
+        return CAROM_INF;
+    if (gap > 0.0)
+        return shorten(gap / (CAROM_PATH_MARGIN * (fabs(a->vx) + fabs(a->vy)) - along));
+    return CAROM_IN_CONTACT;
+}
+
+/* Return the wait of a disc and a half-plane, from their gap, if the disc falls or is slowed by a table. Its normal
+   speed then has further roundings at each frame. The wait need not be longer than `least`. */
+static inline double bound_curved_plane(const State *s, const Disc *a, const Wall *wall, double gap, double least) {
+    double along = a->vx * wall->nx + a->vy * wall->ny;
+    double pull = s->gx * wall->nx + s->gy * wall->ny;
+    double speed = along - CAROM_PATH_MARGIN * (fabs(a->vx) + fabs(a->vy) + s->pull * s->horizon);
+    if (stays_open(gap, -speed, greater(-pull, 0.0), least))
+        return least;
+    if (speed >= 0.0 && pull >= 0.0)
+        return CAROM_INF;
+    if (gap <= 0.0 && speed < 0.0)
+        return CAROM_IN_CONTACT;
+    double d = speed * speed - 2.0 * pull * gap;
+    if (speed < 0.0) /* it approaches, and reaches the wall unless gravity reverses it first */
+        return d < 0.0 ? CAROM_INF : shorten(2.0 * gap / (sqrt(d) - speed));
+    /* It leaves the wall, falls back and reaches it. If it overlaps the wall all the time, it approaches from the apex
+       on. */
+    return shorten((speed + sqrt(greater(d, 0.0))) / -pull);
+}
+
+/* Return the wait of a disc and a chain, from their gap. It need not be longer than `least`.
+
+   The nearest point of the chain approaches the disc no faster than the disc moves. A disc can leave a chain and hit it
+   again if the chain bends, or from its other side. */
+static inline double bound_chain(const State *s, const Disc *a, double gap, double least) {
+    if (a->vx == 0.0 && a->vy == 0.0 && s->pull == 0.0) /* it does not approach */
+        return CAROM_INF;
+    if (gap <= 0.0)
+        return CAROM_IN_CONTACT;
+    double speed = sqrt(a->vx * a->vx + a->vy * a->vy) * (1.0 + CAROM_PATH_MARGIN);
+    return stays_open(gap, speed, s->pull, least) ? least : time_to_close(gap, speed, s->pull);
+}
+
+/* Return the wait of a disc and a driven wall, from their gap, for any of the wall's legs. The fastest leg gives the
+   bound. */
+static inline double bound_on_any_leg(const State *s, const Path *path, const Disc *a, double gap) {
+    double speed = sqrt(a->vx * a->vx + a->vy * a->vy) + path->fastest;
+    return gap > 0.0 ? time_to_close(gap, speed * (1.0 + CAROM_PATH_MARGIN), s->pull) : 0.0;
+}

@@ -1,0 +1,79 @@
+/* Pending tests of a frame, in the order of Algorithm 1: all pairs (i, j), i < j, then all pairs of a disc and a wall.
+
+   An impact changes the input of later tests, so tests that are not skipped keep that order. A test is identified by a
+   number that increases in this order. It has i in the upper half and j in the lower half, or disc_count + i and k for
+   a wall. */
+
+#pragma once
+
+#include "carom/core/pit/state.h"
+
+enum {
+    NO_TEST = 0,    /* never the number of a test, since no disc is paired with itself */
+    HALF_BITS = 32, /* bits in half of a test's number */
+};
+
+#define LAST_TEST UINT64_MAX /* at least the number of any test */
+
+static inline Test test_of(Index first, Index second) {
+    return (Test)first << HALF_BITS | (Test)second;
+}
+
+/* Add a test of this frame, unless its turn has passed or is now. */
+static inline void add_test(State *s, Test test) {
+    Pending *t = &s->pending;
+    if (test <= t->last)
+        return;
+    if (t->count == t->capacity) {
+        Index capacity = 2 * t->capacity + 64;
+        Test *heap = s->record.resize(t->heap, (size_t)t->count * sizeof(Test), (size_t)capacity * sizeof(Test));
+        if (heap == NULL) {
+            s->is_out_of_memory = true;
+            return;
+        }
+        t->heap = heap;
+        t->capacity = capacity;
+    }
+    Index place = t->count;
+    t->count += 1;
+    while (place > 0) {
+        Index above = (place - 1) / 2;
+        if (t->heap[above] <= test)
+            break;
+        t->heap[place] = t->heap[above];
+        place = above;
+    }
+    t->heap[place] = test;
+}
+
+/* Remove the first test from the heap. */
+static inline Test pop_test(Pending *t) {
+    Test test = t->heap[0];
+    t->count -= 1;
+    Test moved = t->heap[t->count];
+    Index place = 0;
+    Index below = 1;
+    while (below < t->count) {
+        if (below + 1 < t->count && t->heap[below + 1] < t->heap[below])
+            below += 1;
+        if (moved <= t->heap[below])
+            break;
+        t->heap[place] = t->heap[below];
+        place = below;
+        below = 2 * below + 1;
+    }
+    t->heap[place] = moved;
+    return test;
+}
+
+/* Set `last` to the next test. Return whether there is one. A test that was added twice is returned once. */
+static inline bool next_test(Pending *t) {
+    while (t->count > 0) {
+        Test test = pop_test(t);
+        if (test > t->last) {
+            t->last = test;
+            return true;
+        }
+    }
+    return false;
+}

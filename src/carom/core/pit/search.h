@@ -1,0 +1,298 @@
+/* Searches around a disc: the tests that it needs at this frame, and the time at which it is due again.
+
+   For each disc a time is stored before which the disc is not due. It is the earliest time at which the disc could hit
+   a disc near it or a wall, or leave its leeway. No impact is missed: for any two discs, the later search uses the
+   present paths of both. So one of the two is due before they can touch. */
+
+#pragma once
+
+#include "carom/core/pit/bounds.h"
+#include "carom/core/pit/grid.h"
+#include "carom/core/pit/pending_tests.h"
+
+/* ---- work, measured in tests of two discs, and whether skipping tests saves work ---- */
+
+/* A build for few discs, such as that for the page, leaves out skipping and sweeps. Results are the same. */
+#if defined(CAROM_PLAIN_FRAMES)
+#define CAROM_SKIPS false
+#else
+#define CAROM_SKIPS true
+#endif
+
+/* Return the number of tests of a frame. */
+static inline double plain_work(const State *s) {
+    return (double)s->disc_count * (0.5 * (double)(s->disc_count - 1) + (double)s->wall_count);
+}
+
+/* Return the work of a frame without skipping: a sweep if there are cells, otherwise plain looping. */
+static inline double frame_work(const State *s) {
+    if (s->grid.list_count == 0)
+        return plain_work(s);
+    return (double)s->disc_count * (CAROM_SWEEP_WORK + (double)s->wall_count);
+}
+
+/* Return whether the next frame is looped plainly. It is if the caller requests it, or while the excess cost of
+   skipping is being recovered.
+
+   Skipping first has to schedule all discs, and computes bounds again that have expired. So it is given up only after
+   it has cost more than plain looping for a while. It is tried again after a longer while. */
+static inline bool loops_plainly(State *s) {
+    if (!CAROM_SKIPS || !s->skips)
+        return true;
+    if (s->excess > s->max_waste * s->first_search)
+        s->pays_back = true;
+    else if (s->excess <= 0.0)
+        s->pays_back = false;
+    return s->pays_back;
+}
+
+/* Count work of skipping. */
+static inline void spend_work(State *s, double work) {
+    s->work -= work;
+    s->excess += work;
+}
+
+/* Count frames that were not looped plainly. */
+static inline void save_frames(State *s, Index frames) {
+    s->excess = greater(s->excess - (double)frames * frame_work(s), -CAROM_SAVED_FRAMES * frame_work(s));
+}
+
+/* ---- bodies that may touch ---- */
+
+/* Add a body that the disc of the present search may touch. */
+static inline void add_touching(State *s, Index body) {
+    Touching *t = &s->touching;
+    if (t->count == t->capacity) {
+        Index capacity = 2 * t->capacity + 64;
+        int *bodies = s->record.resize(t->bodies, (size_t)t->count * sizeof(int), (size_t)capacity * sizeof(int));
+        if (bodies == NULL) {
+            s->is_out_of_memory = true;
+            return;
+        }
+        t->bodies = bodies;
+        t->capacity = capacity;
+    }
+    t->bodies[t->count] = (int)body;
+    t->count += 1;
+}
+
+/* ---- discs ---- */
+
+/* Add the test of two discs if it is due now. Return the smaller of `least` and the wait of the two discs. */
+static inline double test_or_wait(State *s, Index i, Index j, double extent_i, double least) {
+    const Disc *a = &s->discs[i];
+    const Disc *b = &s->discs[j];
+    Approach p = approach_of(s, a, b, extent_i);
+    double wait;
+    s->counts.pair_tests += 1;
+    if (may_touch(&p)) {
+        if (are_immovable(a, b))
+            return least;
+        add_touching(s, j);
+        if (are_separating(s, i, j))
+            return least;
+        wait = bound_touching(s, a, b, &p);
+        if (wait == CAROM_IN_CONTACT) {
+            add_test(s, i < j ? test_of(i, j) : test_of(j, i));
+            return 0.0;
+        }
+    } else {
+        wait = bound_approach(s, a, b, &p, least);
+        if (wait < least && (are_separating(s, i, j) || are_immovable(a, b)))
+            return least;
+    }
+    return wait < least ? wait : least;
+}
+
+/* Search all discs. Return the same as `test_or_wait`. */
+static inline double search_all(State *s, Index i, double extent_i, double least) {
+    for (Index j = 0; j < s->disc_count; j++) {
+        if (j != i)
+            least = test_or_wait(s, i, j, extent_i, least);
+    }
+    return least;
+}
+
+/* Search the cells of all levels that may contain discs which disc i can touch. Return the same as `test_or_wait`. */
+static inline double search_cells(State *s, Index i, double extent_i, double least) {
+    const Grid *g = &s->grid;
+    const Disc *a = &s->discs[i];
+    double own = a->radius + g->levels[a->level].leeway;
+    for (Index level = 0; level < g->level_count; level++) {
+        double width = g->levels[level].width;
+        double reach = (own + g->levels[level].reach) * (1.0 + CAROM_REACH_MARGIN);
+        int64_t left = cell_number((a->x - reach) / width), right = cell_number((a->x + reach) / width);
+        int64_t lower = cell_number((a->y - reach) / width), upper = cell_number((a->y + reach) / width);
+        double cells = (double)(right - left + 1) * (double)(upper - lower + 1);
+        if (cells > (double)s->disc_count)
+            return search_all(s, i, extent_i, least);
+        spend_work(s, CAROM_CELL_WORK * cells);
+        for (int64_t row = lower; row <= upper; row++) {
+            for (int64_t column = left; column <= right; column++) {
+                for (Index j = g->first[list_of(g, level, row, column)]; j != NOBODY; j = s->discs[j].next) {
+                    if (j != i)
+                        least = test_or_wait(s, i, j, extent_i, least);
+                }
+            }
+        }
+    }
+    return least;
+}
+
+/* ---- walls ---- */
+
+/* Return a lower bound of the gap between disc i and all walls that never move, minus possible roundings, metres.
+
+   The gap at one position also bounds the gap at other positions. So for most discs it is known without a search that
+   they are far from all walls. */
+static inline double bound_clearance(const State *s, Index i, double extent_i) {
+    const Disc *a = &s->discs[i];
+    const Clearance *c = &s->clearances[i];
+    double moved = fabs(a->x - c->x) + fabs(a->y - c->y);
+    return c->gap - moved - a->radius - CAROM_PATH_MARGIN * (extent_i + s->wall_size + a->radius);
+}
+
+/* Return a lower bound of the distance of a disc from wall k, metres. `a` is disc i relative to the wall. */
+static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index k) {
+    const Wall *wall = &s->walls[k];
+    if (!is_chain(s, k))
+        return (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;
+    const Chain *chain = &s->chains[k];
+    Index edge = near_edge(s, i, k);
+    double distance = bound_distance(chain, a->x, a->y, &edge) - chain->half_width;
+    if (distance < s->clearances[i].gap)
+        s->clearances[i].edge = chain->edges - s->edges + edge;
+    return distance;
+}
+
+/* Return the same, and store it if the wall never moves. */
+static inline double find_distance(State *s, Index i, const Disc *relative, Index k) {
+    double distance = bound_wall_distance(s, relative, i, k);
+    if (wall_path(s, k) == NULL)
+        s->clearances[i].gap = lesser(distance, s->clearances[i].gap);
+    return distance;
+}
+
+/* Prepare the search for the distances of disc i from all walls. */
+static inline void begin_clearance(State *s, Index i) {
+    const Disc *a = &s->discs[i];
+    s->clearances[i] = (Clearance){a->x, a->y, CAROM_INF, s->clearances[i].edge};
+}
+
+/* Return the wait of disc i and wall k, from their gap, on the wall's present leg. */
+static inline double bound_wall(const State *s, Index i, Index k, const Disc *relative, double gap, double least) {
+    if (is_chain(s, k))
+        return bound_chain(s, relative, gap, least);
+    if (is_leaving_plane(s, i, k))
+        return CAROM_INF;
+    if (s->motion == STRAIGHT)
+        return bound_straight_plane(relative, &s->walls[k], gap);
+    return bound_curved_plane(s, relative, &s->walls[k], gap, least);
+}
+
+/* Add the test of disc i and wall k if it is due now. Return the same as `test_or_wait`. */
+static inline double test_wall_or_wait(State *s, Index i, Index k, double extent_i, double least) {
+    Disc relative;
+    const Disc *a = relative_to_wall(s, &s->discs[i], k, &relative);
+    const Path *path = wall_path(s, k);
+    double margin = CAROM_PATH_MARGIN * (extent_i + s->wall_size + a->radius);
+    double gap = find_distance(s, i, a, k) - a->radius - margin;
+    double wait = bound_wall(s, i, k, a, gap, least);
+    if (gap <= 0.0)
+        add_touching(s, -1 - k);
+    if (path != NULL && path->legs[path->leg].end < s->now + lesser(wait, least))
+        wait = greater(path->legs[path->leg].end - s->now, bound_on_any_leg(s, path, &s->discs[i], gap));
+    if (wait == CAROM_IN_CONTACT) {
+        add_test(s, test_of(s->disc_count + i, k));
+        wait = 0.0;
+    }
+    return wait < least ? wait : least;
+}
+
+/* Search all walls. Return the same as `test_or_wait`. */
+static inline double search_walls(State *s, Index i, double extent_i, double least) {
+    const Disc *a = &s->discs[i];
+    double speed = (fabs(a->vx) + fabs(a->vy)) * (1.0 + CAROM_PATH_MARGIN);
+    bool is_clear = stays_open(bound_clearance(s, i, extent_i), speed, s->pull, least);
+    if (is_clear && s->wall_motions == NULL)
+        return least;
+    if (!is_clear)
+        begin_clearance(s, i);
+    for (Index k = 0; k < s->wall_count; k++) {
+        if (!is_clear || wall_path(s, k) != NULL)
+            least = test_wall_or_wait(s, i, k, extent_i, least);
+    }
+    s->counts.pair_tests += s->wall_count;
+    return least;
+}
+
+/* ---- all bodies ---- */
+
+/* Add the tests of a disc that are due at this frame, and find when the disc is due again. The disc and all other due
+   discs were put into their cells at this frame. */
+static inline void schedule_disc(State *s, Index i) {
+    const Disc *a = &s->discs[i];
+    const Path *path = disc_path(s, i);
+    if (a->inverse_mass == 0.0 && path == NULL) { /* a disc that may hit it schedules the test */
+        s->due[i] = CAROM_INF;
+        return;
+    }
+    Index tests = s->counts.pair_tests;
+    Index first = s->touching.count;
+    double extent_i = extent_of(s, a);
+    double least = time_in_leeway(s, a, CAROM_PATH_MARGIN * extent_i);
+    least = path != NULL ? lesser(path->legs[path->leg].end - s->now, least) : search_walls(s, i, extent_i, least);
+    least = s->grid.list_count == 0 ? search_all(s, i, extent_i, least) : search_cells(s, i, extent_i, least);
+    s->due[i] = (s->now + least) * (1.0 - CAROM_TIME_MARGIN);
+    s->searches[i] = (Search){s->counts.frames, first, s->touching.count - first, false};
+    spend_work(s, CAROM_DISC_WORK + CAROM_BODY_WORK * (double)(s->counts.pair_tests - tests));
+}
+
+/* Schedule a disc, and update the time before which no disc is due. */
+static inline void reschedule_disc(State *s, Index i) {
+    schedule_disc(s, i);
+    s->next_due = lesser(s->due[i], s->next_due);
+}
+
+/* Add the tests of disc i with the bodies that it touches. An impact has just changed its velocity. */
+static inline void test_touching(State *s, Index i) {
+    const Search *search = &s->searches[i];
+    const Disc *a = &s->discs[i];
+    for (Index n = 0; n < search->count; n++) {
+        Index body = s->touching.bodies[search->first + n];
+        if (body < 0) {
+            add_test(s, test_of(s->disc_count + i, -1 - body));
+        } else {
+            const Disc *b = &s->discs[body];
+            double along = (b->x - a->x) * (b->vx - a->vx) + (b->y - a->y) * (b->vy - a->vy);
+            if (along < 0.0 && !are_separating(s, i, body))
+                add_test(s, i < body ? test_of(i, body) : test_of(body, i));
+        }
+    }
+}
+
+/* Add the tests of a disc whose velocity an impact at this frame has just changed. Its search is stale, so the time of
+   its next search is computed again at the end of the frame. */
+static inline void follow_impact(State *s, Index i) {
+    Search *search = &s->searches[i];
+    if (s->discs[i].inverse_mass == 0.0) /* its path is unchanged */
+        return;
+    if (search->frame != s->counts.frames) {
+        update_cell(s, i);
+        reschedule_disc(s, i);
+        return;
+    }
+    if (!search->is_stale) {
+        s->stale_discs[s->stale_count] = (int)i;
+        s->stale_count += 1;
+        search->is_stale = true;
+    }
+    test_touching(s, i);
+}
+
+/* Find when discs with stale searches are due again, after all tests of a frame. */
+static inline void schedule_stale(State *s) {
+    s->pending.last = LAST_TEST; /* no further test is made at this frame */
+    for (Index k = 0; k < s->stale_count; k++)
+        reschedule_disc(s, s->stale_discs[k]);
+}

@@ -1,0 +1,267 @@
+/* Falls of a gap between two bodies: the instants at which a polynomial in time of degree 4 or less becomes negative.
+
+   There are three stages. Each stage decides only what its error bound proves. There are no tolerances.
+
+   1. Floats isolate the roots. They decide most gaps that never close.
+   2. Pairs isolate roots that floats do not, such as those of near grazes. They also refine every root, so that it can
+      be rounded.
+   3. The caller's exact solver decides the rest: double roots, and gaps whose terms are too large or too small.
+
+   Results have the same bits as those of the exact solver, `find_falls` in `carom/core/exact_quartic.py`;
+   root_refinement.h explains how. A root at which the gap only touches 0 is a graze without overlap, and not a fall. A
+   gap that is 0 now and does not open falls now. A gap that is negative now must open before it can fall. */
+
+#pragma once
+
+#include "carom/core/quartic/root_isolation.h"
+#include "carom/core/quartic/root_refinement.h"
+
+/* Tests define this macro to count which stage has decided: 1, 2 or 3. */
+#ifndef CAROM_STAGE_DECIDED
+#define CAROM_STAGE_DECIDED(stage) ((void)0)
+#endif
+
+enum {
+    MOST_FALLS = 2, /* largest number of falls at t > 0 of a polynomial of degree 4 */
+    UNKNOWN_SIGN = 2,
+    MOST_INTERVALS = 8, /* the error bound of a polynomial of pairs covers this many shifts of its origin */
+};
+
+/* The falls of a gap. `next_fall` returns them one by one. */
+typedef struct Falls {
+    const ExactQuartic *exact;
+    const Gap *gap;
+    Polynomial floats; /* the gap, divided by t as often as possible */
+    PairPolynomial pairs;
+    int dropped; /* number of powers of t that were divided out */
+    int start;   /* sign of the gap just after t = 0; 0 for a gap that stays 0 */
+    bool has_pairs;
+    bool falls_now; /* whether the gap is 0 now and becomes negative */
+    bool is_closed; /* whether the gap is exactly 0 now, although its coefficients may differ */
+    bool needs_exact;
+    bool has_times;
+    int index; /* number of the next fall */
+    int count; /* number of `times` */
+    double times[MOST_FALLS];
+} Falls;
+
+static inline void need_pairs(Falls *falls) {
+    if (!falls->has_pairs) {
+        falls->gap->write_pairs(falls->gap->source, &falls->pairs);
+        drop_powers(&falls->pairs, falls->dropped);
+        falls->has_pairs = true;
+    }
+}
+
+/* Call the exact solver. */
+static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
+    Products products;
+    products.from = 0.0;
+    products.is_closed = falls->is_closed;
+    for (int k = 0; k < QUARTIC_POWERS; k++)
+        products.count[k] = 0;
+    falls->gap->write_products(falls->gap->source, &products);
+    CAROM_STAGE_DECIDED(3);
+    return falls->exact->solve(falls->exact->context, &products, index);
+}
+
+/* ---- the stages ---- */
+
+/* Return whether all coefficients certainly have the sign `start` or are 0. `error` is the error bound relative to a
+   coefficient's size. */
+static inline bool keeps_sign(const Polynomial *p, int start, double error) {
+    bool keeps = true;
+    for (int k = 1; k <= p->degree; k++)
+        keeps &= start * p->power[k] - error * p->size[k] >= 0.0;
+    return keeps;
+}
+
+/* Isolate the roots t > 0 in pairs, at most `most` of them. Return their number or QUARTIC_UNDECIDED.
+
+   The first interval ends at `end`. The next interval begins there, and its polynomial counts time from there. */
+static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, int most,
+                                         Bracket *brackets) {
+    PairPolynomial rest = *p;
+    double from = 0.0;
+    int found = 0;
+    for (int step = 0; step < MOST_INTERVALS; step++) {
+        Polynomial floats = round_polynomial(&rest);
+        if (keeps_sign(&floats, start, CAROM_QUARTIC_PAIR_ERROR))
+            return found;
+        double width = step == 0 ? end : time_scale(&floats, start);
+        if (!(width >= CAROM_LEAST_SCALE && width <= CAROM_MOST_SCALE && rest.size[0] >= CAROM_LEAST_SIZE))
+            return QUARTIC_UNDECIDED;
+        int count = isolate_roots_of_part(&rest, start, from, width, most - found, brackets + found);
+        if (count == QUARTIC_UNDECIDED)
+            return QUARTIC_UNDECIDED;
+        found += count;
+        if (found == most)
+            return found;
+        shift_origin(&rest, width);
+        if (fabs(rest.power[0].high) <= CAROM_QUARTIC_PAIR_ERROR * rest.size[0])
+            return QUARTIC_UNDECIDED;
+        start = rest.power[0].high > 0.0 ? 1 : -1;
+        from += width;
+    }
+    return QUARTIC_UNDECIDED;
+}
+
+/* Isolate roots in floats; if that fails, in pairs. The pairs are also computed if there is a root. */
+static inline int isolate_in_stages(Falls *falls, int most, Bracket *brackets) {
+    double scale = time_scale(&falls->floats, falls->start), doubt;
+    int count = isolate_roots(&falls->floats, falls->start, scale, most, brackets, &doubt);
+    if (count == 0) {
+        CAROM_STAGE_DECIDED(1);
+        return 0;
+    }
+    need_pairs(falls);
+    falls->floats = round_polynomial(&falls->pairs);
+    if (count == QUARTIC_UNDECIDED) {
+        double end = sharpen_turn(&falls->pairs, &falls->floats, doubt);
+        if (!(end >= CAROM_LEAST_SCALE && end <= CAROM_MOST_SCALE))
+            end = time_scale(&falls->floats, falls->start);
+        count = isolate_roots_of_pairs(&falls->pairs, falls->start, end, most, brackets);
+        if (count == 0)
+            CAROM_STAGE_DECIDED(2);
+    }
+    return count;
+}
+
+/* Find the first fall of a gap that is positive at first. Return its time, infinity for never, or CAROM_UNCERTAIN. */
+static inline double find_first_fall(Falls *falls) {
+    Bracket bracket;
+    QuarticRoot root;
+    double time;
+    int found = isolate_in_stages(falls, 1, &bracket);
+    if (found <= 0)
+        return found == 0 ? CAROM_INF : CAROM_UNCERTAIN;
+    if (!refine_quartic_root(&falls->pairs, &falls->floats, &bracket, &root) || !round_quartic_root(&root, &time) ||
+        !is_grid_clear(&falls->pairs, &falls->floats, &root))
+        return CAROM_UNCERTAIN;
+    CAROM_STAGE_DECIDED(2);
+    return time;
+}
+
+/* Find all falls at t > 0, and return their number or QUARTIC_UNDECIDED. */
+static inline int find_all_falls(Falls *falls, double *times) {
+    Bracket brackets[QUARTIC_POWERS];
+    QuarticRoot roots[QUARTIC_POWERS];
+    int count = isolate_in_stages(falls, QUARTIC_POWERS, brackets);
+    if (count == 1 && !brackets[0].is_fall) {
+        CAROM_STAGE_DECIDED(2);
+        return 0;
+    }
+    for (int i = 0; i < count; i++) {
+        if (!refine_quartic_root(&falls->pairs, &falls->floats, &brackets[i], &roots[i]))
+            return QUARTIC_UNDECIDED;
+    }
+    if (count <= 0)
+        return count;
+    count = round_falls(roots, count, times);
+    if (count >= 0)
+        CAROM_STAGE_DECIDED(2);
+    return count;
+}
+
+/* ---- falls in their order ---- */
+
+/* Return the exact sign of a coefficient, by an exact sum. It is UNKNOWN_SIGN if a product is outside the range of
+   floats, or if the gap does not count from now. */
+static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
+    Products products = {.from = 0.0};
+    double terms[2 * MOST_PRODUCTS];
+    falls->gap->write_products(falls->gap->source, &products);
+    if (products.from != 0.0)
+        return UNKNOWN_SIGN;
+    for (int i = 0; i < products.count[k]; i++) {
+        DoubleDouble product = two_prod(products.products[k][i].a, products.products[k][i].b);
+        if (!(fabs(product.high) >= CAROM_NEGLIGIBLE && fabs(product.high) <= 1.0 / CAROM_NEGLIGIBLE))
+            return UNKNOWN_SIGN;
+        terms[2 * i] = product.high;
+        terms[2 * i + 1] = product.low;
+    }
+    double sum = exact_sum(terms, 2 * products.count[k]).high;
+    return (sum > 0.0) - (sum < 0.0);
+}
+
+/* Return the sign of a coefficient: exact, or UNKNOWN_SIGN. */
+static inline int sign_of_power(Falls *falls, int k) {
+    double value = falls->floats.power[k], size = falls->floats.size[k];
+    if (size >= CAROM_LEAST_SIZE && fabs(value) > CAROM_ERROR * size)
+        return value > 0.0 ? 1 : -1;
+    need_pairs(falls);
+    value = falls->pairs.power[k].high;
+    size = falls->pairs.size[k];
+    if (size >= CAROM_LEAST_SIZE && fabs(value) > CAROM_QUARTIC_PAIR_ERROR * size)
+        return value > 0.0 ? 1 : -1;
+    return exact_sign_of_power(falls, k);
+}
+
+/* Return the exact sign of a gap now. */
+static inline int sign_of_gap(Falls *falls) {
+    int sign = sign_of_power(falls, 0);
+    return sign == UNKNOWN_SIGN ? (int)solve_exactly(falls, QUARTIC_SIGN) : sign;
+}
+
+/* Begin with a gap. Next, the caller must set its float form, or its float form and its pairs. */
+static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Gap *gap) {
+    falls->exact = exact;
+    falls->gap = gap;
+    falls->dropped = falls->index = 0;
+    falls->has_pairs = falls->falls_now = falls->is_closed = falls->has_times = false;
+}
+
+/* Set the sign of the gap just after t = 0. `sign_now` is its sign at t = 0. */
+static inline void set_start(Falls *falls, int sign_now) {
+    Polynomial *p = &falls->floats;
+    int first = 0;
+    falls->start = sign_now;
+    while (falls->start == 0 && first < p->degree)
+        falls->start = sign_of_power(falls, ++first);
+    if (first > 0) {
+        falls->dropped = first;
+        falls->falls_now = falls->start == -1;
+        p->degree -= first;
+        for (int k = 0; k <= p->degree; k++) {
+            p->power[k] = p->power[k + first];
+            p->size[k] = p->size[k + first];
+        }
+        if (falls->has_pairs)
+            drop_powers(&falls->pairs, first);
+    }
+    bool is_in_range = p->size[0] >= CAROM_LEAST_SIZE && fabs(p->power[p->degree]) >= CAROM_NEGLIGIBLE;
+    falls->needs_exact = falls->start == UNKNOWN_SIGN || (falls->start != 0 && !is_in_range);
+}
+
+/* Return the seconds until the next fall; infinity for none. */
+static inline double next_fall(Falls *falls) {
+    int index = falls->index++;
+    if (falls->start == 0)
+        return CAROM_INF;
+    if (falls->needs_exact)
+        return solve_exactly(falls, index);
+    if (falls->falls_now && index == 0) {
+        CAROM_STAGE_DECIDED(1);
+        return 0.0;
+    }
+    const int number = index - falls->falls_now;
+    const int most = (falls->floats.degree + (falls->start > 0)) / 2; /* falls and rises alternate */
+    if (number >= most || keeps_sign(&falls->floats, falls->start, CAROM_ERROR)) {
+        CAROM_STAGE_DECIDED(1);
+        return CAROM_INF;
+    }
+    if (falls->start > 0 && index == 0) {
+        double time = find_first_fall(falls);
+        falls->needs_exact = time == CAROM_UNCERTAIN;
+        falls->start = time == CAROM_INF ? 0 : falls->start;
+        return falls->needs_exact ? solve_exactly(falls, index) : time;
+    }
+    if (!falls->has_times) {
+        falls->count = find_all_falls(falls, falls->times);
+        falls->has_times = true;
+        falls->needs_exact = falls->count == QUARTIC_UNDECIDED;
+        if (falls->needs_exact)
+            return solve_exactly(falls, index);
+    }
+    return number < falls->count ? falls->times[number] : CAROM_INF;
+}

@@ -1,0 +1,176 @@
+/* Three forms of a polynomial in time of degree 4 or less: in floats, in pairs (double-double), and exact.
+
+   The polynomial is a gap between two bodies, in m^2 for circles, and t is in seconds. Coefficients are called powers
+   here and are stored lowest first. The float form is computed first. The functions of a `Gap` compute the other forms
+   when they are needed.
+
+   - `Polynomial`: each power has an error of at most CAROM_ERROR times its `size`, the sum of the magnitudes of its
+     terms.
+   - `PairPolynomial`: the same in pairs, with CAROM_QUARTIC_PAIR_ERROR. `size` may be smaller if the terms cancel.
+   - `Products`: each power as an exact sum of products of two input numbers. */
+
+#pragma once
+
+#include "carom/core/arithmetic/double_double.h"
+
+enum {
+    QUARTIC_POWERS = 5,
+    MOST_PRODUCTS = 36, /* of one power: the squares of two sums of four parts, and of one sum of two parts */
+};
+
+typedef struct Polynomial {
+    int degree; /* of the exact polynomial */
+    double power[QUARTIC_POWERS];
+    double size[QUARTIC_POWERS];
+} Polynomial;
+
+typedef struct PairPolynomial {
+    int degree;
+    DoubleDouble power[QUARTIC_POWERS];
+    double size[QUARTIC_POWERS];
+} PairPolynomial;
+
+typedef struct Product {
+    double a;
+    double b;
+} Product;
+
+/* Power k of the polynomial is the sum of the first `count[k]` products of row k. */
+typedef struct Products {
+    double from;    /* time is counted from this instant, so the polynomial must be expanded in powers of t - from */
+    bool is_closed; /* whether power 0 must then be replaced by 0 */
+    int count[QUARTIC_POWERS];
+    Product products[QUARTIC_POWERS][MOST_PRODUCTS];
+} Products;
+
+/* Functions that compute the other two forms of a polynomial. */
+typedef struct Gap {
+    void (*write_pairs)(const void *source, PairPolynomial *p);
+    void (*write_products)(const void *source, Products *products);
+    const void *source;
+} Gap;
+
+/* The caller's exact solver, for numbers of any size. `solve` must not be NULL.
+
+   It returns the instant number `index`, counted from 0, at which the gap closes, in seconds after `from`. It returns
+   infinity if there are fewer instants. `find_closings` of `carom/core/exact_quartic.py` yields the same instants. For
+   the index QUARTIC_SIGN it returns the sign of the polynomial at `from`: -1, 0 or 1. `is_closed` is then ignored. */
+typedef struct ExactQuartic {
+    double (*solve)(void *context, const Products *gap, int index);
+    void *context;
+} ExactQuartic;
+
+enum { QUARTIC_SIGN = -1 };
+
+/* ---- products ---- */
+
+/* Add to a power the product of two sums, times a power of two, which may be negative. Zeros are left out. */
+static inline void add_products(Products *products, int power, const double *a, int a_count, const double *b,
+                                int b_count, double factor) {
+    for (int i = 0; i < a_count; i++) {
+        for (int j = 0; j < b_count; j++) {
+            if (a[i] != 0.0 && b[j] != 0.0)
+                products->products[power][products->count[power]++] = (Product){factor * a[i], b[j]};
+        }
+    }
+}
+
+/* ---- pairs ---- */
+
+/* Return the rounded sum and its rounding error. The first number must not be smaller in magnitude. */
+static inline DoubleDouble quick_sum(double larger, double smaller) {
+    double total = larger + smaller;
+    return (DoubleDouble){total, smaller - (total - larger)};
+}
+
+/* Return the sum of two pairs, with a relative error of at most 2^-104. */
+static inline DoubleDouble sum_pairs(DoubleDouble a, DoubleDouble b) {
+    DoubleDouble high = two_sum(a.high, b.high);
+    DoubleDouble low = two_sum(a.low, b.low);
+    high = quick_sum(high.high, high.low + low.high);
+    return quick_sum(high.high, high.low + low.low);
+}
+
+/* Return the product of a pair and a float, with a relative error of at most 2^-104. */
+static inline DoubleDouble times_double(DoubleDouble a, double b) {
+    DoubleDouble p = two_prod(a.high, b);
+    return quick_sum(p.high, p.low + a.low * b);
+}
+
+/* Return a pair times a power of two, which may be negative. */
+static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
+    return (DoubleDouble){a.high * power, a.low * power};
+}
+
+/* Expand a polynomial in powers of the time after an instant. */
+static inline void shift_origin(PairPolynomial *p, double from) {
+    for (int lowest = 0; lowest < p->degree; lowest++) {
+        for (int k = p->degree - 1; k >= lowest; k--) {
+            p->power[k] = sum_pairs(p->power[k], times_double(p->power[k + 1], from));
+            p->size[k] += p->size[k + 1] * from;
+        }
+    }
+}
+
+/* Divide a polynomial by t^count. Its lowest `count` powers are 0. */
+static inline void drop_powers(PairPolynomial *p, int count) {
+    p->degree -= count;
+    for (int k = 0; k <= p->degree; k++) {
+        p->power[k] = p->power[k + count];
+        p->size[k] = p->size[k + count];
+    }
+}
+
+/* Return the float form of a polynomial of pairs. */
+static inline Polynomial round_polynomial(const PairPolynomial *p) {
+    Polynomial rounded = {.degree = p->degree};
+    for (int k = 0; k <= p->degree; k++) {
+        rounded.power[k] = p->power[k].high;
+        rounded.size[k] = p->size[k];
+    }
+    return rounded;
+}
+
+/* ---- values ---- */
+
+/* A value, and a bound of its error. */
+typedef struct PairValue {
+    DoubleDouble value;
+    double error;
+} PairValue;
+
+/* Return the value of a polynomial at an instant t >= 0. */
+static inline PairValue value_of_pairs(const PairPolynomial *p, double t) {
+    DoubleDouble value = p->power[p->degree];
+    double size = p->size[p->degree];
+    for (int k = p->degree - 1; k >= 0; k--) {
+        value = sum_pairs(times_double(value, t), p->power[k]);
+        size = size * t + p->size[k];
+    }
+    return (PairValue){value, 2.0 * CAROM_QUARTIC_PAIR_ERROR * size};
+}
+
+/* Return the value of the float form at an instant t >= 0. */
+static inline double value_of_floats(const Polynomial *p, double t) {
+    double value = p->power[p->degree];
+    for (int k = p->degree - 1; k >= 0; k--)
+        value = value * t + p->power[k];
+    return value;
+}
+
+typedef struct Derivatives {
+    double value;
+    double rate;
+    double half_bend; /* half of the second derivative */
+} Derivatives;
+
+/* Return value and derivatives of the float form at an instant. */
+static inline Derivatives derivatives_at(const Polynomial *p, double t) {
+    Derivatives at = {p->power[p->degree], 0.0, 0.0};
+    for (int k = p->degree - 1; k >= 0; k--) {
+        at.half_bend = at.half_bend * t + at.rate;
+        at.rate = at.rate * t + at.value;
+        at.value = at.value * t + p->power[k];
+    }
+    return at;
+}

@@ -1,0 +1,249 @@
+/* Time of impact of a disc on any feature of a wall, in straight uniform motion. Also the gap to a feature, and the
+   normal when they touch.
+
+   line_time.h computes the times for half-planes and faces. A vertex is a full circle of radius 0. A vertex or the
+   outside of an arc is hit like a fixed disc: at the earlier root of |d + u t| = R, where R is the sum of the arc's
+   radius, its half width and the disc's radius. The inside is hit at the later root, where R is the arc's radius minus
+   the half width and the disc's radius:
+
+       a = u.u,   b = d.u,   c = d.d - R^2,   D = b^2 - a c,
+       t = (-b + sqrt(D)) / a    for b <= 0,        t = -c / (b + sqrt(D))    for b > 0.
+
+   There is no cancellation, because c <= 0 inside. For a disc that has just left the inside, c is exactly 0, although
+   the rounded value may differ. The next impact is one chord later: t = -2 b / a. Each result is one of the two floats
+   next to the exact value.
+
+   The arc is hit if the contact is in its sector. If rounding leaves that undecided, the contact counts: at such a
+   point the arc and its neighbour, or its end, are touched at the same time.
+
+   A disc that touches the inside, or moves from a straight edge onto it, may be outside the circle by one unit in the
+   last place. If its path then never enters the circle (D < 0), the path is the arc's tangent up to rounding, and the
+   disc glides along the arc. The same is true if the path leaves the arc by a chord that is within the rounding of the
+   velocity, as after an impact with restitution 0. */
+
+#pragma once
+
+#include "carom/core/straight/line_time.h"
+
+/* ---- arcs and vertices ---- */
+
+typedef struct Touch {
+    double time; /* seconds from now; CAROM_INF for never */
+    bool glides; /* along the tangent: contact without an impact */
+} Touch;
+
+/* A coordinate after a time, and its rounded change. */
+typedef struct MovedCoordinate {
+    DoubleDouble coordinate;
+    double change;
+} MovedCoordinate;
+
+/* Return the distance from an arc's centre at which a disc touches it. It is 0 or less if the disc does not fit
+   inside. */
+static inline DoubleDouble reach_of(const Mover *disc, const Feature *arc) {
+    DoubleDouble thick = two_sum(disc->radius, arc->half_width);
+    if (arc->kind == INNER_ARC)
+        thick = negate(thick);
+    DoubleDouble total = two_sum(arc->size.high, thick.high);
+    return two_sum(total.high, total.low + (arc->size.low + thick.low));
+}
+
+/* Return the cross product of an end's direction and a position. The last two arguments are the position's changes. */
+static inline Bounded turn_to(DoubleDouble fx, DoubleDouble fy, DoubleDouble x, DoubleDouble y, double moved_x,
+                              double moved_y) {
+    double moved = fabs(fx.high * moved_y) + fabs(fy.high * moved_x);
+    double placed = fabs(fx.high * y.high) + fabs(fy.high * x.high);
+    double error = CAROM_ERROR * moved + CAROM_PAIR_ERROR * placed + CAROM_NEGLIGIBLE;
+    return (Bounded){cross_product(fx, fy, x, y).high, error};
+}
+
+/* Return whether a position, relative to the centre, is in an arc's sector, or whether rounding leaves that
+   undecided. */
+static inline bool is_in_sector(const Feature *arc, DoubleDouble x, DoubleDouble y, double moved_x, double moved_y) {
+    if (arc->whole)
+        return true;
+    Bounded from_start = turn_to(arc->ex, arc->ey, x, y, moved_x, moved_y);
+    Bounded from_end = turn_to(arc->fx, arc->fy, x, y, moved_x, moved_y);
+    bool is_past_start = from_start.value >= -from_start.error;
+    bool is_before_end = from_end.value <= from_end.error;
+    return arc->reflex ? (is_past_start || is_before_end) : (is_past_start && is_before_end);
+}
+
+/* Return whether a disc's centre is on the side of an arc that the feature faces, and in its sector. */
+static inline bool is_before_arc(const Mover *disc, const Feature *arc) {
+    DoubleDouble x = offset_between(disc->x, arc->x);
+    DoubleDouble y = offset_between(disc->y, arc->y);
+    double beyond = excess(x, y, arc->size).high;
+    return (arc->kind == INNER_ARC ? beyond < 0.0 : beyond > 0.0) && is_in_sector(arc, x, y, 0.0, 0.0);
+}
+
+static inline MovedCoordinate coordinate_after(DoubleDouble x, DoubleDouble u, double time) {
+    DoubleDouble way = two_prod(time, u.high);
+    DoubleDouble total = two_sum(x.high, way.high);
+    return (MovedCoordinate){two_sum(total.high, total.low + (x.low + (way.low + time * u.low))), way.high};
+}
+
+/* Return whether a disc, now at (x, y) relative to the centre, is in the sector after a time. At the end where a
+   gliding disc leaves the sector, the result is false. */
+static inline bool is_in_sector_at(const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc, double time,
+                                   bool glides) {
+    if (arc->whole)
+        return true;
+    MovedCoordinate px = coordinate_after(x, disc->ux, time);
+    MovedCoordinate py = coordinate_after(y, disc->uy, time);
+    DoubleDouble end_x = arc->ex;
+    DoubleDouble end_y = arc->ey;
+    if (glides) {
+        if (px.coordinate.high * disc->uy.high - py.coordinate.high * disc->ux.high > 0.0) {
+            end_x = arc->fx;
+            end_y = arc->fy;
+        }
+        Bounded turn = turn_to(end_x, end_y, px.coordinate, py.coordinate, px.change, py.change);
+        if (fabs(turn.value) <= turn.error && end_x.high * px.coordinate.high + end_y.high * py.coordinate.high > 0.0)
+            return false;
+    }
+    return is_in_sector(arc, px.coordinate, py.coordinate, px.change, py.change);
+}
+
+/* Return the seconds until a disc touches a vertex or the outside of an arc; infinity for never. */
+static inline double outer_arc_time(const Mover *disc, const Feature *arc) {
+    if (disc->radius < arc->fits_below)
+        return CAROM_INF;
+    DoubleDouble x = offset_between(disc->x, arc->x);
+    DoubleDouble y = offset_between(disc->y, arc->y);
+    double time = meeting_time((Encounter){x, y, disc->ux, disc->uy, reach_of(disc, arc)});
+    if (time == CAROM_INF)
+        return time;
+    if (time == 0.0)
+        return is_before_arc(disc, arc) ? time : CAROM_INF;
+    return is_in_sector_at(arc, x, y, disc, time, false) ? time : CAROM_INF;
+}
+
+/* Return the later root, and whether the two roots are equal. The root is infinity if there is none after now. */
+static inline Touch later_root(DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach, DoubleDouble a,
+                               DoubleDouble b, DoubleDouble c) {
+    DoubleDouble d = accurate_discriminant((Encounter){x, y, disc->ux, disc->uy, reach}, b, c, a);
+    if (d.high == 0.0)
+        return (Touch){linear_root(b, a), true};
+    if (d.high < 0.0)
+        return (Touch){CAROM_INF, false};
+    if (b.high > 0.0)
+        return (Touch){exact_root(negate(b), negate(c), d), false};
+    DoubleDouble root = pair_root(d), total = two_sum(root.high, -b.high);
+    return (Touch){-linear_root((DoubleDouble){total.high, total.low + (root.low - b.low)}, a), false};
+}
+
+/* Return when a disc that stays outside an arc's circle enters the arc's sector while it overlaps the arc. */
+static inline Touch sector_entry(const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc,
+                                 DoubleDouble reach) {
+    DoubleDouble fx = arc->ex;
+    DoubleDouble fy = arc->ey;
+    double first = CAROM_INF;
+    double sense = 1.0;
+    for (int k = 0; k < 2; k++) {
+        if (k == 1) {
+            fx = arc->fx;
+            fy = arc->fy;
+            sense = -1.0;
+        }
+        DoubleDouble turn = cross_product(fx, fy, x, y);
+        DoubleDouble rate = cross_product(fx, fy, disc->ux, disc->uy);
+        if (!(sense * turn.high < 0.0 && 0.0 < sense * rate.high))
+            continue;
+        double time = linear_root(turn, rate);
+        DoubleDouble px = coordinate_after(x, disc->ux, time).coordinate;
+        DoubleDouble py = coordinate_after(y, disc->uy, time).coordinate;
+        bool is_ahead = fx.high * px.high + fy.high * py.high > 0.0;
+        if (time < first && is_ahead && excess(px, py, reach).high > 0.0 && 0.0 > excess(px, py, arc->size).high)
+            first = time;
+    }
+    return (Touch){first, first < CAROM_INF};
+}
+
+/* Return when a disc touches an arc from inside. It is now if the disc touches or overlaps the arc and does not move
+   away. */
+static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bool just_left) {
+    Touch touch = {CAROM_INF, false};
+    Touch never = {CAROM_INF, false};
+    DoubleDouble reach = reach_of(disc, arc);
+    DoubleDouble a = round_sum(add_square(add_square(empty_sum(), disc->ux, 1.0), disc->uy, 1.0));
+    if (!(disc->radius < arc->fits_below) || a.high == 0.0)
+        return never;
+    DoubleDouble x = offset_between(disc->x, arc->x);
+    DoubleDouble y = offset_between(disc->y, arc->y);
+    DoubleDouble b = inner_product(x, y, disc->ux, disc->uy);
+    DoubleDouble c = just_left ? (DoubleDouble){0.0, 0.0} : excess(x, y, reach);
+    if (c.high == 0.0 && 0.0 > b.high) {
+        double chord = linear_root((DoubleDouble){2.0 * b.high, 2.0 * b.low}, a);
+        if (chord * (fabs(disc->ux.high) + fabs(disc->uy.high)) > 2.0 * CAROM_ERROR * reach.high)
+            touch = (Touch){chord, false};
+    } else if (c.high < 0.0 || b.high < 0.0) {
+        touch = later_root(x, y, disc, reach, a, b, c);
+    }
+    if (touch.time < CAROM_INF && is_in_sector_at(arc, x, y, disc, touch.time, touch.glides))
+        return touch;
+    bool stays_out = b.high < 0.0 && touch.time == CAROM_INF;
+    if (c.high >= 0.0 && (stays_out || b.high >= 0.0) && (just_left || is_before_arc(disc, arc))) {
+        touch = (Touch){0.0, stays_out || just_left || b.high == 0.0};
+        if (!touch.glides || is_in_sector_at(arc, x, y, disc, 0.0, true))
+            return touch;
+    }
+    return stays_out && !arc->whole ? sector_entry(arc, x, y, disc, reach) : never;
+}
+
+/* ---- any feature ---- */
+
+/* A unit vector. */
+typedef struct Direction {
+    double x;
+    double y;
+} Direction;
+
+/* Return when a disc touches a feature.
+
+   `just_left` says that the feature is the last thing that the disc hit on its present path. On a straight path the
+   disc returns to it only if it is the inside of an arc. */
+static inline Touch feature_time(const Mover *disc, const Feature *feature, bool just_left) {
+    if (feature->kind == INNER_ARC)
+        return inner_arc_time(disc, feature, just_left);
+    if (just_left)
+        return (Touch){CAROM_INF, false};
+    if (feature->kind == FACE)
+        return (Touch){face_time(disc, feature), false};
+    if (feature->kind == PLANE) {
+        double time = wall_time(disc->x.high, disc->y.high, disc->ux.high, disc->uy.high, disc->radius, feature->x.high,
+                                feature->y.high, feature->nx, feature->ny);
+        return (Touch){time, false};
+    }
+    return (Touch){outer_arc_time(disc, feature), false};
+}
+
+/* Return the unit vector from a feature to a disc that touches it. */
+static inline Direction normal_at(const Feature *feature, const Mover *disc) {
+    if (feature->kind == FACE || feature->kind == PLANE)
+        return (Direction){feature->nx, feature->ny};
+    double x = offset_between(disc->x, feature->x).high;
+    double y = offset_between(disc->y, feature->y).high;
+    double distance = sqrt(x * x + y * y);
+    if (feature->kind == INNER_ARC)
+        return (Direction){-x / distance, -y / distance};
+    return (Direction){x / distance, y / distance};
+}
+
+/* Return the distance of a disc's rim from a feature, along the normal.
+
+   The radius of an arc may be far larger than all other lengths. The difference of two distances from its centre would
+   then have a large rounding error. The difference of their squares does not. */
+static inline double feature_gap(const Mover *disc, const Feature *f) {
+    if (f->kind == PLANE) {
+        return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;
+    }
+    if (f->kind == FACE) {
+        return face_gap(disc, f).high / f->size.high;
+    }
+    DoubleDouble reach = reach_of(disc, f);
+    double x = disc->x.high - f->x.high, y = disc->y.high - f->y.high;
+    double away = sqrt(x * x + y * y);
+    double gap = excess(offset_between(disc->x, f->x), offset_between(disc->y, f->y), reach).high / (away + reach.high);
+    return f->kind == INNER_ARC ? -gap : gap;
+}

@@ -1,0 +1,87 @@
+/* Bodies that a disc touches without normal speed.
+
+   An impact with restitution 0 leaves two bodies without relative velocity along the normal. In floats a rounding error
+   of it remains, which must not cause another impact. So the contact is stored as a fact: the disc does not hit that
+   body again until an impact on the disc changes the velocity along that normal. An impact with an orthogonal normal
+   does not change it. Any other impact does, and so does friction.
+
+   Each component of a unit normal has two roundings. If two such normals are orthogonal, their product is therefore at
+   most CAROM_ERROR. A change of the velocity along a normal by less than that is smaller than the rounding of the
+   velocity itself. The same is true when a driven wall begins another leg of its path. docs/theory/pic.md, section
+   "Contacts after restitution 0". */
+
+#pragma once
+
+#include "carom/core/carom_core.h"
+#include "carom/core/constants.h"
+
+enum {
+    /* In the plane, two normals that are not parallel fix a velocity. The third is for a wall that occurs twice. */
+    MOST_TOUCHED = 3
+};
+
+typedef struct Touched {
+    int body; /* disc i as i; obstacle or wall k as -1 - k */
+    double nx; /* unit normal of the impact; its sense does not matter */
+    double ny;
+    double until; /* when the motion of a driven body ends the contact, since the start; otherwise infinity */
+} Touched;
+
+typedef struct TouchedBodies {
+    int count;
+    Touched bodies[MOST_TOUCHED]; /* oldest first */
+} TouchedBodies;
+
+/* Return the contact with a body that lasts at a time since the start, or NULL. */
+static inline const Touched *find_touched(const TouchedBodies *t, ptrdiff_t body, double time) {
+    for (int k = 0; k < t->count; k++) {
+        if (t->bodies[k].body == body) {
+            return time < t->bodies[k].until ? &t->bodies[k] : NULL;
+        }
+    }
+    return NULL;
+}
+
+/* Return whether a disc touches a body that is not driven. */
+static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
+    return find_touched(t, body, 0.0) != NULL;
+}
+
+/* Return whether a body has the same speed along a unit normal on two legs of its path, up to roundings. */
+static inline bool are_equal_along(const Leg *one, const Leg *other, double nx, double ny) {
+    double sizes = fabs(one->vx) + fabs(one->vy) + fabs(other->vx) + fabs(other->vy);
+    return fabs((other->vx - one->vx) * nx + (other->vy - one->vy) * ny) <= CAROM_ERROR * sizes;
+}
+
+/* Return when a driven body, which is on a leg of its path, can end a contact with normal n, since the start.
+
+   That is when it begins another leg. A flat wall must also begin to move along the normal. */
+static inline double contact_end(const Leg *leg, bool is_flat, double nx, double ny) {
+    const Leg *last = leg;
+    while (is_flat && last->ends < CAROM_INF && are_equal_along(leg, last + 1, nx, ny))
+        last += 1;
+    return last->ends;
+}
+
+/* Store an impact of a disc on a body at a time since the start. `slides` says whether friction may have acted. `stops`
+   says whether the impact leaves no relative velocity along the normal. */
+static inline void note_touched(TouchedBodies *t, Touched body, double time, bool slides, bool stops) {
+    int kept = 0;
+    for (int k = 0; k < t->count; k++) {
+        const Touched *one = &t->bodies[k];
+        bool is_orthogonal = fabs(one->nx * body.nx + one->ny * body.ny) <= CAROM_ERROR;
+        if (!slides && is_orthogonal && one->body != body.body && one->until > time) {
+            t->bodies[kept++] = *one;
+        }
+    }
+    if (stops) {
+        if (kept == MOST_TOUCHED) {
+            for (int k = 1; k < kept; k++) {
+                t->bodies[k - 1] = t->bodies[k];
+            }
+            kept -= 1;
+        }
+        t->bodies[kept++] = body;
+    }
+    t->count = kept;
+}

@@ -1,0 +1,374 @@
+"""Times, as balls, at which a disc meets a half-plane, a face, a vertex or an arc.
+
+`docs/theory/walls.md` derives the formulas. All states are relative to the wall, on one leg of its path if the wall is
+driven.
+
+A disc meets a face like a half-plane. With gravity the gap to a line is ``w + s t + a t^2 / 2``. Where the gap is 0,
+its derivative is ``+-sqrt(D)`` with ``D = s^2 - 2 a w``. At an impact the derivative is negative, so the only possible
+time is ``(-s - sqrt(D)) / a``.
+
+A disc meets a vertex or an arc's outer side like another disc, at the earlier root of ``|d + t u| = R``, and an arc's
+inner side at the later root. With gravity the time is a root of a quartic that decreases there.
+
+A contact with a finite wall must be on the edge. Near an end of the edge it can be undecided which of two neighbouring
+edges the disc meets. The boundary of the thickened wall is smooth there, so the time and the state after the impact are
+the hulls for both edges.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+from flint import arb, ctx
+
+from carom.model.trace import wall_body, wall_index
+from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.balls import SLACK, ZERO, ball, float_above
+from carom.solvers.certified.exact import exactly_grazing_wall
+from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, contacts_ahead, undecided
+from carom.solvers.certified.obstacles import Between, Plane, Round
+from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.solvers.certified.sign_changes import falls_of, squared_gap
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from carom.model.chain_geometry import Outline
+    from carom.model.scene import Scene
+    from carom.solvers.certified.balls import BallLeg
+
+#: Precision in bits for checking contact at the start. This precision is far more than float64 input needs.
+_START_BITS = 2048
+
+
+def to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i` on a straight obstacle; None if there is certainly none.
+
+    `leg` is the motion of the wall.
+    """
+    if bodies.acceleration[i] is not None:
+        return _glide_to_plane(bodies, i, second, at, leg)
+    return (_fall_on_plane if bodies.pulls[wall_index(second)] else _meet_plane)(bodies, i, second, at, leg)
+
+
+def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i`, which is in contact with another straight obstacle."""
+    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    x, y, vx, vy = bodies.seen(i, at, leg)
+    gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
+    pull = bodies.pull(i)[0] * law.nx + bodies.pull(i)[1] * law.ny
+    for wait, meeting in contacts_ahead(bodies, i, second, at, [gap, speed, pull / 2], leg):
+        return meeting._replace(near=WallApproach(ZERO - speed - pull * wait, wait)) if meeting.decided else meeting
+    return None
+
+
+def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i` if gravity has no component along the normal."""
+    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    x, y, vx, vy = bodies.less(leg, at, *bodies.moved(i, at), bodies.vx[i], bodies.vy[i])
+    speed = vx * law.nx + vy * law.ny
+    if speed >= 0:
+        return None
+    gap = x * law.nx + y * law.ny - law.level
+    if not speed < 0:  # the disc may move along the wall: its greatest possible speed gives the earliest time
+        time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
+        return undecided(i, second, at, time, resting=not gap > 0)
+    time = arb(at) - gap / speed
+    if time < at:  # before this path, which has no impact before `at`
+        return None
+    begin = bodies.began(i, second, at)
+    decided = begin is None or bool(time > begin)
+    return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
+
+
+def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i` if gravity has a component along the normal."""
+    k = wall_index(second)
+    law, pulled = bodies.wall_law(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
+    x, y, vx, vy = bodies.seen(i, at, leg)
+    gx, gy = bodies.gravity
+    gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
+    d = speed * speed - 2 * pull * gap
+    if d < 0 or (d.is_zero() and pulled > 0) or _turns_back(bodies, i, k):
+        return None
+    begin = bodies.since(i, second)
+    if not d > 0:  # the disc may turn back where it touches the wall, or may rest on the wall
+        root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
+        time = arb(at) + (ZERO - speed - root) / pull
+    else:
+        root = d.sqrt()
+        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # without cancellation
+        time = arb(at) + wait
+    if time < begin or (d > 0 and time < at):  # before this path, which is known to have no impact before `at`
+        return None
+    if d > 0 and time > begin:
+        return Meeting(i, second, at, time, float_above(time), near=WallApproach(root, wait))
+    earliest = time.lower().max(arb(at)) if time.is_finite() else arb(at)
+    return undecided(i, second, at, earliest, resting=d > 0 or pulled < 0)
+
+
+def _turns_back(bodies: BallBodies, i: int, k: int) -> bool:
+    """Return whether a disc on its initial path turns back exactly where it touches a half-plane at rest: no impact."""
+    obstacle = bodies.obstacles[k]
+    asked = obstacle.kind is None and bodies.untouched(i) and not bodies.is_driven(k)
+    return asked and exactly_grazing_wall(bodies, i, k)
+
+
+class On(Enum):
+    """Position of a contact on its edge."""
+
+    INSIDE = auto()
+    BEGIN = auto()
+    END = auto()
+    BESIDE = auto()
+    OPEN = auto()  # not decided
+
+
+class _Touch(NamedTuple):
+    meeting: Meeting
+    on: On
+
+
+def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i` on an obstacle of a finite wall; None if there is certainly no impact.
+
+    `leg` is the wall's motion.
+    """
+    launch = bodies.contacts.launch(i, second)
+    if launch is not None:
+        # The gap and its rate were 0 at the launch, so the other coefficients give the next contact.
+        fall = next(falls_of(launch.powers), None)
+        if fall is None:
+            return None
+        again = launch.time + fall.time
+        if not fall.certain or not again.lower() > launch.time.upper():
+            return undecided(i, second, at, again.lower().max(arb(at)), resting=False)
+        at = max(at, float((launch.time + again) / 2))
+    touch = _touch(bodies, i, second, at, leg)
+    if touch is None or touch.on is On.BESIDE:
+        return None
+    meeting = touch.meeting
+    if touch.on is On.INSIDE or not meeting.decided:
+        return meeting
+    begin, end = bodies.obstacles[wall_index(second)].neighbours
+    taker = {On.BEGIN: begin, On.END: end}.get(touch.on)
+    other = None if taker is None else _touch(bodies, i, taker, at, leg)
+    if other is None or not other.meeting.decided:
+        return undecided(i, second, at, meeting.time, resting=False)
+    time = meeting.time.union(other.meeting.time)
+    return meeting._replace(time=time, latest=float_above(time), near=Seam(meeting, other.meeting))
+
+
+def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+    """Return the first contact of a disc with the line or the circle of an obstacle; None if there is none."""
+    k = wall_index(second)
+    shape = bodies.obstacles[k].shape
+    curved = bodies.falls or bodies.acceleration[i] is not None
+    if isinstance(shape, Round):
+        if _lets_by(bodies, i, k, shape):
+            return None
+        return (_fall_on_round if curved else _touch_round)(bodies, i, second, at, leg)
+    x, y, vx, vy = bodies.seen(i, at, leg)
+    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
+    straight = not bodies.pulls[k] and bodies.acceleration[i] is None
+    if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge or next to it
+        return None
+    meeting = to_plane(bodies, i, second, at, leg)
+    if meeting is None or shape.stretch is None:
+        return None if meeting is None else _Touch(meeting, On.INSIDE)
+    return _Touch(meeting, _foot(shape.stretch, *_fly(bodies, i, x, y, vx, vy, meeting.time - at)))
+
+
+def _fly(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
+    """Return the position of disc `i` after a wait."""
+    if not bodies.falls and bodies.acceleration[i] is None:
+        return x + vx * wait, y + vy * wait
+    (gx, gy), half = bodies.pull(i), wait / 2
+    return x + wait * (vx + gx * half), y + wait * (vy + gy * half)
+
+
+def _round_of(bodies: BallBodies, second: int) -> Round:
+    shape = bodies.obstacles[wall_index(second)].shape
+    assert isinstance(shape, Round)  # noqa: S101 - callers pass round obstacles only
+    return shape
+
+
+def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
+    """Return whether an obstacle is an arc's end that disc `i` passes, because the disc fits inside the arc."""
+    return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
+
+
+def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+    """Return the first contact of a falling disc with a circle that is on the edge; None if there is none."""
+    law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+    if law.reach <= 0:
+        return None
+    x, y, ux, uy = bodies.seen(i, at, leg)
+    dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.pull(i)
+    powers = squared_gap((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
+    for wait, meeting in contacts_ahead(bodies, i, second, at, powers, leg):
+        px, py = _fly(bodies, i, dx, dy, ux, uy, wait)
+        on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
+        if on is On.BESIDE:
+            continue
+        if not meeting.decided:
+            return _Touch(meeting, on)
+        closing = px * (ux + gx * wait) + py * (uy + gy * wait)
+        root = closing if shape.inside else ZERO - closing
+        return _Touch(meeting._replace(near=RoundApproach(law, px, py, root, wait)), on)
+    return None
+
+
+def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+    law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+    if law.reach <= 0:  # the disc does not fit inside
+        return None
+    x, y, ux, uy = bodies.seen(i, at, leg)
+    dx, dy = x - law.cx, y - law.cy
+    a, b, cross = ux * ux + uy * uy, dx * ux + dy * uy, dx * uy - dy * ux
+    d = a * law.reach2 - cross * cross
+    if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
+        return None
+    c = dx * dx + dy * dy - law.reach2
+    if c < 0 and not shape.inside:  # the disc is inside the circle: behind the arc or next to it
+        return None
+    if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
+        # Take the point nearest to the centre, widened by the uncertainty of D.
+        wait = ((ZERO - b) - _root(d)).union(_root(d) - b) / a
+        if shape.sector is not None and _place(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
+            return None
+        earliest = arb(at) + (wait.lower().max(ZERO) if wait.is_finite() else ZERO)
+        return _Touch(undecided(i, second, at, earliest, resting=shape.inside or not b < 0), On.OPEN)
+    root = d.sqrt()
+    later = ZERO - c / (b + root) if b > 0 else (root - b) / a
+    wait = later if shape.inside else c / (root - b)
+    px, py, time = dx + ux * wait, dy + uy * wait, arb(at) + wait
+    on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
+    begin = bodies.began(i, second, at)
+    past = ZERO if shape.inside else 2 * root / a  # time that the disc spends inside the circle of contact
+    if time < at if begin is None else time + past < begin:
+        return None
+    if begin is not None and not time > begin:
+        return _Touch(undecided(i, second, at, begin if time < at else time, resting=True), on)
+    return _Touch(Meeting(i, second, at, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on)
+
+
+def _foot(stretch: Between, x: arb, y: arb) -> On:
+    """Return the position on an edge of a point's orthogonal projection."""
+    (ax, ay), (bx, by) = stretch
+    ex, ey = ball(bx - ax), ball(by - ay)
+    after_begin = ex * (x - ball(ax)) + ey * (y - ball(ay))
+    after_end = ex * (x - ball(bx)) + ey * (y - ball(by))
+    if after_begin < 0 or after_end > 0:
+        return On.BESIDE
+    if after_begin > 0 and after_end < 0:
+        return On.INSIDE
+    if after_end < 0:
+        return On.BEGIN
+    return On.END if after_begin > 0 else On.OPEN
+
+
+def _place(sector: Between, x: arb, y: arb) -> On:
+    """Return whether a direction is inside, outside or at an end of a sector."""
+    (fx, fy), (lx, ly) = sector
+    turns = []
+    for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
+        turn = ball(ex) * y - ball(ey) * x
+        if not (turn > 0 or turn < 0):
+            ahead = ball(ex) * x + ball(ey) * y
+            if not ahead < 0:
+                return end if ahead > 0 else On.OPEN
+        turns.append(turn)
+    begun, ended = turns
+    reflex = fx * ly - fy * lx < 0
+    if (begun > 0 or ended < 0) if reflex else (begun > 0 and ended < 0):
+        return On.INSIDE
+    return On.BESIDE if ((begun < 0 and ended > 0) if reflex else (begun < 0 or ended > 0)) else On.OPEN
+
+
+def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
+    """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
+
+    The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the radius plus the half width. The condition has the
+    form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact answer.
+    """
+    if not bodies.untouched(i) or bodies.is_driven(wall_index(second)):
+        return False
+    obstacle, disc, shape = bodies.obstacles[wall_index(second)], bodies.scene.discs[i], _round_of(bodies, second)
+    (cx, cy), radius2 = shape.centre, shape.radius2
+    dx, dy = Fraction(disc.position_m[0]) - Fraction(cx), Fraction(disc.position_m[1]) - Fraction(cy)
+    ux, uy = map(Fraction, disc.velocity_m_s)
+    thick, cross, square = Fraction(disc.radius_m) + obstacle.half_width, dx * uy - dy * ux, ux * ux + uy * uy
+    rest, slope = square * (radius2 + thick * thick) - cross * cross, 2 * square * thick
+    return rest <= 0 and rest * rest == slope * slope * radius2
+
+
+def _root(square: arb) -> arb:
+    """Return the square root of a ball's upper bound; 0 if the bound is negative."""
+    return square.upper().max(ZERO).sqrt()
+
+
+def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
+    """Return the degeneracy of the first disc that touches and approaches a finite wall at the start; None for none.
+
+    `begun` maps discs to walls with which they start in contact; these pairs are ignored.
+
+    Contact is decided with balls of many bits. If a ball contains both an overlap and a gap, the degeneracy is reported
+    as not proven.
+    """
+    with ctx.workprec(_START_BITS):
+        bodies = BallBodies(scene)
+        for i, disc in enumerate(scene.discs):
+            size = SLACK * (max(map(abs, disc.position_m)) + disc.radius_m)
+            near = {
+                k
+                for k, wall in enumerate(scene.arrays.walls if bodies.movable[i] else ())
+                if not isinstance(wall, tuple) and begun.get(i) != wall_body(k)
+                if wall.gap(*disc.position_m, disc.radius_m) <= size + SLACK * _extent(wall)
+            }
+            for number, obstacle in enumerate(bodies.obstacles):
+                if obstacle.wall in near and (found := _start_contact(bodies, i, number)) is not None:
+                    kind, gap = found
+                    proven = bool(gap.is_zero() or gap < 0)
+                    named = (wall_body(obstacle.wall), i)
+                    return Degeneracy(kind, named, 0.0, 0.0, proven=proven, bits=_START_BITS)
+    return None
+
+
+def _extent(wall: Outline) -> float:
+    return max(map(abs, (*wall.box[0], *wall.box[1])))
+
+
+def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
+    """Return the degeneracy of a disc and an obstacle in contact at the start, and a ball with the gap's sign."""
+    shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
+    x, y, ux, uy = bodies.seen(i, 0.0, bodies.legs_from(wall_body(number), 0.0)[0])
+    gx, gy = bodies.gravity
+    if isinstance(shape, Plane):
+        law = bodies.wall_law(number, radius)
+        free, on = x * law.nx + y * law.ny - bodies.wall_law(number, None).level, On.INSIDE
+        gap, speed = x * law.nx + y * law.ny - law.level, ux * law.nx + uy * law.ny
+        pull = arb(bodies.pulls[number])
+        if shape.stretch is not None:
+            on = _foot(shape.stretch, x, y)
+    else:
+        reach = bodies.round_law(number, radius)
+        sign = -1 if shape.inside else 1
+        dx, dy = x - reach.cx, y - reach.cy
+        square = dx * dx + dy * dy
+        free, gap, speed, pull = (
+            sign * (square - ball(shape.radius2)),
+            sign * (square - reach.reach2),
+            sign * (dx * ux + dy * uy),
+            sign * (ux * ux + uy * uy + dx * gx + dy * gy),
+        )
+        on = On.INSIDE if shape.sector is None else _place(shape.sector, dx, dy)
+        if reach.reach <= 0 or _lets_by(bodies, i, number, shape):
+            return None
+    if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
+        return None
+    if speed.is_zero():  # the disc glides or rests, or the surface curves away
+        return (Degenerate.RESTING_CONTACT, gap) if pull < 0 or not (pull >= 0) else None
+    return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

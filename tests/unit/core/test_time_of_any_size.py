@@ -1,0 +1,167 @@
+"""The time of impact is right whatever the size of the numbers: tiny, huge, and both in one pair."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from benchmarks.time_of_impact import CLASSES, pairs_of_class
+from flint import arb
+from numpy.typing import NDArray
+from tests.lengths import each, release_after
+from tests.unit.core.exact import exact_time, ulps
+
+from carom import time_of_impact
+from carom.core import time_of_impact as any_size
+
+Array = NDArray[np.float64]
+
+#: Bits in which sums and products of four floats of any size are exact: four times 2,098, the bits from the least
+#: float to the greatest, and twice more for their sums and squares.
+EXACT = 20_000
+LENGTHS, SPEEDS = [0, 1, 4, 5, 6, 9], [2, 3, 7, 8]
+
+
+def times_of(columns: Array) -> Array:
+    """Return the times of ten columns, in the order of `pair_time`'s arguments."""
+    x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = columns
+    pairs = [np.stack(pair, axis=-1) for pair in ((x1, y1), (vx1, vy1), (x2, y2), (vx2, vy2))]
+    return np.asarray(time_of_impact(pairs[0], pairs[1], r1, pairs[2], pairs[3], r2))
+
+
+def pairs_of_any_size(count: int, seed: int, least: float, most: float) -> Array:
+    """Return columns of pairs, each number drawn from all magnitudes between two powers of ten.
+
+    Numbers drawn blindly seldom make a hit, so four of five second discs aim at the first, more or less.
+    """
+    rng = np.random.default_rng(seed)
+
+    def sizes(*shape: int) -> Array:
+        drawn: Array = 10.0 ** rng.uniform(least, most, (*shape, count)) * rng.choice([-1.0, 1.0], (*shape, count))
+        return drawn
+
+    p1, v1, p2, v2 = np.zeros((2, count)), np.zeros((2, count)), sizes(2), sizes(2)
+    p2[rng.random((2, count)) < 0.15] = 0.0
+    kind = np.arange(count) % 5
+    with np.errstate(all="ignore"):
+        aim = -p2 / np.abs(p2).max(axis=0) * np.abs(v2[0])
+        aim[0, kind == 1] *= 1 + 10.0 ** rng.uniform(-17, 0, count)[kind == 1]
+        aim[0, kind == 2] += v2[0, kind == 2]
+    v2 = np.where(kind == 3, v2, aim)
+    p1[:, kind == 4], v1[:, kind == 4] = sizes(2)[:, kind == 4], sizes(2)[:, kind == 4]
+    r1, r2 = np.abs(sizes(2))
+    columns: Array = np.array([*p1, *v1, r1, *p2, *v2, r2])
+    kept: Array = columns[:, np.isfinite(columns).all(axis=0) & (r1 > 0) & (r2 > 0)]
+    return kept
+
+
+def assert_right(row: Array, found: float) -> bool:
+    """Assert that a time is the exact one to 2 units in the last place; return whether there is an impact."""
+    exact = exact_time(row, EXACT)
+    if exact is None or exact >= arb(2) ** 1024:
+        assert found == math.inf
+        return False
+    assert found == 0.0 if exact == 0 else ulps(found, exact) <= 2.0
+    return True
+
+
+def assert_all_right(columns: Array) -> None:
+    found = times_of(columns)
+    hits = sum(assert_right(row, time) for row, time in zip(columns.T, found.tolist(), strict=True))
+    assert hits >= len(found) // 10  # or the classes would try nothing
+    scalar = [time_of_impact(row[:2], row[2:4], row[4], row[5:7], row[7:9], row[9]) for row in columns.T]
+    assert scalar == found.tolist()
+
+
+SPANS = [(-320.0, 307.9), (-150.0, 150.0), (-60.0, 60.0), (-25.0, 25.0)]
+
+
+@each("seeds", [1, pytest.param(50, marks=pytest.mark.release)])
+@each("least, most", SPANS)
+def test_numbers_of_all_sizes_in_one_pair_have_the_right_time(least: float, most: float, seeds: int) -> None:
+    """Hit or miss is exact and a time within 2 ulp, in the scalar and the array form alike."""
+    for seed in range(1, 1 + seeds):
+        assert_all_right(pairs_of_any_size(80, seed, least, most))
+
+
+@each("name", CLASSES)
+@each("length, speed", release_after(2, [(500, 0), (-900, -900), (-500, 0), (0, 500), (0, -500), (900, 900)]))
+def test_scaling_by_powers_of_two_changes_no_bit_of_a_time(name: str, length: int, speed: int) -> None:
+    """Lengths or speeds times a power of two give times, to the bit, times the one or over the other."""
+    columns = pairs_of_class(name, 60, 3)
+    plain = times_of(columns)
+    columns[LENGTHS] = np.ldexp(columns[LENGTHS], length)
+    columns[SPEEDS] = np.ldexp(columns[SPEEDS], speed)
+    assert np.array_equal(times_of(columns), np.ldexp(plain, length - speed))
+    assert np.isfinite(plain).any()
+
+
+def test_times_of_products_beyond_the_largest_float_are_found() -> None:
+    """Discs of 1e160 m meet after 3 - sqrt(3) s, nearly, in the array form as in the scalar one."""
+    pair = ((0.0, 0.0), (0.0, 0.0), 1e160, (3e160, 1e160), (-1e160, 1e150), 1e160)
+    found = time_of_impact(*pair)
+    assert found == pytest.approx(3 - math.sqrt(3), rel=1e-9)  # the second disc rises by 1e-10 of its radius a second
+    assert time_of_impact(*([part] for part in pair)) == [found]
+
+
+def test_what_is_solved_in_solve_rational_numbers_is_rounded_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond what powers of two can bring into range a time is off by 5/8 of a unit in its last place at most.
+
+    Half a unit is the last rounding's, and an eighth what 2^-56 of the root can make of it; with a root to 50 bits one
+    of these times is off by 1.3.
+    """
+    solved = list[float]()
+
+    def counted(*numbers: Fraction) -> float:
+        solved.append(rational(*numbers))
+        return solved[-1]
+
+    rational = any_size._solve_rational  # noqa: SLF001 - only here is it known which pairs come to it
+    monkeypatch.setattr(any_size, "_solve_rational", counted)
+    worst, tried = 0.0, 0
+    for row in pairs_of_any_size(600, 5, -150.0, 150.0).T:
+        solved.clear()
+        found, exact = any_size.scaled_pair_time(*row.tolist()), exact_time(row, EXACT)
+        if solved and 0.0 < found < math.inf and exact is not None:
+            tried += 1
+            worst = max(worst, ulps(found, exact))
+    assert tried > 40
+    assert 0.0 < worst <= 0.625
+
+
+def test_coordinates_whose_difference_is_no_float_have_their_time() -> None:
+    """A gap of 2e308 m less two radii of 1e307 m, closed at 1e307 m/s, takes 18 s."""
+    assert time_of_impact((-1e308, 0.0), (0.0, 0.0), 1e307, (1e308, 0.0), (-1e307, 0.0), 1e307) == 18.0
+
+
+def test_a_far_graze_along_an_axis_divides_by_nothing() -> None:
+    """A disc that comes from 2^30 contact distances away and grazes by 2^-53 of one meets it in both forms alike."""
+    pair = ((0.0, 0.0), (0.0, 0.0), 0.5, (2.0**30, 1 - 2.0**-53), (-1.0, 0.0), 0.5)
+    row = np.array([0.0, 0.0, 0.0, 0.0, 0.5, 2.0**30, 1 - 2.0**-53, -1.0, 0.0, 0.5])
+    found = time_of_impact(*pair)
+    assert assert_right(row, float(found))
+    assert time_of_impact(*([part] for part in pair)) == [found]
+
+
+def test_a_time_beyond_the_largest_float_is_never() -> None:
+    """A metre at the least speed there is takes 2e323 s, which no float can say."""
+    assert time_of_impact((0.0, 0.0), (5e-324, 0.0), 0.25, (1.0, 0.0), (0.0, 0.0), 0.25) == math.inf
+
+
+@each(
+    "place, velocity, time_s",
+    [
+        ((2.0**1000, 0.0), (-1.0, 0.0), 2.0**1000),
+        ((0.0, 2.0**1000), (0.0, -1.0), 2.0**1000),
+        ((3.0, 0.0), (-(2.0**1000), 0.0), 2.0**-999),
+        ((0.0, 3.0), (0.0, -(2.0**1000)), 2.0**-999),
+    ],
+)
+def test_two_discs_as_far_or_as_fast_on_both_sides_meet_in_the_middle(
+    place: tuple[float, float], velocity: tuple[float, float], time_s: float
+) -> None:
+    """Head-on, each of a metre: what counts is how far apart they are and how fast they close, and not the sum, 0."""
+    (x, y), (vx, vy) = place, velocity
+    assert any_size.scaled_pair_time(-x, -y, -vx, -vy, 1.0, x, y, vx, vy, 1.0) == time_s
