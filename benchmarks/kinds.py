@@ -70,11 +70,13 @@ class Speed:
     Attributes:
         rates: One per round, or one alone of a slow kind.
         size: Impacts or frames of a run; 0 of a slow kind, which is not run again.
+        solves: Runs that are timed together in a round.
         is_bound: Whether the rate is only known to be lower.
     """
 
     rates: list[float] = field(default_factory=list)
     size: int = 0
+    solves: int = 1
     is_bound: bool = False
 
     @property
@@ -114,16 +116,17 @@ class Worker(Interpreter):
                 return Speed([_FIRST[method] / self._limit_s], is_bound=True)
             if size == _FIRST[method] and seconds > _SLOW_S:
                 return Speed([events / seconds])
-            size = min(most, max(_FIRST[method], int(size * _RUN_S / seconds)))
-        return Speed(size=size)
+            wanted = _RUN_S / seconds * size
+            size = min(most, max(_FIRST[method], int(wanted)))
+        return Speed(size=size, solves=max(1, int(wanted / size)))
 
     def measure(self, method: str, kind: str, discs: int, speed: Speed) -> None:
         """Add a round to the speed of a kind that is not slow."""
         if speed.size:
             least = 0 if method == "pic" else 1
-            start_s, before = self.time(method, kind, discs, least)
-            seconds, events = self.time(method, kind, discs, speed.size)
-            speed.rates.append((events - before) / max(seconds - start_s, 1e-6))
+            start_s, before = self.time(method, kind, discs, least, solves=speed.solves)
+            seconds, events = self.time(method, kind, discs, speed.size, solves=speed.solves)
+            speed.rates.append((events - before) * speed.solves / max(seconds - start_s, 1e-6))
 
 
 class Table:
