@@ -25,6 +25,9 @@ from carom.support.limits import LARGEST, ORDINARY, require_within
 #: A point of a half-plane's surface, and the unit normal into its free side.
 HalfPlane = tuple[float, float, float, float]
 
+#: Greatest difference of a unit normal's length from 1: four times what the roundings of its two components make.
+_UNIT_WITHIN = 2.0**-50
+
 #: Path of a body that does not move.
 STANDS = Drive.along([(0.0, (0.0, 0.0))])
 
@@ -117,12 +120,25 @@ class DiscArrays:
                 raise InputError(f"{name} must have the shape {shape}, got {array.shape}")
         if not (np.all(self.radius_m > 0) and np.all(self.mass_kg > 0)):
             raise InputError("radius_m and mass_kg must be above 0 everywhere")
+        self._require_walls()
         self._require_sound_turning()
         self.require_ordinary()
         if np.any(self.velocity_m_s[self._stands]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
         if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
             raise InputError("restitution and wall_restitution must be from 0 to 1")
+
+    def _require_walls(self) -> None:
+        for k, wall in enumerate(self.walls):
+            if isinstance(wall, Outline):
+                continue
+            if not (isinstance(wall, tuple) and len(wall) == 4 and all(isinstance(one, int | float) for one in wall)):
+                raise InputError(
+                    f"walls[{k}] must be four numbers (x, y, nx, ny) or an Outline, got {shown(wall)}",
+                    hints=["the arrays of a scene, scene.arrays, have its walls in this form"],
+                )
+            if not abs(math.hypot(*wall[2:]) - 1.0) <= _UNIT_WITHIN:
+                raise InputError(f"walls[{k}] must have a normal of length 1, got {wall[2:]}")
 
     def _require_sound_turning(self) -> None:
         for name in ("friction", "wall_friction"):

@@ -34,6 +34,8 @@ def two_discs(**changed: object) -> DiscArrays:
         ({"velocity_m_s": np.full((2, 2), math.nan)}, "velocity_m_s must be finite"),
         ({"mass_kg": np.array([1.0, 0.0])}, "mass_kg must be above 0"),
         ({"mass_kg": np.array([1.0, math.inf]), "velocity_m_s": np.ones((2, 2))}, r"must be \(0, 0\) for an immovable"),
+        ({"walls": (wall_at(0, -3, 0, 2),)}, r"walls\[0\] must be four numbers"),
+        ({"walls": ((0.0, -3.0, 0.0, 2.0),)}, r"walls\[0\] must have a normal of length 1"),
         ({"restitution": 1.5}, "must be from 0 to 1"),
         ({"friction": -1.0}, "friction must be a number from 0"),
         ({"wall_friction": math.nan}, "wall_friction must be a number from 0"),
