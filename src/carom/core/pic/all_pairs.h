@@ -66,7 +66,8 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
     *wait = CAROM_INF;
     if (s->accelerated.paths != NULL)
         return is_never_met(s, i, k) ? NEVER : parabola_feature_meeting(s, i, k, &mover, CAROM_INF);
-    if ((has_just_left && s->features[k].kind != INNER_ARC) || (s->touched != NULL && is_touched(&s->touched[i], -1 - k)))
+    bool touches = s->touched != NULL && is_touched(&s->touched[i], -1 - k);
+    if (touches || (has_just_left && s->features[k].kind != INNER_ARC))
         return NEVER;
     *wait = feature_time(&mover, &s->features[k], has_just_left).time;
     return (Instant){a->time + *wait, 0.0};

@@ -28,7 +28,7 @@ static inline void predict(State *s, Index i, Change change) {
         if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
             predict_accelerated(s, i, change);
         } else {
-            predict_impact(s, i, change);
+            predict_partner(s, i, change);
             if (CAROM_UNLIKELY(s->has_special_paths))
                 predict_special(s, i, change);
             else if (change != OF_PARTNER)
