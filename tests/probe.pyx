@@ -166,8 +166,8 @@ cdef extern from "carom/core/pic/straight_partner.h" nogil:
     struct Chains:
         Index left
 
-    Index gather(State *s, Block block, Chains *chains)
-    Index gather_chained(State *s, Block block, Chains *chains, Index count)
+    Index gather_discs(State *s, Block block, Chains *chains)
+    Index gather_chained_discs(State *s, Block block, Chains *chains, Index count)
 
 cdef extern from *:
     """
@@ -422,10 +422,10 @@ cdef class Cells:
         s = &self.s
         cdef Chains chains
         cdef Block block = carom_block(&s.grid, row, column)
-        cdef Index count = gather(s, block, &chains)
+        cdef Index count = gather_discs(s, block, &chains)
         batches = []
         while True:
-            count = gather_chained(s, block, &chains, count)
+            count = gather_chained_discs(s, block, &chains, count)
             batches.append([s.candidates.disc[k] for k in range(count)])
             if chains.left == 0:
                 return batches

@@ -29,8 +29,8 @@ cdef class Kernel:
             driven and all walls are half-planes with the coefficients of the law.
         until: End of the run, seconds since the start, unless `run` is called with a later one. Crushes after the end
             do not stop the run.
-        acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs, which requires
-            obstacles with grounds; otherwise None.
+        acceleration: The scene, `carom.solvers.run.Start`, if it has gravity or a table that slows discs; otherwise
+            None. A scene requires obstacles with grounds.
         contact_duration: Duration of a contact in the TC model, seconds; 0 if the model is not used.
         standstill: Number of impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.

@@ -68,14 +68,57 @@ static inline DoubleDouble two_prod(double a, double b) {
     return (DoubleDouble){product, error};
 }
 
+/* ---- pairs ---- */
+
+static inline DoubleDouble negate(DoubleDouble a) {
+    return (DoubleDouble){-a.high, -a.low};
+}
+
+/* Return the rounded sum and its rounding error. The first number must not be smaller in magnitude. */
+static inline DoubleDouble quick_sum(double larger, double smaller) {
+    double total = larger + smaller;
+    return (DoubleDouble){total, smaller - (total - larger)};
+}
+
+/* Return the sum of two pairs, with a relative error of at most 2^-104. */
+static inline DoubleDouble pair_sum(DoubleDouble a, DoubleDouble b) {
+    DoubleDouble high = two_sum(a.high, b.high);
+    DoubleDouble low = two_sum(a.low, b.low);
+    high = quick_sum(high.high, high.low + low.high);
+    return quick_sum(high.high, high.low + low.low);
+}
+
+/* Return the product of two pairs, with a relative error of at most 2^-103. */
 static inline DoubleDouble pair_product(DoubleDouble a, DoubleDouble b) {
     DoubleDouble p = two_prod(a.high, b.high);
     return two_sum(p.high, p.low + (a.high * b.low + a.low * b.high));
 }
 
-static inline DoubleDouble negate(DoubleDouble a) {
-    return (DoubleDouble){-a.high, -a.low};
+/* Return the product of a pair and a float, with a relative error of at most 2^-104. */
+static inline DoubleDouble times_double(DoubleDouble a, double b) {
+    DoubleDouble p = two_prod(a.high, b);
+    return quick_sum(p.high, p.low + a.low * b);
 }
+
+/* Return a pair times a power of two, which may be negative. */
+static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
+    return (DoubleDouble){a.high * power, a.low * power};
+}
+
+static inline DoubleDouble pair_quotient(DoubleDouble a, DoubleDouble b) {
+    double first = a.high / b.high;
+    DoubleDouble product = two_prod(first, b.high);
+    return two_sum(first, (((a.high - product.high) - product.low) + (a.low - first * b.low)) / b.high);
+}
+
+/* Return the square root of a pair: the float near it, and its rest. */
+static inline DoubleDouble pair_root(DoubleDouble a) {
+    double root = sqrt(a.high);
+    DoubleDouble square = two_prod(root, root);
+    return (DoubleDouble){root, (((a.high - square.high) - square.low) + a.low) / (2.0 * root)};
+}
+
+/* ---- longer sums ---- */
 
 static inline TripleDouble empty_sum(void) {
     return (TripleDouble){0.0, 0.0, 0.0};
@@ -166,13 +209,6 @@ static inline DoubleDouble exact_sum(const double *terms, int count) {
         sum = (DoubleDouble){total.high, sum.low + total.low};
     }
     return two_sum(sum.high, sum.low);
-}
-
-/* Return the square root of a pair: the float near it, and its rest. */
-static inline DoubleDouble pair_root(DoubleDouble a) {
-    double root = sqrt(a.high);
-    DoubleDouble square = two_prod(root, root);
-    return (DoubleDouble){root, (((a.high - square.high) - square.low) + a.low) / (2.0 * root)};
 }
 
 /* Return the length of a vector of any size to the nearest float. It is the root of an error-free sum of squares,

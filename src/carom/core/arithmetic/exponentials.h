@@ -80,13 +80,6 @@ typedef struct Exponential {
     bool is_small;
 } Exponential;
 
-/* Return the sum of two pairs, with an error of at most 2^-103 of the sum of their magnitudes. The error of
-   `pair_product` is at most 2^-103 of the product. */
-static inline DoubleDouble pair_sum(DoubleDouble a, DoubleDouble b) {
-    DoubleDouble sum = two_sum(a.high, b.high);
-    return two_sum(sum.high, sum.low + (a.low + b.low));
-}
-
 /* Return e^r - 1, for r of at most 0.011 in size, with a relative error of 2^-102. */
 static inline DoubleDouble expand_growth(DoubleDouble r) {
     double x = r.high;

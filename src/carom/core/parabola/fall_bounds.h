@@ -113,9 +113,9 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
 /* Return whether a disc certainly does not touch a face within a time. (x, y) is the disc's position relative to the
    start of the face, and `way` an upper bound of its displacement.
 
-   Let w, s and p be the gap to the face's line, its rate of change and its acceleration, times the face's length, and f,
-   g and h the same for the foot along the face. First, the gap changes by at most s t + p t^2/2. Second, if it closes at
-   a time t, then w + s t + p t^2/2 = 0, so the foot times -s is f (-s) + g w, up to terms with p and h. */
+   Let w, s and p be the gap to the face's line, its rate of change and its acceleration, times the face's length, and
+   f, g and h the same for the foot along the face. First, the gap changes by at most s t + p t^2/2. Second, if it
+   closes at a time t, then w + s t + p t^2/2 = 0, so the foot times -s is f (-s) + g w, up to terms with p and h. */
 static inline bool fall_misses_face(double x, double y, double ux, double uy, const Feature *f, double ax, double ay,
                                     double place_size, double thick, double way, double within) {
     const double ex = f->ex.high, ey = f->ey.high, length = f->size.high;

@@ -117,7 +117,14 @@ static inline Gap line_form(const LineGap *gap) {
     return (Gap){write_line_pairs, write_line_products, gap};
 }
 
-/* Begin with the given sign of the gap now. If `is_closed`, the gap is 0 now, whatever its coefficients are. */
+/* Begin with the gap of a circle. Return its sign now; 0 if the disc has just left the circle. */
+static inline int begin_circle_falls(Falls *falls, const ExactQuartic *exact, const CircleGap *gap, const Gap *form) {
+    begin_falls(falls, exact, form);
+    write_circle_floats(gap, &falls->floats);
+    return gap->has_left ? 0 : sign_of_gap(falls);
+}
+
+/* Set the sign of a gap now. If `is_closed`, the gap is 0 now, whatever its coefficients are. */
 static inline void start_falls(Falls *falls, CircleGap *gap, int sign, bool is_closed) {
     if (is_closed) {
         gap->is_closed = falls->is_closed = true;
@@ -152,9 +159,7 @@ static inline double disc_fall_time(const ExactQuartic *exact, const FallingDisc
     };
     Gap form = circle_form(&gap);
     Falls falls;
-    begin_falls(&falls, exact, &form);
-    write_circle_floats(&gap, &falls.floats);
-    int sign = has_just_left ? 0 : sign_of_gap(&falls);
+    int sign = begin_circle_falls(&falls, exact, &gap, &form);
     start_falls(&falls, &gap, sign, sign <= 0);
     return next_fall(&falls);
 }
@@ -255,9 +260,7 @@ static inline double arc_fall_time(const ExactQuartic *exact, const Mover *disc,
     };
     Gap form = circle_form(&gap);
     Falls falls;
-    begin_falls(&falls, exact, &form);
-    write_circle_floats(&gap, &falls.floats);
-    int sign = has_just_left ? 0 : sign_of_gap(&falls);
+    int sign = begin_circle_falls(&falls, exact, &gap, &form);
     start_falls(&falls, &gap, sign, has_just_left || (sign <= 0 && is_before_arc(disc, arc)));
     double found = first_in_sector(&falls, 0.0, arc, disc, ax, ay);
     if (!is_inside || arc->whole || sign > 0)

@@ -111,11 +111,6 @@ static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     }
 }
 
-static inline DoubleDouble square_pair(DoubleDouble a) {
-    DoubleDouble p = two_prod(a.high, a.high);
-    return quick_sum(p.high, p.low + 2.0 * (a.high * a.low));
-}
-
 /* Add the square of a position to a sum, with an error of at most 2^-145 of its terms. */
 static inline TripleDouble add_place_square(TripleDouble total, TripleDouble x) {
     total = add_product(total, x.high, x.high);
@@ -163,16 +158,16 @@ static inline void write_circle_pairs(const void *source, PairPolynomial *p) {
     p->degree = floats.degree;
     for (int k = 0; k < QUARTIC_POWERS; k++)
         p->size[k] = floats.size[k];
-    DoubleDouble reach2 = square_pair(gap->reach);
-    DoubleDouble distance2 = sum_pairs(square_pair(x), square_pair(y));
-    DoubleDouble opening = sum_pairs(pair_product(x, ux), pair_product(y, uy));
-    DoubleDouble speed2 = sum_pairs(square_pair(ux), square_pair(uy));
-    DoubleDouble pull = sum_pairs(times_double(x, ax), times_double(y, ay));
-    p->power[0] = times_power_of_two(sum_pairs(distance2, negate(reach2)), sign);
+    DoubleDouble reach2 = pair_product(gap->reach, gap->reach);
+    DoubleDouble distance2 = pair_sum(pair_product(x, x), pair_product(y, y));
+    DoubleDouble opening = pair_sum(pair_product(x, ux), pair_product(y, uy));
+    DoubleDouble speed2 = pair_sum(pair_product(ux, ux), pair_product(uy, uy));
+    DoubleDouble pull = pair_sum(times_double(x, ax), times_double(y, ay));
+    p->power[0] = times_power_of_two(pair_sum(distance2, negate(reach2)), sign);
     p->power[1] = times_power_of_two(opening, 2.0 * sign);
-    p->power[2] = times_power_of_two(sum_pairs(speed2, pull), sign);
-    p->power[3] = times_power_of_two(sum_pairs(times_double(ux, ax), times_double(uy, ay)), sign);
-    p->power[4] = times_power_of_two(sum_pairs(two_prod(ax, ax), two_prod(ay, ay)), 0.25 * sign);
+    p->power[2] = times_power_of_two(pair_sum(speed2, pull), sign);
+    p->power[3] = times_power_of_two(pair_sum(times_double(ux, ax), times_double(uy, ay)), sign);
+    p->power[4] = times_power_of_two(pair_sum(two_prod(ax, ax), two_prod(ay, ay)), 0.25 * sign);
     if (fabs(p->power[0].high) < 0x1p-10 * p->size[0])
         write_excess(gap, p);
     if (gap->has_left)

@@ -66,7 +66,8 @@ static inline Instant feature_meeting(const State *s, Index i, Index k, double *
     *wait = CAROM_INF;
     if (s->accelerated.paths != NULL)
         return is_never_met(s, i, k) ? NEVER : parabola_feature_meeting(s, i, k, &mover, CAROM_INF);
-    if ((has_just_left && s->features[k].kind != INNER_ARC) || (s->touched != NULL && is_touched(&s->touched[i], -1 - k)))
+    bool touches = s->touched != NULL && is_touched(&s->touched[i], -1 - k);
+    if (touches || (has_just_left && s->features[k].kind != INNER_ARC))
         return NEVER;
     *wait = feature_time(&mover, &s->features[k], has_just_left).time;
     return (Instant){a->time + *wait, 0.0};
@@ -180,14 +181,10 @@ static CAROM_NOINLINE Ending advance_all_pairs(State *s, double until, Index imp
         if (!(event.at.high < CAROM_INF))
             return DONE;
         Instant at = later_of(event.at, now_instant(s));
-        double reported = reported_time(&s->clock, at.high);
-        if (reported > until || (reported == until && at.low > 0.0))
-            return DONE;
-        if (s->counts.impacts >= impacts)
-            return LIMIT;
-        bool is_wanted = is_recorded(&s->record, reported);
-        if (is_wanted && !reserve_row(&s->record))
-            return NO_MEMORY;
+        bool is_wanted;
+        Ending ending = check_limits(s, at, until, impacts, &is_wanted);
+        if (ending != NOT_ENDED)
+            return ending;
         if (!apply_event(s, &event, at, is_wanted))
             return s->stopped;
         if (s->accelerated.paths == NULL && s->counts.epoch_impacts >= CAROM_EPOCH_IMPACTS * s->disc_count)

@@ -1,4 +1,4 @@
-/* Clock of a run: reported times, and epochs.
+/* Clock of a run: reported times, limits of a call of the loop, and epochs.
 
    From time to time all discs are moved to the present, and time is counted from 0 again. After 32 free flights, times
    have a relative error of 2^-53. In that time error a disc moves less than the rounding error of its position. A new
@@ -31,6 +31,18 @@ static inline void count_impact(State *s, double time) {
     s->counts.impacts += 1;
     s->counts.epoch_impacts += 1;
     s->counts.at_instant += 1;
+}
+
+/* Return the ending if a limit of a call of the loop excludes an event at an instant, otherwise NOT_ENDED. If the event
+   is recorded (`is_wanted`), there is room for its row. */
+static inline Ending check_limits(State *s, Instant at, double until, Index impacts, bool *is_wanted) {
+    double reported = reported_time(&s->clock, at.high);
+    if (reported > until || (reported == until && at.low > 0.0))
+        return DONE;
+    if (s->counts.impacts >= impacts)
+        return LIMIT;
+    *is_wanted = is_recorded(&s->record, reported);
+    return CAROM_UNLIKELY(*is_wanted) && !reserve_row(&s->record) ? NO_MEMORY : NOT_ENDED;
 }
 
 /* ---- epochs ---- */

@@ -63,8 +63,8 @@ static inline const Feature *flat_feature(const State *s, Index i, Index wall) {
 
 /* Return whether disc `i` stays in front of a flat feature for some seconds, for each of its drifts along the
    tangent. */
-static inline bool stays_before(const State *s, Index i, const Feature *face, double tx, double ty, const Drifts *drifts,
-                                double seconds) {
+static inline bool stays_before(const State *s, Index i, const Feature *face, double tx, double ty,
+                                const Drifts *drifts, double seconds) {
     if (face->kind == PLANE)
         return true;
     const Disc *a = &s->discs[i];

@@ -57,7 +57,8 @@ typedef bool (*IsAmong)(const State *s, const void *bodies, Index body);
 
 /* Return whether another body may come near disc `i` within some seconds, if no path changes. The disc moves at most
    `way`, apart from its fall. The closing bodies, for which `is_among` is true, are ignored. */
-static inline bool is_disturbed(const State *s, Index i, IsAmong is_among, const void *bodies, double way, double seconds) {
+static inline bool is_disturbed(const State *s, Index i, IsAmong is_among, const void *bodies, double way,
+                                double seconds) {
     const Disc *a = &s->discs[i];
     double now = a->time;
     double fall = 0.5 * nearest_length(s->accelerated.gx, s->accelerated.gy) * seconds * seconds;

@@ -135,7 +135,7 @@ static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
 
 /* Predict the changed part of the future of a disc that accelerates. */
 static CAROM_NOINLINE void predict_accelerated(State *s, Index i, Change change) {
-    predict_parabola_impact(s, i, change);
+    predict_parabola_partner(s, i, change);
     if (change != OF_PARTNER)
         predict_parabola_exit(s, i);
 }
@@ -150,11 +150,11 @@ static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second
     if (first == second)
         return apply_motion_end(s, first, at);
     if (second >= 0)
-        return apply_parabola_pair(s, first, second, at, is_wanted);
-    return apply_parabola_wall(s, first, -1 - second, at, is_wanted);
+        return apply_parabola_pair_impact(s, first, second, at, is_wanted);
+    return apply_parabola_feature_impact(s, first, -1 - second, at, is_wanted);
 }
 
-/* Predict the changed part of disc `i`'s future, after `predict_impact`, in a run with features or driven bodies. */
+/* Predict the changed part of disc `i`'s future, after `predict_partner`, in a run with features or driven bodies. */
 static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {
     if (change != OF_CELL) {
         for (Index k = 0; k < s->driving.count; k++) {

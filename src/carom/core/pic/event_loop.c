@@ -28,7 +28,7 @@ static inline void predict(State *s, Index i, Change change) {
         if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
             predict_accelerated(s, i, change);
         } else {
-            predict_impact(s, i, change);
+            predict_partner(s, i, change);
             if (CAROM_UNLIKELY(s->has_special_paths))
                 predict_special(s, i, change);
             else if (change != OF_PARTNER)
@@ -43,14 +43,10 @@ static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, doub
                                                      Changed *changed) {
     const Prediction *p = &s->predictions[event.disc];
     Instant at = later_of((Instant){event_time(p), event_low(s, event)}, now_instant(s));
-    double reported = reported_time(&s->clock, at.high);
-    if (reported > until || (reported == until && at.low > 0.0))
-        return DONE;
-    if (s->counts.impacts >= impacts)
-        return LIMIT;
-    bool is_wanted = is_recorded(&s->record, reported);
-    if (CAROM_UNLIKELY(is_wanted && !reserve_row(&s->record)))
-        return NO_MEMORY;
+    bool is_wanted;
+    Ending ending = check_limits(s, at, until, impacts, &is_wanted);
+    if (ending != NOT_ENDED)
+        return ending;
     Bodies bodies = event.kind == MOTION_ENDS ? (Bodies){event.disc, event.disc} : bodies_of(s, event);
     if (event.kind == PAIR_IMPACT) {
         changed->disc[0] = bodies.first;
@@ -65,14 +61,10 @@ static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, doub
 /* Apply an impact, unless a limit of this call excludes it. Return the ending that it causes, or NOT_ENDED. */
 static inline Ending apply_impact(State *s, Event event, double until, Index impacts, Changed *changed) {
     double time = event_time(&s->predictions[event.disc]);
-    double reported = reported_time(&s->clock, greater(time, s->clock.now));
-    if (reported > until)
-        return DONE;
-    if (s->counts.impacts >= impacts)
-        return LIMIT;
-    bool is_wanted = is_recorded(&s->record, reported);
-    if (CAROM_UNLIKELY(is_wanted && !reserve_row(&s->record)))
-        return NO_MEMORY;
+    bool is_wanted;
+    Ending ending = check_limits(s, (Instant){greater(time, s->clock.now), 0.0}, until, impacts, &is_wanted);
+    if (CAROM_UNLIKELY(ending != NOT_ENDED))
+        return ending;
     if (event.kind == WALL_IMPACT) {
         Index obstacle = s->predictions[event.disc].obstacle;
         if (CAROM_UNLIKELY(s->has_special_impacts)) {

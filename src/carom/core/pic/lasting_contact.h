@@ -308,7 +308,8 @@ static inline bool reserve_modes(State *s) {
     Accelerated *run = &s->accelerated;
     if (run->mode_count + 2 > run->mode_capacity) {
         Index capacity = 2 * run->mode_capacity + 64;
-        ModeRow *modes = s->resize(run->modes, (size_t)run->mode_count * sizeof(ModeRow), (size_t)capacity * sizeof(ModeRow));
+        size_t used = (size_t)run->mode_count * sizeof(ModeRow);
+        ModeRow *modes = s->resize(run->modes, used, (size_t)capacity * sizeof(ModeRow));
         if (modes == NULL) {
             return false;
         }

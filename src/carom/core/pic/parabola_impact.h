@@ -47,7 +47,8 @@ static inline bool is_at_rest(const State *s, const Encountered *met, const Inst
 static inline void end_in_contact(State *s, Index i, Index other, Index obstacle, double approach, double restitution) {
     int held_by = s->accelerated.paths[i].ground;
     bool is_free_disc = other >= 0 && s->discs[other].inverse_mass > 0.0;
-    s->accelerated.end = (ContactEnd){i, other, (int)obstacle, held_by, approach > 0.0 && restitution > 0.0 && restitution < 1.0};
+    bool after_bounces = approach > 0.0 && restitution > 0.0 && restitution < 1.0;
+    s->accelerated.end = (ContactEnd){i, other, (int)obstacle, held_by, after_bounces};
     s->stopped = is_free_disc ? PRESSED : held_by != NO_OBSTACLE ? CORNER : AT_REST;
     if (s->accelerated.deceleration > 0.0 && other < 0) {
         s->stopped = GLIDES;
@@ -114,7 +115,7 @@ static inline void set_on_rim(State *s, Index i, Index fixed) {
 }
 
 /* Apply the impact of discs i < j. Return false and set `State.stopped` if the run ends. */
-static inline bool apply_parabola_pair(State *s, Index i, Index j, Instant at, bool is_wanted) {
+static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instant at, bool is_wanted) {
     Disc *a = &s->discs[i], *b = &s->discs[j];
     Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
     bool is_first_fixed = a->inverse_mass == 0.0, has_fixed = is_first_fixed || b->inverse_mass == 0.0;
@@ -239,8 +240,8 @@ static inline void leave_wall(State *s, Index i, Index k, Direction n, double sp
 static inline void slide_on_wall(State *s, Index i, const Law *law, double belt, Direction n, const Motion *seen,
                                  double pressed) {
     Body body = body_of(s, i, true);
-    Frictions by = rub_on_wall(&law->wall_contact, s->accelerated.rolling_resistance, belt, n.x, n.y, seen->vx, seen->vy,
-                               pressed, &body);
+    Frictions by = rub_on_wall(&law->wall_contact, s->accelerated.rolling_resistance, belt, n.x, n.y, seen->vx,
+                               seen->vy, pressed, &body);
     s->accelerated.paths[i].sticks = by.sticks;
     s->accelerated.paths[i].rubs = by.friction != 0.0;
 }
@@ -265,7 +266,7 @@ static inline bool begin_contact(State *s, Index i, Index k, Direction n, double
 
    The gap is exactly 0 at the impact. Its rounding error is removed, so that errors do not accumulate over many
    bounces. */
-static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, bool is_wanted) {
+static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Instant at, bool is_wanted) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
     const Feature *f = &s->features[k];
@@ -391,7 +392,8 @@ static inline bool begin_contacts(State *s) {
             double pull = -press_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
             double approach = ground_approach(s, i, f), gap = ground_gap(s, i, k);
             /* A disc on the other side of a face would be behind it by more than its own diameter. */
-            if (-a->radius < gap && gap <= resolution && pull < 0.0 && approach * approach <= -2.0 * pull * resolution) {
+            bool is_slow = approach * approach <= -2.0 * pull * resolution;
+            if (-a->radius < gap && gap <= resolution && pull < 0.0 && is_slow) {
                 ModeRow row = land(s, i, k, approach);
                 if (!reserve_modes(s)) {
                     return false;

@@ -221,7 +221,8 @@ static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     Motion one = motion_at(s, i, start), other = motion_at(s, j, start);
     FallingDisc disc = {one.x, one.y, one.vx - other.vx, one.vy - other.vy, a->radius};
     if (row == NULL || row->leg_count == 1) {
-        return instant_after(start, fall_pair_lower_bound(&disc, other.x, other.y, b->radius, p->ax - q->ax, p->ay - q->ay));
+        double ax = p->ax - q->ax, ay = p->ay - q->ay;
+        return instant_after(start, fall_pair_lower_bound(&disc, other.x, other.y, b->radius, ax, ay));
     }
     /* A driven disc approaches no faster on any leg than in a straight line at its greatest speed. */
     double dx = one.x - other.x, dy = one.y - other.y;

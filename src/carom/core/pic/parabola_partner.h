@@ -134,14 +134,14 @@ static inline Meeting predicted_meeting(const State *s, Index i) {
     return (Meeting){{p->impact_time, 0.0}, latest, p->partner, false};
 }
 
-/* Predict the next impact of disc `i` with another disc, as `predict_impact` does. */
-static inline void predict_parabola_impact(State *s, Index i, Change change) {
+/* Predict the next impact of disc `i` with another disc, as `predict_partner` does. */
+static inline void predict_parabola_partner(State *s, Index i, Change change) {
     Candidates *c = &s->candidates;
     Meeting meetings[BATCH + 1];
     Meeting best = NO_MEETING;
     Chains chains;
     Block block = change == OF_CELL ? new_neighbours(s, i) : cells_around(s, i);
-    Index count = gather(s, block, &chains);
+    Index count = gather_discs(s, block, &chains);
     if (change == OF_CELL) {
         best = predicted_meeting(s, i);
     } else {
@@ -155,7 +155,7 @@ static inline void predict_parabola_impact(State *s, Index i, Change change) {
     }
     while (true) {
         if (CAROM_UNLIKELY(chains.left > 0)) {
-            count = gather_chained(s, block, &chains, count);
+            count = gather_chained_discs(s, block, &chains, count);
         }
         Index met = 1;
         Index kept = keep_approaching_alike(s, i, count, meetings, &met);

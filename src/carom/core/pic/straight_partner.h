@@ -24,7 +24,7 @@ static inline double pair_event_time(const State *s, Index i, Index j) {
 }
 
 /* Round 1: find the discs in a block of cells, except those in chains. Return their number. */
-static inline Index gather(State *s, Block block, Chains *chains) {
+static inline Index gather_discs(State *s, Block block, Chains *chains) {
     Index count = 0;
     Index left = 0;
     for (Index line = 0; line < block.lines; line++) {
@@ -44,7 +44,7 @@ static inline Index gather(State *s, Block block, Chains *chains) {
 }
 
 /* Second part of round 1: add discs in chains to the `count` discs found, up to a batch. Return the new number. */
-static CAROM_NOINLINE Index gather_chained(State *s, Block block, Chains *chains, Index count) {
+static CAROM_NOINLINE Index gather_chained_discs(State *s, Block block, Chains *chains, Index count) {
     while (chains->left > 0 && count < BATCH) {
         Index chain = chains->left;
         for (Index line = 0; line < block.lines && chains->disc == NOBODY; line++) {
@@ -180,7 +180,7 @@ static inline Candidate predicted_impact(const Prediction *p) {
 
 /* Predict the next impact of disc `i` with another disc. The candidates are all discs around it. With OF_CELL they are
    only the predicted partner and the discs of new cells. */
-static inline void predict_impact(State *s, Index i, Change change) {
+static inline void predict_partner(State *s, Index i, Change change) {
     Candidate best = {CAROM_INF, CAROM_INF, NOBODY};
     Index met = last_partner(s, i);
     Chains chains;
@@ -192,10 +192,10 @@ static inline void predict_impact(State *s, Index i, Change change) {
         block = cells_around(s, i);
     }
     Index known = best.partner;
-    Index count = gather(s, block, &chains);
+    Index count = gather_discs(s, block, &chains);
     while (true) {
         if (CAROM_UNLIKELY(chains.left > 0))
-            count = gather_chained(s, block, &chains, count);
+            count = gather_chained_discs(s, block, &chains, count);
         if (CAROM_UNLIKELY(s->touched != NULL))
             count = remove_touching(s, i, count);
         Index kept = keep_approaching(s, i, met, count);

@@ -58,14 +58,14 @@ static inline void limit_bounds(State *s) {
 /* ---- waits ---- */
 
 /* Return a wait minus its own rounding error; 0 if the wait is not a finite positive number. */
-static inline double shorten(double wait) {
+static inline double shorten_wait(double wait) {
     return 0.0 < wait && wait < CAROM_INF ? wait * (1.0 - CAROM_PATH_MARGIN) : 0.0;
 }
 
 /* Return a lower bound of the time until a positive gap closes, from its closing speed and closing acceleration. */
 static inline double time_to_close(double gap, double speed, double pull) {
     double twice_mean = speed + sqrt(speed * speed + 2.0 * pull * gap);
-    return twice_mean > 0.0 ? shorten(2.0 * gap / twice_mean) : CAROM_INF;
+    return twice_mean > 0.0 ? shorten_wait(2.0 * gap / twice_mean) : CAROM_INF;
 }
 
 /* Return whether a gap certainly stays open for a time. This is a quick test before `time_to_close`. */
@@ -131,7 +131,7 @@ static inline double time_to_distance(const Approach *p, double distance) {
     double d = (p->ux * p->ux + p->uy * p->uy) * (distance * distance) - across * across;
     if (p->along >= 0.0 || d < 0.0)
         return CAROM_INF;
-    return shorten((p->squared - distance * distance) / (sqrt(d) - p->along));
+    return shorten_wait((p->squared - distance * distance) / (sqrt(d) - p->along));
 }
 
 /* Return the wait of two discs that are apart and have a relative acceleration of at most `pull`. It need not be longer
@@ -173,7 +173,7 @@ static inline double bound_straight_plane(const Disc *a, const Wall *wall, doubl
     if (along >= 0.0) /* PIT tests exactly this number at every frame */
         return CAROM_INF;
     if (gap > 0.0)
-        return shorten(gap / (CAROM_PATH_MARGIN * (fabs(a->vx) + fabs(a->vy)) - along));
+        return shorten_wait(gap / (CAROM_PATH_MARGIN * (fabs(a->vx) + fabs(a->vy)) - along));
     return CAROM_IN_CONTACT;
 }
 
@@ -191,10 +191,10 @@ static inline double bound_curved_plane(const State *s, const Disc *a, const Wal
         return CAROM_IN_CONTACT;
     double d = speed * speed - 2.0 * pull * gap;
     if (speed < 0.0) /* it approaches, and reaches the wall unless gravity reverses it first */
-        return d < 0.0 ? CAROM_INF : shorten(2.0 * gap / (sqrt(d) - speed));
+        return d < 0.0 ? CAROM_INF : shorten_wait(2.0 * gap / (sqrt(d) - speed));
     /* It leaves the wall, falls back and reaches it. If it overlaps the wall all the time, it approaches from the apex
        on. */
-    return shorten((speed + sqrt(greater(d, 0.0))) / -pull);
+    return shorten_wait((speed + sqrt(greater(d, 0.0))) / -pull);
 }
 
 /* Return the wait of a disc and a chain, from their gap. It need not be longer than `least`.

@@ -147,8 +147,8 @@ static inline void collide_falling(const State *s, const Law *law, const Wall *w
     double uy = a->velocity[1] - (surface != NULL ? surface->vy : 0.0);
     double along = collide_wall(&smooth, wall, surface, a, false, true, spins);
     if (along < 0.0 && (law->wall_contact.friction > 0.0 || s->rolling_resistance > 0.0))
-        rub_on_wall(&law->wall_contact, s->rolling_resistance, surface != NULL ? surface->belt : 0.0, wall->nx, wall->ny,
-                    ux, uy, -((1.0 + law->wall_restitution) * along), a);
+        rub_on_wall(&law->wall_contact, s->rolling_resistance, surface != NULL ? surface->belt : 0.0, wall->nx,
+                    wall->ny, ux, uy, -((1.0 + law->wall_restitution) * along), a);
     spins->first_after = a->turning->spin;
 }
 

@@ -75,38 +75,13 @@ static inline void add_products(Products *products, int power, const double *a, 
     }
 }
 
-/* ---- pairs ---- */
-
-/* Return the rounded sum and its rounding error. The first number must not be smaller in magnitude. */
-static inline DoubleDouble quick_sum(double larger, double smaller) {
-    double total = larger + smaller;
-    return (DoubleDouble){total, smaller - (total - larger)};
-}
-
-/* Return the sum of two pairs, with a relative error of at most 2^-104. */
-static inline DoubleDouble sum_pairs(DoubleDouble a, DoubleDouble b) {
-    DoubleDouble high = two_sum(a.high, b.high);
-    DoubleDouble low = two_sum(a.low, b.low);
-    high = quick_sum(high.high, high.low + low.high);
-    return quick_sum(high.high, high.low + low.low);
-}
-
-/* Return the product of a pair and a float, with a relative error of at most 2^-104. */
-static inline DoubleDouble times_double(DoubleDouble a, double b) {
-    DoubleDouble p = two_prod(a.high, b);
-    return quick_sum(p.high, p.low + a.low * b);
-}
-
-/* Return a pair times a power of two, which may be negative. */
-static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
-    return (DoubleDouble){a.high * power, a.low * power};
-}
+/* ---- changes ---- */
 
 /* Expand a polynomial in powers of the time after an instant. */
 static inline void shift_origin(PairPolynomial *p, double from) {
     for (int lowest = 0; lowest < p->degree; lowest++) {
         for (int k = p->degree - 1; k >= lowest; k--) {
-            p->power[k] = sum_pairs(p->power[k], times_double(p->power[k + 1], from));
+            p->power[k] = pair_sum(p->power[k], times_double(p->power[k + 1], from));
             p->size[k] += p->size[k + 1] * from;
         }
     }
@@ -144,18 +119,10 @@ static inline PairValue value_of_pairs(const PairPolynomial *p, double t) {
     DoubleDouble value = p->power[p->degree];
     double size = p->size[p->degree];
     for (int k = p->degree - 1; k >= 0; k--) {
-        value = sum_pairs(times_double(value, t), p->power[k]);
+        value = pair_sum(times_double(value, t), p->power[k]);
         size = size * t + p->size[k];
     }
     return (PairValue){value, 2.0 * CAROM_QUARTIC_PAIR_ERROR * size};
-}
-
-/* Return the value of the float form at an instant t >= 0. */
-static inline double value_of_floats(const Polynomial *p, double t) {
-    double value = p->power[p->degree];
-    for (int k = p->degree - 1; k >= 0; k--)
-        value = value * t + p->power[k];
-    return value;
 }
 
 typedef struct Derivatives {

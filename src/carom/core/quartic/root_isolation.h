@@ -181,7 +181,7 @@ static inline double write_pair_bernstein(const PairPolynomial *p, double width,
         b[j] = (DoubleDouble){0.0, 0.0};
         for (int k = 0; k <= j; k++) {
             double part = (double)(int)(12.0 * BINOMIAL_RATIO[n][j][k] + 0.5); /* exact, since it is an integer */
-            b[j] = sum_pairs(b[j], times_double(term[k], part));
+            b[j] = pair_sum(b[j], times_double(term[k], part));
             total += size[k] * part;
         }
         largest = greater(largest, total);
@@ -195,7 +195,7 @@ static inline void halve_pair_piece(BernsteinPairPiece *piece, BernsteinPairPiec
     first[0] = piece->b[0];
     for (int round = 1; round <= degree; round++) {
         for (int k = 0; k <= degree - round; k++)
-            piece->b[k] = times_power_of_two(sum_pairs(piece->b[k], piece->b[k + 1]), 0.5);
+            piece->b[k] = times_power_of_two(pair_sum(piece->b[k], piece->b[k + 1]), 0.5);
         first[round] = piece->b[0];
     }
     for (int k = 0; k <= degree; k++) {
@@ -320,7 +320,7 @@ static inline double sharpen_turn(const PairPolynomial *p, const Polynomial *flo
     for (int step = 0; step < SHARPEN_STEPS; step++) {
         DoubleDouble rate = times_double(p->power[n], n);
         for (int k = n - 1; k >= 1; k--)
-            rate = sum_pairs(times_double(rate, t), times_double(p->power[k], k));
+            rate = pair_sum(times_double(rate, t), times_double(p->power[k], k));
         double change = rate.high / (2.0 * derivatives_at(floats, t).half_bend);
         if (!(fabs(change) <= 0.25 * near_turn))
             return near_turn;

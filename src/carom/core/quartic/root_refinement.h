@@ -199,7 +199,7 @@ static inline bool is_certainly_nonzero(const PairPolynomial *p, const Polynomia
     double size = p->size[p->degree];
     for (int k = p->degree - 1; k >= 0; k--)
         size = size * t + p->size[k];
-    if (fabs(value_of_floats(floats, t)) > 4.0 * CAROM_ERROR * size)
+    if (fabs(derivatives_at(floats, t).value) > 4.0 * CAROM_ERROR * size)
         return true;
     PairValue at = value_of_pairs(p, t);
     return fabs(at.value.high) > at.error;

@@ -85,12 +85,6 @@ static inline DoubleDouble cross_product(DoubleDouble ex, DoubleDouble ey, Doubl
     return inner_product(ex, negate(ey), y, x);
 }
 
-static inline DoubleDouble pair_quotient(DoubleDouble a, DoubleDouble b) {
-    double first = a.high / b.high;
-    DoubleDouble product = two_prod(first, b.high);
-    return two_sum(first, (((a.high - product.high) - product.low) + (a.low - first * b.low)) / b.high);
-}
-
 /* Return the distance of a disc's rim from a face's line, multiplied by the face's length. */
 static inline DoubleDouble face_gap(const Mover *disc, const Feature *face) {
     DoubleDouble x = offset_between(disc->x, face->x);
