@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import partial
+from functools import cache, partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
 
-from carom.catalogue.entry import CatalogueScene, listed
+from carom.catalogue.entry import CatalogueScene
 
 
 class Symptom(StrEnum):
@@ -82,12 +87,28 @@ class Complaint(CatalogueScene):
         return _ADAPTERS.get(self.about, "")
 
 
-#: Decorator like `listed` that turns a builder into a complaint. Keywords set its fields.
-complained = partial(listed, "issues", kind=Complaint)
+def load_complaints(module: ModuleType) -> Iterator[Complaint]:
+    """Yield the complaints whose scenes a module builds, in the order of ``bug_reports.json``.
 
-#: Decorators of the most frequent symptoms.
-misses = partial(complained, symptom=Symptom.MISSES)
-loses_energy = partial(complained, symptom=Symptom.LOSES_ENERGY)
-gains_energy = partial(complained, symptom=Symptom.GAINS_ENERGY)
-#: Decorator of a wrong velocity: the body sticks where it should bounce, or bounces far too little.
-never_bounces = partial(complained, at_least=0.25)
+    There, `build` names a function of the module, and a text in `arguments` is a complex number. By default, the
+    function has the name of the scene, and its docstring is the description of the scene.
+    """
+    for name, fields in _read_reports()[module.__name__.rpartition(".")[2]].items():
+        build, shows = fields.get("build", name.replace("-", "_")), fields.get("shows")
+        function = getattr(module, build)
+        arguments = fields.get("arguments", {}).items()
+        yield Complaint(
+            f"issues/{name}",
+            shows or " ".join(function.__doc__.split()),
+            partial(function, **{key: complex(value) if isinstance(value, str) else value for key, value in arguments}),
+            symptom=Symptom(fields.get("symptom", Symptom.WRONG_VELOCITY)),
+            **{key: fields[key] for key in ("thread", "reported", "at_least", "made", "package") if key in fields},
+        )
+
+
+@cache
+def _read_reports() -> dict[str, dict[str, dict[str, Any]]]:
+    reports: dict[str, dict[str, dict[str, Any]]] = json.loads(
+        Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8")
+    )
+    return reports

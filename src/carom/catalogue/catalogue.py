@@ -6,6 +6,7 @@ import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from functools import cache
+from itertools import chain
 from types import MappingProxyType, ModuleType
 
 from carom.catalogue import (
@@ -29,6 +30,7 @@ from carom.catalogue import (
     spin,
     tables,
 )
+from carom.catalogue.bug_report import load_complaints
 from carom.catalogue.entry import CatalogueScene, Tag
 from carom.errors import UnknownNameError
 from carom.model.scene import Scene
@@ -37,18 +39,16 @@ _TAG_PREFIX = "tag:"
 
 #: Modules whose scenes run by default, then modules whose scenes run only when named, in the order of reports.
 _SUITE = (paper, classics_two_discs, classics_walled, classics_collinear, classics_many_discs, gravity)
-_ON_REQUEST = (
-    *(
-        bug_reports_pairs,
-        bug_reports_walled,
-        bug_reports_falling,
-        bug_reports_rolling,
-        bug_reports_seams,
-        bug_reports_thin,
-        bug_reports_driven,
-    ),
-    *(spin, tables, driven, contact_damping, contact, engines),
+_BUG_REPORTS = (
+    bug_reports_pairs,
+    bug_reports_walled,
+    bug_reports_falling,
+    bug_reports_rolling,
+    bug_reports_seams,
+    bug_reports_thin,
+    bug_reports_driven,
 )
+_ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 
 
 @cache
@@ -60,8 +60,9 @@ def catalogue() -> Mapping[str, CatalogueScene]:
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return all scenes by name: the suite, and the groups that run only when named."""
-    asked_for = {entry.name: entry for module in _ON_REQUEST for entry in _entries(module)}
-    return MappingProxyType({**catalogue(), **asked_for})
+    complaints = (entry for module in _BUG_REPORTS for entry in load_complaints(module))
+    others = (entry for module in _ON_REQUEST for entry in _entries(module))
+    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(complaints, others)}})
 
 
 def _entries(module: ModuleType) -> Iterator[CatalogueScene]:
