@@ -6,10 +6,9 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache, partial
+from functools import partial
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 from carom.catalogue.entry import CatalogueScene
 
@@ -28,32 +27,6 @@ class Symptom(StrEnum):
     NEVER_ENDS = "the run does not end"
 
 
-#: Names of packages that differ from their repositories.
-_PACKAGES = {
-    "avian": "Avian",
-    "box2d": "Box2D",
-    "bullet3": "Bullet",
-    "Construct-bugs": "Construct 3",
-    "godot": "Godot",
-    "godot-jolt": "Jolt Physics",
-    "JoltPhysics": "Jolt Physics",
-    "matter-js": "matter.js",
-    "mujoco": "MuJoCo",
-    "newton": "Newton",
-    "planck.js": "Planck",
-    "rapier": "Rapier",
-    "reactphysics3d": "ReactPhysics3D",
-}
-_ADAPTERS = {
-    "Box2D": "box2d",
-    "Bullet": "pybullet",
-    "Jolt Physics": "jolt",
-    "MuJoCo": "mujoco",
-    "Newton (MuJoCo Warp)": "mujoco",
-    "Rapier": "rapier",
-}
-
-
 @dataclass(frozen=True)
 class Complaint(CatalogueScene):
     """A scene of the group `issues`.
@@ -65,7 +38,8 @@ class Complaint(CatalogueScene):
         at_least: Least error that counts as the reported error, relative to the scene's speed or energy. The default of
             one per cent is noticeable.
         made: Which parts of the scene are from the thread, and which were chosen here.
-        package: Name of the engine or package, if it differs from the repository's.
+        about: Name of the engine or package.
+        engine: Name of Carom's adapter of that engine; empty if there is none.
     """
 
     thread: str = ""
@@ -73,42 +47,22 @@ class Complaint(CatalogueScene):
     symptom: Symptom = Symptom.WRONG_VELOCITY
     at_least: float = 0.01
     made: str = ""
-    package: str = ""
-
-    @property
-    def about(self) -> str:
-        """Name of the engine or package in the thread."""
-        repository = self.thread.split("/")[4]
-        return self.package or _PACKAGES.get(repository, repository)
-
-    @property
-    def engine(self) -> str:
-        """Name of Carom's adapter of that engine; empty if there is none."""
-        return _ADAPTERS.get(self.about, "")
+    about: str = ""
+    engine: str = ""
 
 
-def load_complaints(module: ModuleType) -> Iterator[Complaint]:
-    """Yield the complaints whose scenes a module builds, in the order of ``bug_reports.json``.
+def load_complaints() -> Iterator[Complaint]:
+    """Yield all complaints, in the order of ``bug_reports.json``.
 
-    There, `build` names a function of the module, and a text in `arguments` is a complex number. By default, the
-    function has the name of the scene, and its docstring is the description of the scene.
+    The file has the names of modules, and the complaints whose scenes each module builds: `build` names a function of
+    the module, and a text in `arguments` is a complex number. By default, the function has the name of the scene, and
+    its docstring is the description of the scene.
     """
-    for name, fields in _read_reports()[module.__name__.rpartition(".")[2]].items():
-        build, shows = fields.get("build", name.replace("-", "_")), fields.get("shows")
-        function = getattr(module, build)
-        arguments = fields.get("arguments", {}).items()
-        yield Complaint(
-            f"issues/{name}",
-            shows or " ".join(function.__doc__.split()),
-            partial(function, **{key: complex(value) if isinstance(value, str) else value for key, value in arguments}),
-            symptom=Symptom(fields.get("symptom", Symptom.WRONG_VELOCITY)),
-            **{key: fields[key] for key in ("thread", "reported", "at_least", "made", "package") if key in fields},
-        )
-
-
-@cache
-def _read_reports() -> dict[str, dict[str, dict[str, Any]]]:
-    reports: dict[str, dict[str, dict[str, Any]]] = json.loads(
-        Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8")
-    )
-    return reports
+    reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
+    for module, name, given in ((module, *item) for module, found in reports.items() for item in found.items()):
+        function = getattr(import_module(f"carom.catalogue.{module}"), given.pop("build", name.replace("-", "_")))
+        arguments = given.pop("arguments", {})
+        vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
+        shows = given.pop("shows", "") or " ".join(function.__doc__.split())
+        given["symptom"] = Symptom(given.get("symptom", Symptom.WRONG_VELOCITY))
+        yield Complaint(f"issues/{name}", shows, partial(function, **arguments | vectors), **given)

@@ -10,13 +10,6 @@ from itertools import chain
 from types import MappingProxyType, ModuleType
 
 from carom.catalogue import (
-    bug_reports_driven,
-    bug_reports_falling,
-    bug_reports_pairs,
-    bug_reports_rolling,
-    bug_reports_seams,
-    bug_reports_thin,
-    bug_reports_walled,
     classics_collinear,
     classics_many_discs,
     classics_two_discs,
@@ -39,15 +32,6 @@ _TAG_PREFIX = "tag:"
 
 #: Modules whose scenes run by default, then modules whose scenes run only when named, in the order of reports.
 _SUITE = (paper, classics_two_discs, classics_walled, classics_collinear, classics_many_discs, gravity)
-_BUG_REPORTS = (
-    bug_reports_pairs,
-    bug_reports_walled,
-    bug_reports_falling,
-    bug_reports_rolling,
-    bug_reports_seams,
-    bug_reports_thin,
-    bug_reports_driven,
-)
 _ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 
 
@@ -60,9 +44,8 @@ def catalogue() -> Mapping[str, CatalogueScene]:
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return all scenes by name: the suite, and the groups that run only when named."""
-    complaints = (entry for module in _BUG_REPORTS for entry in load_complaints(module))
     others = (entry for module in _ON_REQUEST for entry in _entries(module))
-    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(complaints, others)}})
+    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), others)}})
 
 
 def _entries(module: ModuleType) -> Iterator[CatalogueScene]:
