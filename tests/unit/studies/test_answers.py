@@ -15,7 +15,7 @@ import carom
 from carom.cli.ascii import ERRORS
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import Document, Medium, Table
+from carom.report.document import Document, Media, Table
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.run import Advice, SearchEnding, StepRange, Unable
 from carom.studies.bench.axes import ErrorKind
@@ -82,7 +82,7 @@ def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
     """Among the methods that reach the same targets on as many scenes, the cheaper one comes first."""
     several = bench("paper/late", "paper/missed")
     scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
-    _, rows = suite_table(replace(several, scenes=tuple(scenes)), reached(several)).shown(Medium.MARKDOWN)
+    _, rows = suite_table(replace(several, scenes=tuple(scenes)), reached(several)).shown(Media.MARKDOWN)
     names = [row[0].text for row in rows]
     assert names.index("pymunk default") < names.index("pymunk tuned")
     assert names.index("box2d default") < names.index("box2d tuned") < names.index("mujoco default")
@@ -91,7 +91,7 @@ def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
 def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
     """A target that no engine reaches has no column; engines that all miss impacts are ranked by how many."""
     whole = bench().scenes[0]
-    columns, rows = method_table(whole, ErrorKind.IMPACT, reached(bench())).shown(Medium.MARKDOWN)
+    columns, rows = method_table(whole, ErrorKind.IMPACT, reached(bench())).shown(Media.MARKDOWN)
     heads = [column.head for column in columns]
     assert heads[4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
     assert all(any(row[k].text for row in rows) for k in range(4, 9))
@@ -334,12 +334,12 @@ def test_a_campaign_has_a_sentence_a_method_and_one_table() -> None:
 
 def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
     """Each link of the tables has a row of its name, with the file and the command that show the number."""
-    sections = list(stress_document(campaign_results()).shown(Medium.PAGE))
-    tables = [block for section in sections for block in section.shown(Medium.PAGE) if isinstance(block, Table)]
-    cells = [cell for table in tables for row in table.shown(Medium.PAGE)[1] for cell in row]
+    sections = list(stress_document(campaign_results()).shown(Media.PAGE))
+    tables = [block for section in sections for block in section.shown(Media.PAGE) if isinstance(block, Table)]
+    cells = [cell for table in tables for row in table.shown(Media.PAGE)[1] for cell in row]
     links = {cell.link for cell in cells if cell.link.startswith("#")}
     assert links == {f"#{cell.anchor}" for cell in cells if cell.anchor}
-    row = next(row for table in tables for row in table.shown(Medium.PAGE)[1] if row[0].anchor == "grazing/pit/tuned")
+    row = next(row for table in tables for row in table.shown(Media.PAGE)[1] if row[0].anchor == "grazing/pit/tuned")
     assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"
 
 
@@ -350,5 +350,5 @@ def test_a_step_that_was_not_scored_is_not_one_that_misses_an_impact() -> None:
     unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])
     short = replace(curve, points=(curve.points[0], *unscored))
     table = method_table(replace(whole, curves=(short,)), ErrorKind.IMPACT, (1e-3, 0.0))
-    columns, (line,) = table.shown(Medium.MARKDOWN)
+    columns, (line,) = table.shown(Media.MARKDOWN)
     assert line[[column.head for column in columns].index("steps that find all")].text == "1 of 1"

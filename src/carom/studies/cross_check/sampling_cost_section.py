@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from carom.report import formatting
-from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
+from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.report.svg import SURFACE, drawing, error_scale, finish, line_style, new_figure, render
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
@@ -109,10 +109,10 @@ def sampling_cost_section(grid: Grid) -> Section:
         "The cost of sampling",
         (
             *((chart,) if any(cost.own for cost in found) else ()),
-            Table(columns, found, only=IN_FULL),
-            Text(NOTE, ON_PAPER),
-            Text(DETAIL_NOTE, ON_PAPER, folded=True),
-            Text(SHORT_NOTE, DETAIL),
+            Table(columns, found, only=Media.IN_FULL),
+            Text(NOTE, Media.ON_PAPER),
+            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
+            Text(SHORT_NOTE, Media.DETAIL),
         ),
     )
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from carom.comparator import Grade
 from carom.report import formatting
-from carom.report.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
+from carom.report.document import Column, Document, Headline, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import making
 from carom.report.render.markdown import markdown
@@ -79,7 +79,7 @@ def history_document(found: History) -> Document:
         (
             Section("Releases", (Table(_release_columns(found), rows), *_notes(found))),
             *((Section("Changed cells", (Table(_CHANGED, changed),)),) if changed else ()),
-            Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=ON_PAPER),
+            Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
             *making(found.environment, found.command, found.elapsed_s),
         ),
     )

@@ -12,24 +12,7 @@ from urllib.parse import quote
 from carom.engines.registry import engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
-from carom.report.document import (
-    DETAIL,
-    EVERYWHERE,
-    IN_FULL,
-    ON_PAPER,
-    PAGE,
-    TERMINAL,
-    Block,
-    Cell,
-    Column,
-    Document,
-    Headline,
-    Legend,
-    Lines,
-    Section,
-    Table,
-    Text,
-)
+from carom.report.document import Block, Cell, Column, Document, Headline, Legend, Lines, Media, Section, Table, Text
 from carom.report.files import as_json
 from carom.report.provenance import making
 from carom.report.render.html import html
@@ -129,7 +112,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
         def say(method: Method) -> str:
             return str(sum(results.spots[line.name, method.name].ending is ending for line in kinds[kind]))
 
-        only = IN_FULL if attacks else EVERYWHERE  # a terminal has the sentences
+        only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal has the sentences
         return [Column(head, say, f"of {len(kinds[kind])}", number=True, only=only)] if kinds[kind] else []
 
     attacks = kinds["attack"]
@@ -139,15 +122,19 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     columns += counted("attack", "passed", SpotEnding.STANDS)
     columns += counted("relation", "hold", SpotEnding.HOLDS)
     columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
-    columns += [Column("fails first", partial(_weakest, results, attacks), only=PAGE)] if attacks else []
+    columns += [Column("fails first", partial(_weakest, results, attacks), only=Media.PAGE)] if attacks else []
     if attacks and len(results.methods) > SENTENCES:  # with fewer methods, the answer has these sentences
-        yield Lines(tuple(_sentence(results, attacks, method, short=True) for method in results.methods), TERMINAL)
+        yield Lines(
+            tuple(_sentence(results, attacks, method, short=True) for method in results.methods), Media.TERMINAL
+        )
     yield Table(columns, results.methods, css="methods")
     if attacks:
-        yield Text(HEAT, TERMINAL | DETAIL)
+        yield Text(HEAT, Media.TERMINAL | Media.DETAIL)
         if len(results.methods) > SENTENCES:
-            yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
-    yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
+            yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), Media.IN_FULL)
+    yield Legend(
+        tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), Media.PAGE
+    )
 
 
 def _heat(results: StressResults, lines: list[Line], method: Method) -> Cell:
@@ -204,13 +191,15 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
     """Yield the table of all lines of one kind, and the evidence for its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
-        Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # on a page, the axis is shown with the evidence
+        Column(
+            "axis", lambda line: line.axis, only=Media.MARKDOWN | Media.DETAIL
+        ),  # on a page, the axis is shown with the evidence
     ]
     columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
-    table = Table(columns, lines, note=NOTES[kind], css="grid", only=IN_FULL)
-    yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", PAGE)))
+    table = Table(columns, lines, note=NOTES[kind], css="grid", only=Media.IN_FULL)
+    yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
     why = tuple(said for line in lines for said in _why(results, line))
-    yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, DETAIL),), level=3)
+    yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, Media.DETAIL),), level=3)
     yield Section(f"{HEADINGS[kind]}: evidence", tuple(_evidence(results, line) for line in lines), level=3)
 
 
@@ -240,7 +229,7 @@ def _evidence(results: StressResults, line: Line) -> Table:
         note=f"{formatting.capitalised(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
         folded=f"{line.name}: {line.axis}",
         css="cells",
-        only=ON_PAPER,
+        only=Media.ON_PAPER,
     )
 
 
