@@ -10,27 +10,8 @@ ERRORS = "carom.plain"
 
 #: Replacements for the report's symbols. No two grades have the same replacement.
 _SIGNS = {
-    "✓": "=",
-    "≃": "~",
-    "≈": "s",
-    "▲": "i",
-    "↗": "/",
-    "⇗": "%",
-    "✗": "X",
-    "○": "o",
-    "∅": "-",
-    "†": "C",
-    "⧖": "T",
-    "·": ".",
-    "Δ": "d",
-    "ω": "w",
-    "→": "->",
-    "∞": "inf",
-    "≤": "<=",
-    "°": " deg",
-    "±": "+-",
-    "\u00d7": "x",
-    "\u2013": "-",
+    **dict(zip("✓≃≈▲↗⇗✗○∅†⧖·Δω\u00d7\u2013", "=~si/%Xo-CT.dwx-", strict=True)),
+    **{"→": "->", "∞": "inf", "≤": "<=", "°": " deg", "±": "+-"},
 }
 
 
