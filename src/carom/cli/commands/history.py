@@ -25,12 +25,7 @@ def history(
     engine: Annotated[
         str, typer.Argument(help="Engine name, or path of an engine.toml. Its releases must be on pip or npm.")
     ],
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(
-            help="Scene files, or names, groups or patterns of catalogue scenes (default: paper, classics, engines)."
-        ),
-    ] = None,
+    scenes: Annotated[list[str] | None, common.scenes_argument("paper, classics, engines")] = None,
     listed: Annotated[bool, typer.Option("--list", help="List the available releases and exit.")] = False,
     bisect: Annotated[
         str | None,
@@ -40,9 +35,7 @@ def history(
             help="Find the release that changed one run, such as classics/box:default:1/60, and exit.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Output folder for history.md, history.svg and the journal.")
-    ] = None,
+    out: Annotated[Path | None, common.out_option("Output folder for history.md, history.svg and the journal.")] = None,
     resume: common.Resume = False,
     retry: common.Retry = False,
     verbose: common.Verbose = False,

@@ -34,10 +34,7 @@ def run(
         ),
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", "-o", help="Output folder for the report: index.html, report.md, results.jsonl, junit.xml."
-        ),
+        Path | None, common.out_option("Output folder for the report: index.html, report.md, results.jsonl, junit.xml.")
     ] = None,
     report: Annotated[Path | None, typer.Option("--report", hidden=True)] = None,
     resume: common.Resume = False,
