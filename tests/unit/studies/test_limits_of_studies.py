@@ -30,8 +30,7 @@ from carom.studies.bench.growth import growth, growth_journal
 from carom.studies.bench.options import BenchPlan, GrowthOptions
 from carom.studies.bench.run import work_precision
 from carom.studies.bench.timing_pass import timing_journal
-from carom.studies.cross_check.journal import observed_journal
-from carom.studies.cross_check.run import execute
+from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.run import diff
 from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.options import HistoryOptions

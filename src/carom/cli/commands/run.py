@@ -96,8 +96,7 @@ def _carried_out(
 ) -> Results:
     """Carry out a plan, write its report if requested, and print the table of grades."""
     from carom.studies.cross_check.document import cross_check_document, report_of
-    from carom.studies.cross_check.journal import observed_journal
-    from carom.studies.cross_check.run import execute
+    from carom.studies.cross_check.run import execute, observed_journal
 
     if report is None:
         with common.progress_bar() as progress:

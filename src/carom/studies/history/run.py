@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from carom.engines.registry import require_profile
-from carom.errors import AdapterError, CaromError, InputError
+from carom.errors import AdapterError, CaromError, InputError, UnknownNameError
 from carom.execution.cache_key import JobKey, job_key
 from carom.execution.describe_engines import describe_engines, list_methods
 from carom.execution.environment import environment
@@ -27,9 +28,9 @@ from carom.studies.history.compare_cells import CellChange, HistoryTask, Moved, 
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import Kept
 from carom.studies.history.release_engines import AskOrigin, AskServed, Origin, column_name, known_columns, laid
-from carom.studies.history.releases import in_order, selected
 from carom.studies.history.result import Bisection, History, Release, RunCell
-from carom.support.escaping import is_older
+from carom.support.escaping import is_older, named_hints, release_numbers
+from carom.support.versions import require_version, version_condition
 
 #: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "history", "journal.jsonl"
@@ -300,3 +301,62 @@ def bisect_change(
             else:
                 low = middle
     return Bisection(cell, able[low], able[high], found, (able[0], *order))
+
+
+#: Versions that are not marked as alpha, nightly or similar. `post` marks a repaired package of a final release.
+_FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
+
+#: Word for the newest release.
+LATEST = "latest"
+
+
+def is_final(version: str) -> bool:
+    """Return whether a version is final: not marked as alpha, nightly or similar."""
+    return _FINAL.fullmatch(version) is not None
+
+
+def in_order(versions: Iterable[str]) -> tuple[str, ...]:
+    """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
+    return tuple(sorted(set(versions), key=lambda one: (release_numbers(one), is_final(one), _after(one), one)))
+
+
+def _after(version: str) -> int:
+    found = re.search(r"\.post([0-9]+)$", version)
+    return int(found[1]) if found else -1
+
+
+def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> tuple[str, ...]:
+    """Return the requested releases, from the oldest to the newest.
+
+    Args:
+        listed: All listed releases.
+        asked: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
+            be named by its version.
+        most: Largest number of releases that meet the conditions. The newest ones are used. Named versions are
+            additional.
+
+    Raises:
+        UnknownNameError: A named version is not listed.
+        InputError: A request is neither a version nor a condition.
+    """
+    words = [word.strip() for text in asked or () for word in text.split(",") if word.strip()]
+    if LATEST in words:
+        newest = in_order(filter(is_final, listed))[-1:]
+        words = [*(word for word in words if word != LATEST), *newest]
+    named = [word for word in words if version_condition(word) is None]
+    for word in named:
+        if require_version(word) not in listed:
+            hints = named_hints(word, listed, f"there are: {_shortly(listed)}")
+            raise UnknownNameError(f"there is no release {word!r}", hints=hints)
+    conditions = [found for word in words if (found := version_condition(word)) is not None]
+    able = [
+        one
+        for one in in_order(filter(is_final, listed))
+        if all(condition(release_numbers(one)) for condition in conditions)
+    ]
+    return in_order([*named, *(able[-most:] if conditions or not named else ())])
+
+
+def _shortly(listed: Sequence[str]) -> str:
+    ordered = in_order(listed)
+    return ", ".join(ordered if len(ordered) <= 20 else (*ordered[:3], "...", *ordered[-12:]))

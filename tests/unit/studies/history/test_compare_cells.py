@@ -12,7 +12,7 @@ from tests.lengths import each
 from carom.errors import CaromError
 from carom.execution.job import Answer, Status
 from carom.studies.history.compare_cells import PLACES, Moved, Ran, SeenCell, change_of
-from carom.studies.history.releases import in_order, selected
+from carom.studies.history.run import in_order, selected
 
 PHASES = 8
 RAN = Ran(
