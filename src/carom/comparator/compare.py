@@ -261,9 +261,9 @@ def require_sound(trace: Trace) -> None:
     if spins is not None:
         of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
     of_walls = _due_of_walls(trace)
-    for name, told in of_second.items():
-        rows = told if told.ndim > 1 else told[:, None]
-        moved = of_walls[name] if told.ndim > 1 else np.zeros_like(rows)
+    for name, values in of_second.items():
+        rows = values if values.ndim > 1 else values[:, None]
+        moved = of_walls[name] if values.ndim > 1 else np.zeros_like(rows)
         rounding = 2.0 ** -(MANTISSA_BITS[trace.float_bits] // 2) * np.abs(moved)
         wrong = ((np.abs(rows - moved) > rounding) & np.isfinite(rows)).any(axis=1)
         for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():

@@ -24,7 +24,7 @@ from carom.studies.bench.growth_document import growth_document
 from carom.studies.bench.result import Curve
 from carom.studies.bench.tables import method_table, reached, suite_table
 from carom.studies.stress.document import stress_document
-from carom.studies.stress.result import Line, Spot, SpotEnding
+from carom.studies.stress.result import CellEnding, CellResult, StressTest
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
     "bench": lambda: bench_document(bench()),
@@ -285,20 +285,20 @@ def evidence(found: Advice) -> list[str]:
 @each(
     "ending, stands_at, depth",
     [
-        (SpotEnding.STANDS, 1e-4, 1.0),
-        (SpotEnding.NEVER_STOOD, None, 0.0),
-        (SpotEnding.GIVES_WAY, 1.0, 0.0),
-        (SpotEnding.GIVES_WAY, 0.01, 0.4),
-        (SpotEnding.GIVES_WAY, 1e-4, 0.8),
-        (SpotEnding.NOT_RUN, None, None),
+        (CellEnding.STANDS, 1e-4, 1.0),
+        (CellEnding.NEVER_STOOD, None, 0.0),
+        (CellEnding.GIVES_WAY, 1.0, 0.0),
+        (CellEnding.GIVES_WAY, 0.01, 0.4),
+        (CellEnding.GIVES_WAY, 1e-4, 0.8),
+        (CellEnding.NOT_RUN, None, None),
     ],
 )
 def test_a_bar_is_as_long_as_the_decades_that_a_method_stood(
-    ending: SpotEnding, stands_at: float | None, depth: float | None
+    ending: CellEnding, stands_at: float | None, depth: float | None
 ) -> None:
     """On an axis of four decades and a 0 beyond them, each decade is a fifth of the bar."""
-    line = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
-    found = line.depth(Spot("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
+    line = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
+    found = line.depth(CellResult("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
     assert found == (None if depth is None else pytest.approx(depth))
 
 
@@ -313,9 +313,9 @@ def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first()
     assert pit.rstrip().endswith(").")
     (row,) = [line.split() for line in lines if line.startswith("pic event-driven ")]
     assert "".join(row[2:]) == "=" * tests
-    stood = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
-    spot = Spot("attack", "gap", "pit/tuned", SpotEnding.GIVES_WAY, 1e-3, stands_at=1e-2)
-    gap = replace(few, lines=(stood,), methods=(METHODS[2],), spots={("gap", "pit/tuned"): spot})
+    stood = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
+    result = CellResult("attack", "gap", "pit/tuned", CellEnding.GIVES_WAY, 1e-3, stands_at=1e-2)
+    gap = replace(few, lines=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
     told = printed(stress_document(gap), 80)
     assert told[0].rstrip() == "pit: passes 0 of 1; first failure: gap at 0.001 (a gap)."
     assert any(line.split() == ["pit", "5"] for line in told)

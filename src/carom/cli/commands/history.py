@@ -13,7 +13,7 @@ from carom.cli.options import asking
 from carom.studies.history.options import HistoryOptions
 
 if TYPE_CHECKING:
-    from carom.studies.history.release_cache import Kept
+    from carom.studies.history.release_cache import ReleaseCache
 
 #: Default groups of scenes: short scenes of all kinds with known answers.
 SCENES = ("paper", "classics", "engines")
@@ -60,14 +60,14 @@ def history(
             _run(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
 
 
-def _list(engine: str, options: HistoryOptions, kept: Kept) -> None:
+def _list(engine: str, options: HistoryOptions, kept: ReleaseCache) -> None:
     from carom.studies.history.document import listing_lines
     from carom.studies.history.run import list_releases
 
     common.say_lines(listing_lines(*list_releases(engine, options, kept)))
 
 
-def _bisect(engine: str, asked: str, options: HistoryOptions, kept: Kept) -> None:
+def _bisect(engine: str, asked: str, options: HistoryOptions, kept: ReleaseCache) -> None:
     from carom.errors import InputError
     from carom.studies.history.document import bisection_lines
     from carom.studies.history.run import bisect_change
@@ -87,7 +87,7 @@ def _run(
     engine: str,
     scenes: list[str],
     options: HistoryOptions,
-    kept: Kept,
+    kept: ReleaseCache,
     out: Path | None,
     *,
     resume: bool,

@@ -60,7 +60,7 @@ def tune(
                 options,
                 notes=journal,
                 progress=progress,
-                told=best.append,
+                on_improvement=best.append,
                 command=command_line(),
             )
         except KeyboardInterrupt:

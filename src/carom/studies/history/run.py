@@ -24,9 +24,17 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.sweep import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.studies.history.clients import CLIENTS, Client, ClientError
-from carom.studies.history.compare_cells import CellChange, HistoryTask, Moved, Ran, SeenCell, change_of, differs
+from carom.studies.history.compare_cells import (
+    CellChange,
+    ChangeKind,
+    HistoryTask,
+    ReleaseRun,
+    SeenCell,
+    change_of,
+    differs,
+)
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.release_cache import Kept
+from carom.studies.history.release_cache import ReleaseCache
 from carom.studies.history.release_engines import AskOrigin, AskServed, Origin, column_name, known_columns, laid
 from carom.studies.history.result import Bisection, History, Release, RunCell
 from carom.support.escaping import is_older, named_hints, release_numbers
@@ -36,7 +44,7 @@ from carom.support.versions import require_version, version_condition
 PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
-def list_releases(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, tuple[str, ...]]:
+def list_releases(engine: str, options: HistoryOptions, kept: ReleaseCache) -> tuple[Origin, tuple[str, ...]]:
     """Return the origin of an engine, and the releases that its registry lists, from the oldest to the newest.
 
     Raises:
@@ -59,7 +67,7 @@ def _origin(engine: str, pool: Pool) -> Origin:
     return answer.value
 
 
-def _listed(origin: Origin, options: HistoryOptions, kept: Kept) -> Sequence[str]:
+def _listed(origin: Origin, options: HistoryOptions, kept: ReleaseCache) -> Sequence[str]:
     """Return the registry's list. If the registry is unreachable, return cached releases if they suffice."""
     try:
         return CLIENTS[origin.registry].listed(origin.package)
@@ -80,12 +88,12 @@ class _Study:
         engine: str,
         scenes: Sequence[Scene],
         options: HistoryOptions,
-        notes: MemoryJournal[JobKey, Ran] | None,
+        notes: MemoryJournal[JobKey, ReleaseRun] | None,
         progress: Progress,
     ) -> None:
         self.engine, self.options = engine, options
         self.scenes = {scene.name: scene for scene in scenes}
-        self.notes = MemoryJournal[JobKey, Ran]() if notes is None else notes
+        self.notes = MemoryJournal[JobKey, ReleaseRun]() if notes is None else notes
         self._progress, self._done, self._total = progress, 0, 0
 
     @property
@@ -102,7 +110,7 @@ class _Study:
         """Return the job that runs a cell on an engine."""
         return Job(self.scenes[cell.scene], Method(name, cell.profile), cell.dt_s, phase=phase)
 
-    def run_jobs(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[Ran]]:
+    def run_jobs(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[ReleaseRun]]:
         """Run jobs and return their results."""
         todo = sort_by_start(jobs)
         infos = describe_engines(sorted({job.engine for job in todo}), pool)
@@ -163,7 +171,7 @@ def _here(engine: str, origin: Origin) -> Release:
 
 @contextmanager
 def _columns(
-    study: _Study, origin: Origin, versions: Sequence[str], kept: Kept, pool: Pool
+    study: _Study, origin: Origin, versions: Sequence[str], kept: ReleaseCache, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
     """Install releases, and yield them while they are registered as engines."""
     client: Client = CLIENTS[origin.registry]
@@ -201,10 +209,10 @@ def _columns(
 def history(
     engine: str,
     scenes: Sequence[Scene],
-    kept: Kept,
+    kept: ReleaseCache,
     options: HistoryOptions | None = None,
     *,
-    notes: MemoryJournal[JobKey, Ran] | None = None,
+    notes: MemoryJournal[JobKey, ReleaseRun] | None = None,
     progress: Progress = no_progress,
     command: str = "",
 ) -> History:
@@ -236,7 +244,7 @@ def history(
     return History(engine, origin, asked, releases, environment(), command, time.perf_counter() - started)
 
 
-def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> tuple[Origin, tuple[str, ...]]:
+def _asked_for(engine: str, options: HistoryOptions, kept: ReleaseCache, pool: Pool) -> tuple[Origin, tuple[str, ...]]:
     """Return the origin of an engine, and the releases to run.
 
     Raises:
@@ -257,7 +265,7 @@ def bisect_change(
     scene: Scene,
     profile: str,
     dt_s: float,
-    kept: Kept,
+    kept: ReleaseCache,
     options: HistoryOptions | None = None,
     *,
     progress: Progress = no_progress,
@@ -285,7 +293,7 @@ def bisect_change(
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
             found = change_of(old, new)
-            if found.moved is Moved.NOT_RUN:
+            if found.moved is ChangeKind.NOT_RUN:
                 raise CaromError(
                     f"{origin.package} {version} can't run this scene with this profile and step: {found.why}"
                 )
