@@ -24,12 +24,11 @@ NOTE = (
     "over scenes, with smallest and largest values."
 )
 DETAIL_NOTE = (
-    "The error is the largest velocity error, divided by PIT's largest over the phases of the same step; or the "
-    "same ratio of spin errors if it is larger. For a missed impact, the error is the whole change of velocity. The "
-    "own error "
-    "is the velocity error against PIT or PIC, whichever is smaller, divided by the greatest speed. For single "
-    "impacts it is measured from the engine's own state before the impact. Times do not count, because checking "
-    "once per step is late by up to a step. Scenes without a unique answer are omitted."
+    "The error is the largest velocity error, divided by PIT's largest over the phases of the same step; or the same "
+    "ratio of spin errors if it is larger. For a missed impact, the error is the whole change of velocity. The own "
+    "error is the velocity error against PIT or PIC, whichever is smaller, divided by the greatest speed. For single "
+    "impacts it is measured from the engine's own state before the impact. Times do not count, because checking once "
+    "per step is late by up to a step. Scenes without a unique answer are omitted."
 )
 SHORT_NOTE = "error / PIT's: largest velocity or spin error, divided by PIT's largest at any phase of the step"
 

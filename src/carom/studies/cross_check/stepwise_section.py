@@ -20,21 +20,19 @@ NOTE = (
     "lists runs whose steps show more than their trajectory, best first."
 )
 DETAIL_NOTE = (
-    "Steps in which several bodies meet are compared together as a window. Missed: two bodies passed through "
-    "each other; in brackets, the number of these that PIT also misses from the same state. Invented: a body changed "
-    "its velocity with no other body near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's "
-    "largest "
-    "from the same state; checking once per step explains an error of up to 1. Energy: energy gained or lost "
-    "beyond PIT's steps, divided by the scene's energy. Late and error count only impacts that are alone in "
-    "their window. Entangled: fraction of windows with several impacts, which have no unique answer. Methods are "
-    "ranked by misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs "
-    "that ended early are last. A run is listed if it continues beyond the horizon or after a disc comes to "
-    "rest, if its trajectory diverged, or if a verdict is about its steps."
+    "Steps in which several bodies meet are compared together as a window. Missed: two bodies passed through each "
+    "other; in brackets, the number of these that PIT also misses from the same state. Invented: a body changed its "
+    "velocity with no other body near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's "
+    "largest from the same state; checking once per step explains an error of up to 1. Energy: energy gained or lost "
+    "beyond PIT's steps, divided by the scene's energy. Late and error count only impacts that are alone in their "
+    "window. Entangled: fraction of windows with several impacts, which have no unique answer. Methods are ranked by "
+    "misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs that ended early "
+    "are last. A run is listed if it continues beyond the horizon or after a disc comes to rest, if its trajectory "
+    "diverged, or if a verdict is about its steps."
 )
 SHORT_NOTE = (
-    "impacts: - missed (of these, PIT also misses), + invented\nerror: largest over PIT's from the same state; "
-    "energy: beyond PIT's\n"
-    "best first; runs that ended early last"
+    "impacts: - missed (of these, PIT also misses), + invented\nerror: largest over PIT's from the same state; energy: "
+    "beyond PIT's\nbest first; runs that ended early last"
 )
 #: Verdicts that only steps show.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)

@@ -27,12 +27,11 @@ from carom.support.folders import write_files
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
-    "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion "
-    "is compared at {phases} phases of the step and at the scene's own phase. It differs if the ranges of one "
-    "number do not overlap: of final velocity errors, of position errors at eight instants, or of one "
-    "coordinate. The gap between the ranges must exceed rounding, and the distance from the last value of a range to "
-    "its neighbour. Reported contacts do not count. Same bits: impacts and final states are bit-identical at the "
-    "scene's own phase."
+    "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
+    "compared at {phases} phases of the step and at the scene's own phase. It differs if the ranges of one number do "
+    "not overlap: of final velocity errors, of position errors at eight instants, or of one coordinate. The gap "
+    "between the ranges must exceed rounding, and the distance from the last value of a range to its neighbour. "
+    "Reported contacts do not count. Same bits: impacts and final states are bit-identical at the scene's own phase."
 )
 
 
