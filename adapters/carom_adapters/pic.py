@@ -6,16 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from carom.engines.api import (
-    AdapterError,
-    ContactTimes,
-    Engine,
-    Profile,
-    Scene,
-    Setting,
-    Stamp,
-    require_supported,
-)
+from carom.engines.api import AdapterError, ContactTimes, Engine, Profile, Scene, Setting, Stamp, require_supported
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES, Outcome
 from carom.solvers.pic import pic_run

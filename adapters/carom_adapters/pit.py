@@ -5,14 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from carom.engines.api import (
-    AdapterError,
-    Engine,
-    Profile,
-    Scene,
-    Setting,
-    require_supported,
-)
+from carom.engines.api import AdapterError, Engine, Profile, Scene, Setting, require_supported
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES
 from carom.solvers.pit.clock import FrameClock

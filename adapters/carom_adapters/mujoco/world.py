@@ -23,12 +23,7 @@ from carom.engines.api import (
     pair_of,
     require_supported,
 )
-from carom_adapters.mujoco.limits import (
-    CAPABILITIES,
-    LARGEST_VALUE,
-    MJCF_INTEGRATORS,
-    require_usable,
-)
+from carom_adapters.mujoco.limits import CAPABILITIES, LARGEST_VALUE, MJCF_INTEGRATORS, require_usable
 from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts

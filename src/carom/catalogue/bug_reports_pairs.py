@@ -92,8 +92,7 @@ def visualchemeng_10() -> Staged:
     """Two discs begin in contact, overlap by one rounding error, and approach each other."""
     # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding.
     scene = scene_of(
-        discs=[disc(0.1 + 0j, 1 + 0j, 0.1), disc(0.3 + 0j, -1 + 0j, 0.1), disc(0.3 + 0.5j, 0 + 0j, 0.1)],
-        duration_s=0.5,
+        discs=[disc(0.1 + 0j, 1 + 0j, 0.1), disc(0.3 + 0j, -1 + 0j, 0.1), disc(0.3 + 0.5j, 0 + 0j, 0.1)], duration_s=0.5
     )
     impacts = [impact(0.0, 0, 1, -1 + 0j, 1 + 0j)]
     return answered(scene, impacts, "Equal masses exchange velocities, at once")

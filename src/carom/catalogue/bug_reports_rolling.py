@@ -22,11 +22,7 @@ def mbsim_49() -> Staged:
     radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
     start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
     scene = scene_of(
-        discs=[start],
-        walls=[FLOOR],
-        wall_friction=0.5,
-        wall_restitution=restitution,
-        duration_s=2 * _HIT_S,
+        discs=[start], walls=[FLOOR], wall_friction=0.5, wall_restitution=restitution, duration_s=2 * _HIT_S
     )
     after = (along / (1 + k), restitution * down)
     spin = -after[0] / radius
@@ -205,12 +201,7 @@ def brax_58() -> Staged:
 def brax_151() -> Staged:
     """An elastic ball that lies on the ground stays there."""
     staged = _on_a_floor(
-        "A body at rest stays at rest",
-        disc(complex(0.0, 0.1), 0j, 0.1),
-        0.0,
-        3.0,
-        gravity_m_s2=9.8,
-        restitution=1.0,
+        "A body at rest stays at rest", disc(complex(0.0, 0.1), 0j, 0.1), 0.0, 3.0, gravity_m_s2=9.8, restitution=1.0
     )
     return Staged(staged.scene.model_copy(update={"frame_rate_hz": 100.0}), staged.known)
 

@@ -94,10 +94,7 @@ def avian_990() -> Staged:
     pull, radius, end, start = 9.81, 0.0135, 0.25, 0.05
     wall = _solid(0, 0.1, 0.1 - 1j, -1j)
     scene = scene_of(
-        [disc(complex(-radius - 0.0005, start), 0j, radius)],
-        walls=[wall],
-        gravity_m_s2=(0.0, -pull),
-        duration_s=end,
+        [disc(complex(-radius - 0.0005, start), 0j, radius)], walls=[wall], gravity_m_s2=(0.0, -pull), duration_s=end
     )
     final = complex(-radius - 0.0005, start - 0.5 * pull * end**2), -1j * pull * end
     return answered(scene, [], "Galileo: free fall; the ball stays half a millimetre away", final=[final])
@@ -116,10 +113,7 @@ def construct_3443() -> Staged:
 def vrc8ball_64() -> Staged:
     """A ball moves along two cushions and past the pocket between them."""
     radius, jaw = 0.0286, 0.06
-    walls = [
-        edges(-1.2, -jaw, complex(-0.75 * jaw, -jaw)),
-        edges(complex(0.75 * jaw, -jaw), jaw, 1.2),
-    ]
+    walls = [edges(-1.2, -jaw, complex(-0.75 * jaw, -jaw)), edges(complex(0.75 * jaw, -jaw), jaw, 1.2)]
     scene = scene_of([disc(complex(-1, radius + 0.001), 3 + 0j, radius)], walls=walls, duration_s=0.65)
     return answered(scene, [], "A straight line, a millimetre from all walls")
 
@@ -152,10 +146,7 @@ def cannon_301() -> Staged:
     end, speed = 1.5 * time, pull * time
     floor = edges(-4, 0, pieces=4)
     scene = scene_of(
-        [disc(complex(-0.25, radius + height), 0j, radius)],
-        walls=[floor],
-        gravity_m_s2=(0.0, -pull),
-        duration_s=end,
+        [disc(complex(-0.25, radius + height), 0j, radius)], walls=[floor], gravity_m_s2=(0.0, -pull), duration_s=end
     )
     left = end - time
     final = complex(-0.25, radius + speed * left - 0.5 * pull * left**2), 1j * (speed - pull * left)

@@ -51,9 +51,7 @@ def pooltool_217_touching() -> Staged:
     """A ball that touches a cushion is shot towards it."""
     radius, side = 0.03125, 4.5
     scene = scene_of(
-        discs=[disc(complex(side - radius, 1), 1.5 + 0.5j, radius)],
-        walls=box_walls(side, side),
-        duration_s=1.0,
+        discs=[disc(complex(side - radius, 1), 1.5 + 0.5j, radius)], walls=box_walls(side, side), duration_s=1.0
     )
     return answered(scene, [impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}: at once")
 

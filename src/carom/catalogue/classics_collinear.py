@@ -108,8 +108,7 @@ def _three_in_line() -> Staged:
     x0, x1, x2 = on_the_line(start)
     v0, v1, v2 = on_the_line(velocity)
     scene = scene_of(
-        discs=[disc(x0 - (r0 + r1), v0, r0, m0), disc(x1, v1, r1, m1), disc(x2 + (r1 + r2), v2, r2, m2)],
-        duration_s=2.0,
+        discs=[disc(x0 - (r0 + r1), v0, r0, m0), disc(x1, v1, r1, m1), disc(x2 + (r1 + r2), v2, r2, m2)], duration_s=2.0
     )
     impacts = []
     for bounce in wedge_impacts(start, velocity, angle):

@@ -107,9 +107,7 @@ def _box() -> Staged:
     radius, width, height = 0.2, 2.4, 1.6
     start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the region of the centre
     scene = scene_of(
-        discs=[disc(start + complex(radius, radius), velocity, radius)],
-        walls=box_walls(width, height),
-        duration_s=2.5,
+        discs=[disc(start + complex(radius, radius), velocity, radius)], walls=box_walls(width, height), duration_s=2.5
     )
     impacts = bounces_in_a_box(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
     source = (

@@ -161,12 +161,7 @@ def _bounce_to_roll() -> Staged:
     pull, drop = 2.0, 0.25  # the impact speed is 1, after half a second; later flights take 1/2, 1/4, ... of a second
     disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
     scene = scene_of(
-        discs=[disc],
-        walls=[FLOOR],
-        wall_friction=0.25,
-        wall_restitution=0.5,
-        gravity_m_s2=(0.0, -pull),
-        duration_s=2.0,
+        discs=[disc], walls=[FLOOR], wall_friction=0.25, wall_restitution=0.5, gravity_m_s2=(0.0, -pull), duration_s=2.0
     )
     along = [Fraction(13, 8), Fraction(23, 16), Fraction(43, 32), *[Fraction(4, 3)] * 5]
     spins = [Fraction(-3, 4), Fraction(-9, 8), Fraction(-21, 16), *[Fraction(-4, 3)] * 5]

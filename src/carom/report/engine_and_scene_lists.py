@@ -91,10 +91,7 @@ def engine_page(info: EngineInfo) -> Document:
     sections = [Section(info.name, (Facts(tuple(_facts(info)), only=Media.EVERYWHERE),))]
     if info.profiles:
         table = Table(
-            (
-                Column("profile", lambda item: item[0]),
-                Column("meaning", lambda item: item[1]),
-            ),
+            (Column("profile", lambda item: item[0]), Column("meaning", lambda item: item[1])),
             list(info.profiles.items()),
         )
         sections.append(Section("Profiles", (table,)))

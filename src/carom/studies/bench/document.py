@@ -54,10 +54,7 @@ def bench_document(
 
 
 def write_bench(
-    bench: Bench,
-    folder: Path,
-    axes: Sequence[Diagram] = tuple(Diagram),
-    baseline: Sequence[Compared] | None = None,
+    bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
 ) -> Path:
     """Write `index.html`, `bench.json`, and one diagram per scene and pair of axes.
 

@@ -44,12 +44,7 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
     note = f"{left_out} more are not shown; --page FILE writes all" if left_out > 0 else ""
     tables = (
         Table(_COLUMNS, changes, css="cells diff", only=Media.PAGE | Media.DETAIL),
-        Table(
-            _COLUMNS,
-            changes[:MOST_ROWS],
-            note=note,
-            only=Media.MARKDOWN,
-        ),
+        Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
     around = Text(f"These differ between the runs: {'; '.join(found.around)}.", Media.IN_FULL)
     in_few = tuple(_in_few(changes))

@@ -23,11 +23,7 @@ from carom.support.folders import write_files
 #: Names of the kinds of lines in documents. Files and the command line use the keys.
 WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
 
-HEADINGS = {
-    "attack": "Where each method fails",
-    "relation": "Invariances",
-    "complaint": "Scenes of reported bugs",
-}
+HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "complaint": "Scenes of reported bugs"}
 
 NOTES = {
     "attack": "The size at which a method first fails, starting from the harmless end of the axis. 'to' marks a method "

@@ -207,11 +207,7 @@ def _unstable_orbit(bounces: float) -> list[Trial]:
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
     shows = f"A disc bounces {count} times between two immovable ones along a slanted axis."
-    discs = [
-        disc(-half, 0j, 0.3, math.inf),
-        disc(half, 0j, 0.3, math.inf),
-        disc(-0.1 * axis, 2.0 * axis, 0.2),
-    ]
+    discs = [disc(-half, 0j, 0.3, math.inf), disc(half, 0j, 0.3, math.inf), disc(-0.1 * axis, 2.0 * axis, 0.2)]
     # The disc moves a fifteenth of the contact distance per step.
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 

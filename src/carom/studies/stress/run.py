@@ -174,10 +174,7 @@ def _all_tasks(quick: bool) -> list[StressTask]:
     truth = "not needed, because the two runs of the method are compared with each other"
     fails = f"the deviation is above {HOLDS:g}; rounding multiplied by three impacts is smaller"
     tasks += [
-        (
-            StressTest("relation", relation.name, relation.states, truth, fails),
-            partial(run_relation, relation),
-        )
+        (StressTest("relation", relation.name, relation.states, truth, fails), partial(run_relation, relation))
         for relation in relations()
     ]
     tasks += [
