@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 from functools import cache
 from itertools import chain
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
 
 from carom.catalogue import (
     classics_collinear,
@@ -24,7 +24,7 @@ from carom.catalogue import (
     tables,
 )
 from carom.catalogue.bug_report import load_complaints
-from carom.catalogue.entry import CatalogueScene, Tag
+from carom.catalogue.entry import CatalogueScene, Tag, scenes_of
 from carom.errors import UnknownNameError
 from carom.model.scene import Scene
 
@@ -38,19 +38,14 @@ _ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
     """Return the catalogue's suite by full name, in the order of reports. The suite runs by default."""
-    return MappingProxyType({entry.name: entry for module in _SUITE for entry in _entries(module)})
+    return MappingProxyType({entry.name: entry for module in _SUITE for entry in scenes_of(module)})
 
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return all scenes by name: the suite, and the groups that run only when named."""
-    others = (entry for module in _ON_REQUEST for entry in _entries(module))
+    others = (entry for module in _ON_REQUEST for entry in scenes_of(module))
     return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), others)}})
-
-
-def _entries(module: ModuleType) -> Iterator[CatalogueScene]:
-    """Yield the scenes of a module in the order of their definition, which reports use."""
-    return (entry for entry in vars(module).values() if isinstance(entry, CatalogueScene))
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
