@@ -73,16 +73,6 @@ class ReleaseRun:
     float_bits: int
 
     @property
-    def farthest_m(self) -> float:
-        """Largest position error, metres; infinite if unknown."""
-        return _largest(self.off_m)
-
-    @property
-    def velocity_off(self) -> float:
-        """Largest final velocity error over the scene's speed; infinite if unknown."""
-        return _largest(self.off_m_s) / self.speed_m_s
-
-    @property
     def unseen(self) -> bool:
         """Whether velocities changed but no impact at all was reported, so that the adapter observes no contacts."""
         return self.expected > 0 and self.found == 0 and self.half_seen
@@ -131,6 +121,7 @@ class HistoryTask(JobTask):
 
 
 def _largest(off: Sequence[float]) -> float:
+    """Return the length of the largest vector of some coordinates; infinite if it is unknown."""
     return max(map(math.hypot, off[::2], off[1::2]))
 
 
@@ -240,8 +231,12 @@ def _rounding(ran: ReleaseRun) -> float:
 
 #: Measures of the motion, which do not depend on contact listeners.
 _MOTION = (
-    _Measure("error of final velocities, over the greatest speed", attrgetter("velocity_off"), _rounding),
-    _Measure("error of positions in metres", attrgetter("farthest_m"), attrgetter("place_rounding_m")),
+    _Measure(
+        "error of final velocities, over the greatest speed",
+        lambda run: _largest(run.off_m_s) / run.speed_m_s,
+        _rounding,
+    ),
+    _Measure("error of positions in metres", lambda run: _largest(run.off_m), attrgetter("place_rounding_m")),
 )
 #: Measures of the reported contacts.
 _TOLD = (
