@@ -152,7 +152,7 @@ atlas: $(BUILT) $(HAZARDS)
 	$(BIN)/carom run paper classics gravity engines -p all --out reports/atlas --no-timing --fail-on never --resume $(ROWS)
 	$(BIN)/carom run classics/oblique-3-4-5 classics/box classics/gas -p all --dt 1/60 --out reports/atlas-speed --fail-on never $(ROWS)
 	$(BIN)/carom stress tunnelling slow mass-ratio grazing duration --quick --out reports/atlas-stress --resume
-	$(BIN)/python docs/figures/atlas.py reports/atlas reports/atlas-speed reports/atlas-stress $(HAZARDS)
+	$(BIN)/python -m docs.figures.atlas reports/atlas reports/atlas-speed reports/atlas-stress $(HAZARDS)
 	$(BIN)/python docs/figures/engine_pages.py
 
 stress: $(BUILT)

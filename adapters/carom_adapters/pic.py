@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from carom.engines.api import (
-    AdapterError,
-    Capabilities,
-    ContactTimes,
-    Engine,
-    Profile,
-    Scene,
-    Setting,
-    Stamp,
-    require_supported,
-)
+from carom.engines.api import AdapterError, ContactTimes, Engine, Profile, Scene, Setting, Stamp, require_supported
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES, Outcome
 from carom.solvers.pic import pic_run
-from carom_adapters.recorded_world import RecordedWorld
+from carom_adapters.recorded_world import CAPABILITIES, RecordedWorld
 
 if TYPE_CHECKING:
     from carom.engines.api import World
@@ -49,26 +39,8 @@ class PicAdapter:
 
     name = "pic"
     engine = Engine("Carom")
-    capabilities = Capabilities(
-        segments=True,
-        arcs=True,
-        wall_materials=True,
-        driven_walls=True,
-        driven_discs=True,
-        legs=True,
-        belts=True,
-        edge_belts=True,
-        gravity=True,
-        damping=True,
-        rolling_resistance=True,
-        table_friction=True,
-        restitution=(0.0, 1.0),
-        contact_times=ContactTimes.SOLVED,
-        stamp=Stamp.INSTANT,
-        continuous_detection=True,
-        spin=True,
-        friction=(0.0, sys.float_info.max),
-        tangential_restitution=True,
+    capabilities = replace(
+        CAPABILITIES, contact_times=ContactTimes.SOLVED, stamp=Stamp.INSTANT, continuous_detection=True
     )
     profiles: Mapping[str, Profile] = AliasedProfiles(
         {

@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from carom.engines.api import (
-    AdapterError,
-    Capabilities,
-    ContactTimes,
-    Engine,
-    Profile,
-    Scene,
-    Setting,
-    require_supported,
-)
+from carom.engines.api import AdapterError, Engine, Profile, Scene, Setting, require_supported
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
-from carom_adapters.recorded_world import RecordedWorld
+from carom_adapters.recorded_world import CAPABILITIES, RecordedWorld
 
 if TYPE_CHECKING:
     from carom.engines.api import World
@@ -48,25 +38,7 @@ class PitAdapter:
 
     name = "pit"
     engine = Engine("Carom")
-    capabilities = Capabilities(
-        segments=True,
-        arcs=True,
-        wall_materials=True,
-        driven_walls=True,
-        driven_discs=True,
-        legs=True,
-        belts=True,
-        edge_belts=True,
-        gravity=True,
-        damping=True,
-        rolling_resistance=True,
-        table_friction=True,
-        restitution=(0.0, 1.0),
-        contact_times=ContactTimes.STEP,
-        spin=True,
-        friction=(0.0, sys.float_info.max),
-        tangential_restitution=True,
-    )
+    capabilities = CAPABILITIES
     profiles: Mapping[str, Profile] = AliasedProfiles(
         {"tuned": Profile("The source paper's Algorithm 1, without settings to tune.", lambda dt_s: {"dt_s": dt_s})},
         PROFILE_ALIASES["pit"],

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from carom.engines.api import Contact, Observation, Setting
+from carom.engines.api import Capabilities, Contact, ContactTimes, Observation, Setting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -14,6 +15,28 @@ if TYPE_CHECKING:
     from carom.solvers.run import RunImpacts
 
     Array = NDArray[np.float64]
+
+
+#: Capabilities of PIT. PIC also solves the instants of impacts.
+CAPABILITIES = Capabilities(
+    segments=True,
+    arcs=True,
+    wall_materials=True,
+    driven_walls=True,
+    driven_discs=True,
+    legs=True,
+    belts=True,
+    edge_belts=True,
+    gravity=True,
+    damping=True,
+    rolling_resistance=True,
+    table_friction=True,
+    restitution=(0.0, 1.0),
+    contact_times=ContactTimes.STEP,
+    spin=True,
+    friction=(0.0, sys.float_info.max),
+    tangential_restitution=True,
+)
 
 
 class RecordedWorld:

@@ -31,7 +31,7 @@ from carom.studies.bench.noise import Noise, Spread
 from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import error_text
 from carom.studies.bench.timing_pass import CellTiming
-from carom.studies.stress.result import Line, Spot, SpotEnding
+from carom.studies.stress.result import CellEnding, CellResult, StressTest
 from carom.studies.stress.run import list_lines
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -154,9 +154,9 @@ def stability_block() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _depth(line: Line, value: float) -> float:
-    spot = Spot("attack", line.name, "", SpotEnding.GIVES_WAY, value, stands_at=value)
-    return (line.depth(spot) or 0.0) if value > 0 else 1.0
+def _depth(line: StressTest, value: float) -> float:
+    result = CellResult("attack", line.name, "", CellEnding.GIVES_WAY, value, stands_at=value)
+    return (line.depth(result) or 0.0) if value > 0 else 1.0
 
 
 def blocks() -> dict[str, str]:

@@ -128,19 +128,15 @@ def _find_scene(name: str) -> Scene:
     return scene_named(name)
 
 
+#: Functions that show a result, and their modules.
+_VIEWS = {"summary": "carom.report.summary", "to_pandas": "carom.report.data_frames"}
+_VIEWS |= dict.fromkeys(("html_of", "plot"), "carom.report.notebook")
+
+
 def _view(name: str) -> Callable[..., Any]:
     """Return the function that shows a result. It imports the reports at its first call, since results can't."""
-    if name == "summary":
-        from carom.report.summary import summary
-
-        return summary
-    if name == "to_pandas":
-        from carom.report.data_frames import to_pandas
-
-        return to_pandas
-    from carom.report import notebook
-
-    return notebook.html_of if name == "html_of" else notebook.plot
+    view: Callable[..., Any] = getattr(importlib.import_module(_VIEWS[name]), name)
+    return view
 
 
 class _Moved(ModuleType):

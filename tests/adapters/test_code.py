@@ -24,7 +24,7 @@ from carom import Chain, Scene, Wall
 from carom.catalogue import all_scenes
 from carom.engines.api import Adapter, AdapterError, CodedAdapter, Need, unsupported_reason
 from carom.engines.registry import adapter_points, load_adapter
-from carom.execution.step_code import step_lines
+from carom.execution.settings_code import step_lines
 
 State = NDArray[np.float64]
 

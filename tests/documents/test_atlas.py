@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from docs.figures import atlas
+from docs.figures import atlas, atlas_methods
 from tests.stage import cross_checked
 
 from carom.catalogue import find_scenes
@@ -44,12 +44,12 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], lis
 
 def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
     """A row a profile: the numbers of scenes by grade at their own frame rate, and where the profile fails."""
-    (pit,) = (method for method in atlas.methods_of(found[1], []) if method.engine == "pit")
+    (pit,) = (method for method in atlas_methods.methods_of(found[1], []) if method.engine == "pit")
     coarse = [row for row in found[1] if row["engine"] == "pit" and row["refinement"] == 0]
     assert sorted(row["grade"] for row in coarse) == ["sampled", "sampled", "ungraded", "wrong"]
-    assert atlas.grades(pit) == "2 sampled, 1 wrong, 1 ungraded"
-    assert atlas.impacts(pit) == "1 / 0"
-    assert [atlas.breaking(STRESS, name, pit) for name in ("slow", "grazing", "duration", "tunnelling")] == [
+    assert atlas_methods.grades(pit) == "2 sampled, 1 wrong, 1 ungraded"
+    assert atlas_methods.impacts(pit) == "1 / 0"
+    assert [atlas_methods.breaking(STRESS, name, pit) for name in ("slow", "grazing", "duration", "tunnelling")] == [
         "passes to 1e-9",
         "0.003",
         "unsupported",
@@ -60,42 +60,42 @@ def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], 
     assert data["measured"]["scenes"] == len(NAMES)
     assert data["engines"] == {}, "Carom's own methods are nothing to choose"
     assert not [cell for row in data["needs"]["rows"] for cell in row[1:] if cell.startswith(("pic", "pit"))]
-    assert atlas.gas(atlas.methods_of(found[1], [], HAZARDS)[-1]) == "-50 % to -30 % in 16 starts"
+    assert atlas_methods.gas(atlas_methods.methods_of(found[1], [], HAZARDS)[-1]) == "-50 % to -30 % in 16 starts"
 
 
 def test_the_settings_to_paste_are_of_a_profile_that_can_be_pasted() -> None:
     """Fewest wrong, then most exact, close and sampled; never cut or reshaped; of equals not what is shipped."""
 
-    def method(profile: str, *grades: str) -> atlas.Method:
-        return atlas.Method("some", profile, tuple({"refinement": 0, "grade": grade} for grade in grades), None)
+    def method(profile: str, *grades: str) -> atlas_methods.Method:
+        return atlas_methods.Method("some", profile, tuple({"refinement": 0, "grade": grade} for grade in grades), None)
 
     located, cylinder = method("located", "exact", "exact"), method("cylinder", "inaccurate", "inaccurate")
     shipped, tuned = method("default", "sampled", "wrong"), method("tuned", "sampled", "wrong")
     swept = method("swept", "inaccurate", "inaccurate")
-    assert atlas.best([located, cylinder]) is None
-    assert atlas.best([shipped, located, tuned]) is tuned
-    assert atlas.best([shipped, cylinder, tuned, swept]) is swept
+    assert atlas_methods.best([located, cylinder]) is None
+    assert atlas_methods.best([shipped, located, tuned]) is tuned
+    assert atlas_methods.best([shipped, cylinder, tuned, swept]) is swept
 
 
 def test_the_first_choice_meets_the_need_in_most_scenes(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
     """Finer steps are chosen only where they meet it in more scenes; a row without a number meets nothing."""
-    methods = [method for method in atlas.methods_of(found[1], []) if method.engine == "pit"]
-    right = atlas.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
-    assert atlas.choices(right, methods) == ["pit, 1 frame: 1 of 1, -"]
-    fine = atlas.Need("", lambda scene: scene == "paper/missed", lambda row: not row["missed"])
+    methods = [method for method in atlas_methods.methods_of(found[1], []) if method.engine == "pit"]
+    right = atlas_methods.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
+    assert atlas_methods.choices(right, methods) == ["pit, 1 frame: 1 of 1, -"]
+    fine = atlas_methods.Need("", lambda scene: scene == "paper/missed", lambda row: not row["missed"])
     finer = [row for row in found[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit") and not row["missed"]]
     step = 4 ** min(row["refinement"] for row in finer)
-    assert atlas.choices(fine, methods) == [f"pit, 1/{step} frame: 1 of 1, -"]
-    never = atlas.Need("", lambda scene: scene == "paper/late", lambda row: row["grade"] == "exact")
-    assert atlas.choices(never, methods) == []
+    assert atlas_methods.choices(fine, methods) == [f"pit, 1/{step} frame: 1 of 1, -"]
+    never = atlas_methods.Need("", lambda scene: scene == "paper/late", lambda row: row["grade"] == "exact")
+    assert atlas_methods.choices(never, methods) == []
 
 
-def _gas(engine: str, outcome: str = "completed", **steps: Any) -> atlas.Method:
+def _gas(engine: str, outcome: str = "completed", **steps: Any) -> atlas_methods.Method:
     """A method that ran the gas; `steps` is what its steps show otherwise than none at all."""
     none: dict[str, Any] = {"grade": "sampled", "due": 900, "missed": 0, "missed_by_pit": 0, "missed_within": 0}
     none |= {"invented": 0, "early": 0, "ahead": 0, "late_steps": [0.5, 1.0], "ratio": [0.2, 1.0], "energy": 0.0}
-    row = {"scene": atlas.CHAOTIC, "refinement": 0, "grade": "parted", "outcome": outcome}
-    return atlas.Method(engine, "tuned", ({**row, "local_truth": none | {"until_s": 20.0} | steps},), None)
+    row = {"scene": atlas_methods.CHAOTIC, "refinement": 0, "grade": "parted", "outcome": outcome}
+    return atlas_methods.Method(engine, "tuned", ({**row, "local_truth": none | {"until_s": 20.0} | steps},), None)
 
 
 def test_a_crowd_ranks_by_what_looking_once_a_step_does_not_explain() -> None:

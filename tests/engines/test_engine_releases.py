@@ -22,9 +22,9 @@ from carom import solve_pic
 from carom.catalogue import find_scenes
 from carom.comparator.shifted_scenes import shift_start
 from carom.studies.history.clients import CLIENTS, ClientError
-from carom.studies.history.compare_cells import Moved
+from carom.studies.history.compare_cells import ChangeKind
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.release_cache import Kept, kept_releases
+from carom.studies.history.release_cache import ReleaseCache, kept_releases
 from carom.studies.history.run import history
 
 pytestmark = [pytest.mark.engines, pytest.mark.release]
@@ -44,13 +44,13 @@ COLUMNS = {
 
 
 @pytest.fixture(scope="module")
-def kept() -> Iterator[Kept]:
+def kept() -> Iterator[ReleaseCache]:
     """Releases, kept where `carom history` keeps them."""
     with kept_releases(4e9) as found:
         yield found
 
 
-def release(kept: Kept, registry: str, package: str, version: str) -> Path:
+def release(kept: ReleaseCache, registry: str, package: str, version: str) -> Path:
     try:
         return kept.made(CLIENTS[registry], registry, package, version)
     except ClientError as error:
@@ -58,7 +58,7 @@ def release(kept: Kept, registry: str, package: str, version: str) -> Path:
 
 
 @each("version", COLUMNS)
-def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
+def test_slow_bounces_of_rapier(version: str, kept: ReleaseCache) -> None:
     """Bare, as shipped, over 32 phases: what is given back at 0.2 and 1 m/s is the column's; 5 and 20 m/s are whole."""
     folder = release(kept, "npm", RAPIER, version)
     script = Path(__file__).with_name("rapier_releases.mjs")
@@ -72,7 +72,7 @@ def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
 
 
 @each("version, shipped, told", [("0.19.3", 0.186, 1), ("0.20.0", 0, 2), ("0.21.0", 0, 1)])
-def test_rows_of_rapier(version: str, shipped: float, told: int, kept: Kept) -> None:
+def test_rows_of_rapier(version: str, shipped: float, told: int, kept: ReleaseCache) -> None:
     """Bare, over 32 phases, discs in a row exchange velocities, tuned in each release; 0.20.0 tells of each twice."""
     script = Path(__file__).with_name("rapier_releases.mjs")
     command = ["node", str(script), str(release(kept, "npm", RAPIER, version)), "rows"]
@@ -86,14 +86,14 @@ def test_rows_of_rapier(version: str, shipped: float, told: int, kept: Kept) -> 
     )
 
 
-def test_what_rapier_0_20_tells_twice_is_laid_to_no_motion(kept: Kept) -> None:
+def test_what_rapier_0_20_tells_twice_is_laid_to_no_motion(kept: ReleaseCache) -> None:
     """`carom history` calls 0.20 and 0.21 neither worse nor better in a row that bare discs leave right in both."""
     moved = told("rapier2d", "0.19.3,0.20.0,0.21.0", kept, "classics/sorting")
-    assert Moved.WORSE not in moved["0.20.0"]
+    assert ChangeKind.WORSE not in moved["0.20.0"]
     assert not any(one.real for one in moved["0.21.0"])
 
 
-def bare_matter(version: str, kept: Kept) -> dict[str, list[Any]]:
+def bare_matter(version: str, kept: ReleaseCache) -> dict[str, list[Any]]:
     """Return what bodies of a release of matter.js are without Carom."""
     script = Path(__file__).with_name("matter_releases.mjs")
     command = ["node", str(script), str(release(kept, "npm", "matter-js", version))]
@@ -114,7 +114,7 @@ PACKAGES = {
 
 
 def bare(
-    engine: str, version: str, kept: Kept, folder: Path, names: Sequence[str] = SCENES, *, asked: str = ""
+    engine: str, version: str, kept: ReleaseCache, folder: Path, names: Sequence[str] = SCENES, *, asked: str = ""
 ) -> dict[str, list[Any]]:
     """Return what a release gives at each of 32 phases, without Carom, in the scenes of `docs/results/history.md`."""
     scenes = folder / "scenes.json"
@@ -166,7 +166,7 @@ VELOCITIES_OF_MATTER = {
 
 
 @each("version, row", ROW_OF_MATTER.items())
-def test_bounces_of_matter(version: str, row: float, kept: Kept, tmp_path: Path) -> None:
+def test_bounces_of_matter(version: str, row: float, kept: ReleaseCache, tmp_path: Path) -> None:
     """Bare, over 32 phases, the numbers of 0.12 and of 0.14 part in six scenes, and those of 0.18 and 0.19 in a row."""
     found = bare("matter", version, kept, tmp_path)
     new = version not in ("0.10.0", "0.12.0")
@@ -191,7 +191,7 @@ def test_bounces_of_matter(version: str, row: float, kept: Kept, tmp_path: Path)
     ],
 )
 def test_discs_of_matter_that_go_on_together(
-    version: str, apart: float, fast: tuple[float, float], kept: Kept, tmp_path: Path
+    version: str, apart: float, fast: tuple[float, float], kept: ReleaseCache, tmp_path: Path
 ) -> None:
     """Bare, with restitution 0, two begin to touch once at each phase; until 0.12 they are then pushed apart."""
     name = "classics/perfectly-inelastic"
@@ -206,7 +206,7 @@ def test_discs_of_matter_that_go_on_together(
 
 @each("version, cradle, together", [("0.19.3", 0.1125, (5.02e-4, 5.03e-4)), ("0.20.0", 0.0, (0.03e-4, 0.27e-4))])
 def test_cradles_of_rapier_bare(
-    version: str, cradle: float, together: tuple[float, float], kept: Kept, tmp_path: Path
+    version: str, cradle: float, together: tuple[float, float], kept: ReleaseCache, tmp_path: Path
 ) -> None:
     """Bare, over 32 phases: the worst velocity of a cradle, and how far off two end that go on together, in metres."""
     found = bare("rapier", version, kept, tmp_path)
@@ -227,7 +227,7 @@ def test_cradles_of_rapier_bare(
     ],
 )
 def test_bare_states_have_not_moved(
-    engine: str, old: str, new: str, rounding: float, kept: Kept, tmp_path: Path
+    engine: str, old: str, new: str, rounding: float, kept: ReleaseCache, tmp_path: Path
 ) -> None:
     """Bare, as shipped, places and velocities at the end of each scene are equal at 32 phases, or to rounding."""
     before, after = (bare(engine, version, kept, tmp_path) for version in (old, new))
@@ -250,7 +250,7 @@ NEWTON_4103 = {
 
 @each("version, right", NEWTON_4103.items())
 def test_restitution_of_newton_solved_anew(
-    version: str, right: dict[str, tuple[float, float]], kept: Kept, tmp_path: Path
+    version: str, right: dict[str, tuple[float, float]], kept: ReleaseCache, tmp_path: Path
 ) -> None:
     """Of newton #4103: two with restitution 0 go on together since, and impacts that share a disc keep no energy."""
     names = ["issues/newton-4103", "classics/one-into-two", "classics/cradle-touching"]
@@ -264,22 +264,22 @@ def test_restitution_of_newton_solved_anew(
         assert (min(left), max(left)) == pytest.approx(right[name.partition("/")[2]], abs=5e-4), name
 
 
-def test_carom_sees_the_slow_bounces_of_matter(kept: Kept) -> None:
+def test_carom_sees_the_slow_bounces_of_matter(kept: ReleaseCache) -> None:
     """`carom history` calls 0.14 better and 0.19 worse where the bare runs are, and no other."""
     moved = told("matter", "0.10.0,0.12.0,0.14.0,0.17.1,0.18.0,0.19.0,0.20.0", kept, "classics/sorting")
-    assert Moved.BETTER in moved["0.14.0"]
-    assert Moved.WORSE in moved["0.19.0"]
+    assert ChangeKind.BETTER in moved["0.14.0"]
+    assert ChangeKind.WORSE in moved["0.19.0"]
     assert {version for version, moves in moved.items() if any(one.real for one in moves)} == {"0.14.0", "0.19.0"}
 
 
 @each("version, scaled", [("0.12.0", False), ("0.14.0", True), ("0.20.0", True)])
-def test_the_inertia_of_matter_follows_the_mass_since_0_14(version: str, scaled: bool, kept: Kept) -> None:
+def test_the_inertia_of_matter_follows_the_mass_since_0_14(version: str, scaled: bool, kept: ReleaseCache) -> None:
     """Until 0.12 `Body.setMass` leaves a body the moment of inertia that it was made with."""
     made, given = bare_matter(version, kept)["inertia"]
     assert (given == pytest.approx(made)) is scaled
 
 
-def test_walls_fill_the_grid_of_old_releases_of_matter(kept: Kept) -> None:
+def test_walls_fill_the_grid_of_old_releases_of_matter(kept: ReleaseCache) -> None:
     """Before 0.18 a body takes the cells of 48 pixels that it covers: the adapter gives its grid larger ones."""
     small, large = bare_matter("0.17.1", kept)["cells"]
     assert small >= (4800 / 48) ** 2
@@ -298,7 +298,7 @@ DART_BARE = {
 
 
 @each("version", DART_BARE)
-def test_spheres_of_dart_are_spheres_since_6_20(version: str, kept: Kept) -> None:
+def test_spheres_of_dart_are_spheres_since_6_20(version: str, kept: ReleaseCache) -> None:
     """Bare, as shipped: until 6.19 spheres are meshes, and a disc leaves a box, or from 6.17 on turns too often."""
     script = Path(__file__).with_name("dart_releases.py")
     command = [sys.executable, str(script), str(release(kept, "pip", "dartpy", version))]
@@ -309,7 +309,7 @@ def test_spheres_of_dart_are_spheres_since_6_20(version: str, kept: Kept) -> Non
     assert tuple((min(told[name]), max(told[name])) for name in ("box", "ladder", "bank")) == counts
 
 
-def told(engine: str, versions: str, kept: Kept, *scenes: str) -> dict[str, set[Moved]]:
+def told(engine: str, versions: str, kept: ReleaseCache, *scenes: str) -> dict[str, set[ChangeKind]]:
     """Return what became of the cells of each release since the one before."""
     plain = [entry.scene for entry in find_scenes(scenes)]
     found = history(engine, plain, kept, HistoryOptions(versions=[versions], jobs=1))
@@ -327,10 +327,10 @@ def told(engine: str, versions: str, kept: Kept, *scenes: str) -> dict[str, set[
         ("jolt", "0.29.0,1.1.0"),
     ],
 )
-def test_not_one_bit_has_moved(engine: str, versions: str, kept: Kept) -> None:
+def test_not_one_bit_has_moved(engine: str, versions: str, kept: ReleaseCache) -> None:
     """From the first of these releases to the last, in every cell that runs, impacts and final states are equal."""
     moved = told(engine, versions, kept, "paper", "classics/box", "classics/sorting")
-    assert set.union(*moved.values()) <= {Moved.NOTHING, Moved.NOT_RUN}
+    assert set.union(*moved.values()) <= {ChangeKind.NOTHING, ChangeKind.NOT_RUN}
 
 
 @each(
@@ -341,11 +341,11 @@ def test_not_one_bit_has_moved(engine: str, versions: str, kept: Kept) -> None:
     ],
 )
 def test_what_is_asked_otherwise_is_laid_to_no_release(
-    engine: str, before: str, release: str, scenes: list[str], kept: Kept
+    engine: str, before: str, release: str, scenes: list[str], kept: ReleaseCache
 ) -> None:
     """Changes of defaults or requested settings are reported, and not called worse or better."""
     moved = told(engine, f"{before},{release}", kept, *scenes)[release]
-    assert Moved.ASKED in moved
+    assert ChangeKind.ASKED in moved
     assert not any(one.real for one in moved)
 
 
@@ -358,7 +358,9 @@ TURNED = {
 
 
 @each("version, since", [("0.19.3", 0), ("0.20.0", 1), ("0.21.0", 1)])
-def test_tuned_discs_of_rapier_turn_earlier_since_0_20(version: str, since: int, kept: Kept, tmp_path: Path) -> None:
+def test_tuned_discs_of_rapier_turn_earlier_since_0_20(
+    version: str, since: int, kept: ReleaseCache, tmp_path: Path
+) -> None:
     """Bare, over 32 phases, a coordinate of each scene differs at every phase."""
     asked = json.dumps({"lengthUnit": 1024, "normalizedPredictionDistance": 0, "contact_natural_frequency": 0})
     found = bare("rapier", version, kept, tmp_path, list(TURNED), asked=asked)
@@ -376,14 +378,14 @@ LEANT = {
 
 
 @each("version, since", [("6.19.5", 0), ("6.20.0", 1)])
-def test_where_discs_of_dart_end(version: str, since: int, kept: Kept, tmp_path: Path) -> None:
+def test_where_discs_of_dart_end(version: str, since: int, kept: ReleaseCache, tmp_path: Path) -> None:
     """Bare, over 32 phases, discs that meet off centre end on the other side of their right places since 6.20."""
     found = bare("dart", version, kept, tmp_path, list(LEANT))
     for name, ((disc, axis), *ranges) in LEANT.items():
         assert_range((np.array(found[name]) - right(name))[:, disc, axis], *ranges[since])
 
 
-def test_pymunk_before_5_7_is_refused_and_not_blamed(kept: Kept) -> None:
+def test_pymunk_before_5_7_is_refused_and_not_blamed(kept: ReleaseCache) -> None:
     """Its arbiters report no contact to the adapter, although discs bounce: no row is run."""
     plain = [entry.scene for entry in find_scenes(["classics/box"])]
     found = history("pymunk", plain, kept, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))

@@ -17,8 +17,7 @@ from carom.execution.pool import InProcessPool
 from carom.report.files import FORMATS
 from carom.report.results_file.file import read_records
 from carom.report.results_file.lines_as_json import text_of
-from carom.studies.cross_check.journal import observed_journal
-from carom.studies.cross_check.run import execute
+from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.run import diff
 
 KEPT = Path(__file__).resolve().parents[1] / "kept"

@@ -53,7 +53,7 @@ def texts() -> dict[Path, str]:
     """Sources, adapters and documents, by their paths."""
     files = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
     for folder, endings in (
-        ("src", ("py", "pyx", "pxd", "h", "c", "j2")),
+        ("src", ("py", "pyx", "pxd", "h", "c", "j2", "json")),
         ("adapters", ("py",)),
         ("docs", ("md", "py")),
     ):

@@ -132,8 +132,8 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     iterations = f"{int(settings['velocityIterations'])}, {int(settings['positionIterations'])}"
     state = "*body.position, *(v / scale for v in body.linearVelocity), body.angularVelocity / scale"
     legs = legs_by_step(driven, float(settings["dt_s"]))
-    told = "driven[k].linearVelocity = tuple(v * scale for v in velocity)"
-    end = python_end(scene, f"world.Step(dt / scale, {iterations})", state, legs, told)
+    change = "driven[k].linearVelocity = tuple(v * scale for v in velocity)"
+    end = python_end(scene, f"world.Step(dt / scale, {iterations})", state, legs, change)
     bodies = "\n".join(lines)
     return f"""{comment(heading)}
 import Box2D

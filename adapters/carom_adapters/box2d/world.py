@@ -28,13 +28,7 @@ from carom.engines.api import (
     unscaled,
     wall_body,
 )
-from carom_adapters.box2d.limits import (
-    CAPABILITIES,
-    LARGEST_TURN_RAD,
-    LONGEST_MOVE_M,
-    WORLD_SETTINGS,
-    require_usable,
-)
+from carom_adapters.box2d.limits import CAPABILITIES, LARGEST_TURN_RAD, LONGEST_MOVE_M, WORLD_SETTINGS, require_usable
 from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
 from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity

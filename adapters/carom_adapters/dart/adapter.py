@@ -40,10 +40,7 @@ adapter = EngineAdapter(
         newest_tried="6.20",
     ),
     capabilities=CAPABILITIES,
-    knobs={
-        "collision_detector": Knob(choices=DETECTORS),
-        "split_impulse": Knob(choices=(False, True)),
-    },
+    knobs={"collision_detector": Knob(choices=DETECTORS), "split_impulse": Knob(choices=(False, True))},
     profiles={
         "default": Profile(
             "DART's defaults, but with the scene's restitution, without friction, and with joints that keep discs in "

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting, factored_restitutions, require_sound, require_supported
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, SETTINGS
-from carom_adapters.shared.settings_code import PYTHON_END, arguments, comment, steps_of
+from carom_adapters.shared.settings_code import PYTHON_END, body_lines, comment, steps_of
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -18,12 +18,6 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
     require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))
     of_disc, of_wall = factored_restitutions(scene)
-    lines = []
-    for disc in scene.discs:
-        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
-        given["velocity"] = disc.velocity_m_s
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {arguments(given)})")
-    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
     detector = split = ""
     if "collision_detector" in settings:
         kind = f"dartpy.simulation.CollisionDetectorType.{settings['collision_detector']}"
@@ -31,7 +25,6 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     if "split_impulse" in settings:
         split = f"world.getConstraintSolver().setSplitImpulseEnabled({bool(settings['split_impulse'])})\n"
     end = PYTHON_END.format(step="world.step()", state="*body.getPositions(), *body.getVelocities(), 0.0")
-    bodies = "\n".join(lines)
     return f"""{comment(heading)}
 import dartpy
 import numpy as np
@@ -74,7 +67,7 @@ def add_wall(point, normal):
 
 
 starts = []
-{bodies}
+{body_lines(scene)}
 for skeleton, (position, velocity) in zip(discs, starts):
     skeleton.setPositions(position)
     skeleton.setVelocities(velocity)

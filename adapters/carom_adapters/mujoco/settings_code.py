@@ -33,8 +33,8 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
             "MJCF has one damping for a free joint: about its axes set dof_damping to "
             f"{scene.damping_per_s!r} times body_inertia after loading."
         )
-    told = comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # a comment can't contain two hyphens
-    return f"<!-- {told} -->\n{ElementTree.tostring(model, encoding='unicode')}\n"
+    text = comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # a comment can't contain two hyphens
+    return f"<!-- {text} -->\n{ElementTree.tostring(model, encoding='unicode')}\n"
 
 
 def _with_defaults(model: ElementTree.Element) -> ElementTree.Element:

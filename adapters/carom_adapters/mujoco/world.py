@@ -23,12 +23,7 @@ from carom.engines.api import (
     pair_of,
     require_supported,
 )
-from carom_adapters.mujoco.limits import (
-    CAPABILITIES,
-    LARGEST_VALUE,
-    MJCF_INTEGRATORS,
-    require_usable,
-)
+from carom_adapters.mujoco.limits import CAPABILITIES, LARGEST_VALUE, MJCF_INTEGRATORS, require_usable
 from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
@@ -234,27 +229,27 @@ class MujocoWorld:
         return float(force[0]) / self._unit, tangential * self._clock.dt_s / self._unit
 
     def _warning(self) -> str:
-        number, told = self._warnings, []
+        number, warnings = self._warnings, []
         if len(self._free):
             height = self._qpos[self._height_at]
             if not height.dot(height) <= self._low and np.count_nonzero((height := np.abs(height)) > self._radius):
                 k = int(np.argmax(height > self._radius))
                 disc = self._movable[self._free[k]]
-                told.append(
+                warnings.append(
                     f"MuJoCo moved disc {disc} out of the plane: its centre is {height[k]:.3g} m off, more than a "
                     "radius"
                 )
         if not np.count_nonzero(number):
-            return "; ".join(told)
+            return "; ".join(warnings)
         kind = self._mujoco.mjtWarning
         # Without the reset, MuJoCo only counts such a value and continues, which is harmless.
         autoreset = not self._model.opt.disableflags & _bit(self._mujoco, "autoreset")
         bad = number[[int(kind.mjWARN_BADQPOS), int(kind.mjWARN_BADQVEL), int(kind.mjWARN_BADQACC)]]
         if autoreset and bad.any():
-            told.append(f"MuJoCo reset the state: a value was not finite or beyond {LARGEST_VALUE:g}")
+            warnings.append(f"MuJoCo reset the state: a value was not finite or beyond {LARGEST_VALUE:g}")
         if number[[int(kind.mjWARN_CONTACTFULL), int(kind.mjWARN_CNSTRFULL)]].any():
-            told.append("MuJoCo omitted contacts, because its memory for contacts is full")
-        return "; ".join(told)
+            warnings.append("MuJoCo omitted contacts, because its memory for contacts is full")
+        return "; ".join(warnings)
 
     def cut(self, dt_s: float) -> None:
         """Set the length of the following steps. The damping of a contact depends on the length of the step."""

@@ -27,11 +27,7 @@ def _overlapping(dt_s: float) -> dict[str, Setting]:
 adapter = EngineAdapter(
     name="newton",
     engine=Engine(
-        "Newton",
-        module="newton",
-        distribution="newton",
-        install="pip install 'carom[newton]'",
-        newest_tried="1.8.0",
+        "Newton", module="newton", distribution="newton", install="pip install 'carom[newton]'", newest_tried="1.8.0"
     ),
     capabilities=CAPABILITIES,
     knobs={

@@ -5,20 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.shared.settings_code import arguments, comment, steps_of
+from carom_adapters.shared.settings_code import arguments, body_lines, comment, steps_of
 
 SPECULATIVE = "speculative_contact_gap_max"
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return a program that builds the same model as `NewtonWorld`. Scene and settings are checked before."""
-    lines = []
-    for disc in scene.discs:
-        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
-        given["velocity"] = disc.velocity_m_s
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {arguments(given)})")
-    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
-    bodies = "\n".join(lines)
     gap = f", gap={float(settings['gap'])!r}" if "gap" in settings else ""
     solver = arguments({name: value for name, value in settings.items() if name not in ("dt_s", "gap", SPECULATIVE)})
     speculative = f", {SPECULATIVE}={settings[SPECULATIVE]!r}" if SPECULATIVE in settings else ""
@@ -62,7 +55,7 @@ def add_wall(point, normal):
     builder.add_shape_plane(None, xform=at, width=0.0, length=0.0, cfg=material({of_walls!r}))
 
 
-{bodies}
+{body_lines(scene)}
 model = builder.finalize(device="cpu")
 pipeline = newton.CollisionPipeline(model{speculative})
 contacts, solver = pipeline.contacts(), newton.solvers.SolverXPBD(model, {solver})

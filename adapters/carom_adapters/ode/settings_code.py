@@ -5,22 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.shared.settings_code import PYTHON_END, arguments, comment, steps_of
+from carom_adapters.shared.settings_code import PYTHON_END, body_lines, comment, steps_of
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return a program that builds the same world as `OdeWorld`. Scene and settings are checked before."""
-    lines = []
-    for disc in scene.discs:
-        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
-        given["velocity"] = disc.velocity_m_s
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {arguments(given)})")
-    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
     setters = {"cfm": "setCfm", "erp": "setErp", "quick_step_iterations": "setQuickStepNumIterations"}
     asked = [f"world.{setter}({settings[name]!r})\n" for name, setter in setters.items() if name in settings]
     state = "*list(body.getPosition())[:2], *list(body.getLinearVel())[:2], 0.0"
     end = PYTHON_END.format(step="step()", state=state)
-    bodies = "\n".join(lines)
     return f"""{comment(heading)}
 from panda3d import core, ode
 
@@ -91,5 +84,5 @@ def step():
     world.{settings.get("stepper", "step")}(dt)
 
 
-{bodies}
+{body_lines(scene)}
 {end}"""

@@ -133,10 +133,10 @@ class OdeWorld:
     def _contacts(self) -> list[Contact]:
         found = []
         for joint, a, b, normal in self._met:
-            told = joint.getFeedback()
+            feedback = joint.getFeedback()
             # The force on one of the two bodies. For a joint with the world alone, ODE stores the moved body's force
             # first.
-            fx, fy, _ = told.getForce1()
+            fx, fy, _ = feedback.getForce1()
             impulse = abs(fx * normal[0] + fy * normal[1]) * self._clock.dt_s
             if impulse > 0.0:  # a contact of separating bodies has no effect
                 found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))

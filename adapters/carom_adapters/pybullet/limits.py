@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.engines.api import (
-    AdapterError,
-    Capabilities,
-    ContactTimes,
-    Scene,
-    Setting,
-    require_sound,
-    require_supported,
-)
+from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound, require_supported
 
 #: Arguments of `setPhysicsEngineParameter`, by PyBullet's names. ``contactBreakingThreshold`` is not among them: it
 #: belongs to the process, and a world must not change the next one.

@@ -49,8 +49,8 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     resists = scene.wall_rolling_resistance > 0.0
     shape = "CYLINDER" if settings.get("shape", "sphere") == "cylinder" else "SPHERE"
     state = "*place(body), *pybullet.getBaseVelocity(body)[0][:2], pybullet.getBaseVelocity(body)[1][2]"
-    told = "pybullet.resetBaseVelocity(starts[k][0], [*velocity, 0.0], [0.0, 0.0, starts[k][4]])"
-    end = python_end(scene, "pybullet.stepSimulation()", state, legs_by_step(starts, dt_s), told)
+    change = "pybullet.resetBaseVelocity(starts[k][0], [*velocity, 0.0], [0.0, 0.0, starts[k][4]])"
+    end = python_end(scene, "pybullet.stepSimulation()", state, legs_by_step(starts, dt_s), change)
     bodies = "\n".join(lines)
     return f"""{comment(heading)}
 import pybullet

@@ -34,14 +34,7 @@ from carom_adapters.pybullet.limits import (
     WORLD_SETTINGS,
     require_usable,
 )
-from carom_adapters.pybullet.model import (
-    Point,
-    capsule_of,
-    dynamics_of,
-    moments_of,
-    resistance_of,
-    structure_of,
-)
+from carom_adapters.pybullet.model import Point, capsule_of, dynamics_of, moments_of, resistance_of, structure_of
 from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
 from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of

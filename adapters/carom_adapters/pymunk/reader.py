@@ -179,7 +179,7 @@ class _Reading:
         if space.damping != 1.0:
             self.dropped.append(f"the damping of the space, {space.damping:g}")
         for k, (shape, _) in enumerate(self.discs):
-            self.dropped += [f"disc {k}: {told}" for told in _unsupported_properties(shape)]
+            self.dropped += [f"disc {k}: {reason}" for reason in _unsupported_properties(shape)]
 
 
 def _unsupported_properties(shape: pymunk.Circle) -> Iterator[str]:

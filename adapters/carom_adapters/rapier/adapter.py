@@ -62,11 +62,7 @@ def _world(scene: Scene, settings: Mapping[str, Setting]) -> RapierWorld:
 adapter = EngineAdapter(
     name="rapier",
     engine=Engine(
-        "Rapier",
-        module="rapier3d",
-        distribution="rapier3d",
-        install="pip install 'carom[rapier]'",
-        newest_tried="0.36",
+        "Rapier", module="rapier3d", distribution="rapier3d", install="pip install 'carom[rapier]'", newest_tried="0.36"
     ),
     capabilities=CAPABILITIES,
     knobs={

@@ -31,8 +31,8 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     for wall, material in zip(scene.walls, scene.arrays.materials, strict=True):
         wins = "MIN" if material.restitution < scene.restitution else "MAX"
         moves = f", velocity={first_velocity(wall)!r}" if wall.driven else ""
-        told, shapes = f"{material.restitution!r}, {wins!r}{moves}", _shapes_of(scene, wall)
-        lines += [f"add_wall(rapier3d.Collider.{shape}, {told})" for shape in shapes]
+        properties, shapes = f"{material.restitution!r}, {wins!r}{moves}", _shapes_of(scene, wall)
+        lines += [f"add_wall(rapier3d.Collider.{shape}, {properties})" for shape in shapes]
         driven += [wall] * len(shapes) if wall.driven else []
     soft = "".join(
         f"softness = parameters.{of}  # a copy\nsoftness.natural_frequency = {settings[name]!r}\n"

@@ -62,9 +62,7 @@ class EngineAdapter:
         return self.world(scene, settings)
 
 
-def positions_and_velocities(
-    found: Iterable[Iterable[float]],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def positions_and_velocities(found: Iterable[Iterable[float]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the arrays of an `Observation` from x, y and both components of the velocity of each body.
 
     The numbers are flattened into one array first, since NumPy takes twice as long for an array of small sequences.

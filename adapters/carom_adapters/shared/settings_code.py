@@ -33,3 +33,13 @@ def assignments(of: str, settings: Mapping[str, Setting], names: Sequence[str]) 
 def steps_of(scene: Scene, settings: Mapping[str, Setting]) -> int:
     """Return the number of steps of a scene."""
     return scene.step_count(float(settings["dt_s"]))
+
+
+def body_lines(scene: Scene) -> str:
+    """Return the lines that add discs that can't turn, with their masses if movable, and half-planes."""
+    lines = []
+    for disc in scene.discs:
+        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
+        given["velocity"] = disc.velocity_m_s
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {arguments(given)})")
+    return "\n".join([*lines, *(f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes())])

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
+from importlib import import_module
+from pathlib import Path
 
-from carom.catalogue.entry import CatalogueScene, listed
+from carom.catalogue.entry import CatalogueScene
 
 
 class Symptom(StrEnum):
@@ -23,32 +27,6 @@ class Symptom(StrEnum):
     NEVER_ENDS = "the run does not end"
 
 
-#: Names of packages that differ from their repositories.
-_PACKAGES = {
-    "avian": "Avian",
-    "box2d": "Box2D",
-    "bullet3": "Bullet",
-    "Construct-bugs": "Construct 3",
-    "godot": "Godot",
-    "godot-jolt": "Jolt Physics",
-    "JoltPhysics": "Jolt Physics",
-    "matter-js": "matter.js",
-    "mujoco": "MuJoCo",
-    "newton": "Newton",
-    "planck.js": "Planck",
-    "rapier": "Rapier",
-    "reactphysics3d": "ReactPhysics3D",
-}
-_ADAPTERS = {
-    "Box2D": "box2d",
-    "Bullet": "pybullet",
-    "Jolt Physics": "jolt",
-    "MuJoCo": "mujoco",
-    "Newton (MuJoCo Warp)": "mujoco",
-    "Rapier": "rapier",
-}
-
-
 @dataclass(frozen=True)
 class Complaint(CatalogueScene):
     """A scene of the group `issues`.
@@ -60,7 +38,8 @@ class Complaint(CatalogueScene):
         at_least: Least error that counts as the reported error, relative to the scene's speed or energy. The default of
             one per cent is noticeable.
         made: Which parts of the scene are from the thread, and which were chosen here.
-        package: Name of the engine or package, if it differs from the repository's.
+        about: Name of the engine or package.
+        engine: Name of Carom's adapter of that engine; empty if there is none.
     """
 
     thread: str = ""
@@ -68,26 +47,22 @@ class Complaint(CatalogueScene):
     symptom: Symptom = Symptom.WRONG_VELOCITY
     at_least: float = 0.01
     made: str = ""
-    package: str = ""
-
-    @property
-    def about(self) -> str:
-        """Name of the engine or package in the thread."""
-        repository = self.thread.split("/")[4]
-        return self.package or _PACKAGES.get(repository, repository)
-
-    @property
-    def engine(self) -> str:
-        """Name of Carom's adapter of that engine; empty if there is none."""
-        return _ADAPTERS.get(self.about, "")
+    about: str = ""
+    engine: str = ""
 
 
-#: Decorator like `listed` that turns a builder into a complaint. Keywords set its fields.
-complained = partial(listed, "issues", kind=Complaint)
+def load_complaints() -> Iterator[Complaint]:
+    """Yield all complaints, in the order of ``bug_reports.json``.
 
-#: Decorators of the most frequent symptoms.
-misses = partial(complained, symptom=Symptom.MISSES)
-loses_energy = partial(complained, symptom=Symptom.LOSES_ENERGY)
-gains_energy = partial(complained, symptom=Symptom.GAINS_ENERGY)
-#: Decorator of a wrong velocity: the body sticks where it should bounce, or bounces far too little.
-never_bounces = partial(complained, at_least=0.25)
+    The file has the names of modules, and the complaints whose scenes each module builds: `build` names a function of
+    the module, and a text in `arguments` is a complex number. By default, the function has the name of the scene, and
+    its docstring is the description of the scene.
+    """
+    reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
+    for module, name, given in ((module, *item) for module, found in reports.items() for item in found.items()):
+        function = getattr(import_module(f"carom.catalogue.{module}"), given.pop("build", name.replace("-", "_")))
+        arguments = given.pop("arguments", {})
+        vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
+        shows = given.pop("shows", "") or " ".join(function.__doc__.split())
+        given["symptom"] = Symptom(given.get("symptom", Symptom.WRONG_VELOCITY))
+        yield Complaint(f"issues/{name}", shows, partial(function, **arguments | vectors), **given)

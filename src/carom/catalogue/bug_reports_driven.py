@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from carom.catalogue.bug_report import Symptom, complained, misses
 from carom.catalogue.classics_walled import edges, in_a_room
 from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
 from carom.catalogue.driven import before_a_paddle, on_a_lift
@@ -15,7 +14,7 @@ from carom.model.scene import Ring, Wall
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
 
 
-def _at_a_mallet(
+def at_a_mallet(
     velocity: complex, drive: complex, normal: complex, *, time_s: float, restitution: float = 1.0
 ) -> Staged:
     """Stage a puck that meets a mallet. `normal` points from puck to mallet when they meet."""
@@ -27,32 +26,7 @@ def _at_a_mallet(
     return answered(scene, [impact(time_s, 0, 1, after, drive)], _LAW)
 
 
-@misses(
-    thread="https://github.com/NITDgpOS/AirHockey/issues/30",
-    reported="A puck often passes a paddle if both move. A puck that bounces does not get the velocity of the paddle.",
-    made="The thread has no scene. Puck and mallet meet head-on, between two frames; all sizes are chosen here.",
-)
-def _airhockey_30() -> Staged:
-    """A puck and a mallet approach each other so fast that they pass each other between two frames."""
-    return _at_a_mallet(-8 + 0j, 12 + 0j, -1 + 0j, time_s=0.255)
-
-
-@complained(
-    thread="https://github.com/NITDgpOS/AirHockey/issues/56",
-    reported="A paddle that strikes a puck with its side or back does not change the puck's velocity; head-on it does.",
-    made="The side is from the thread: the mallet overtakes the puck obliquely. All sizes are chosen here.",
-)
-def _airhockey_56() -> Staged:
-    """A mallet overtakes a slow puck, and strikes it from behind, obliquely."""
-    return _at_a_mallet(0.25 + 0.125j, 1.5 + 0j, -0.8 - 0.6j, time_s=0.405)
-
-
-@misses(
-    thread="https://github.com/liabru/matter-js/issues/672",
-    reported="A ball of constant speed, without gravity, sometimes passes between a paddle and the flippers on it.",
-    made="The thread has no scene. Paddle and flipper are two edges that move together; all sizes are chosen here.",
-)
-def _matter_js_672() -> Staged:
+def matter_js_672() -> Staged:
     """A ball strikes a moving paddle near the joint of paddle and flipper."""
     drive, velocity, radius, time = 2 + 0j, -6 + 0j, 0.25, 0.305
     begins = -drive * time
@@ -64,44 +38,18 @@ def _matter_js_672() -> Staged:
     return answered(scene, [impact(time, 0, -1, 2 * drive - velocity)], f"{_LAW}: 2 V - v off the paddle")
 
 
-@complained(
-    symptom=Symptom.ESCAPES,
-    thread="https://github.com/viblo/pymunk/issues/137",
-    reported="Balls that bounce in a movable box of four segments enter its walls, and get through them.",
-    made="The box of four edges is from the thread. The box moves straight, with one ball; sizes are chosen here.",
-)
-def _pymunk_137() -> Staged:
+def pymunk_137() -> Staged:
     """A ball bounces in a moving box; relative to the box, it bounces in a box at rest."""
     source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
     return in_a_room(0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source)
 
 
-@complained(
-    thread="https://github.com/erincatto/box2d/issues/117",
-    reported="A box dropped on a moving platform sticks to it for a while, and then has its old velocity.",
-    made="A ball replaces the box. The ball bounces on a rough platform that moves sideways; sizes are chosen here.",
-)
-def _box2d_117() -> Staged:
-    """A ball falls on a platform that moves sideways: it slips all the time, and friction drags it along."""
-    return _on_a_platform(6.0, 0.25)
-
-
-@complained(
-    thread="https://github.com/erincatto/box2d/issues/130",
-    reported="A body that falls on a descending platform gains speed without bound, instead of falling with it.",
-    made="Fall and platform are from the thread. The body is a ball of restitution 1/2; all sizes are chosen here.",
-)
-def _box2d_130() -> Staged:
+def box2d_130() -> Staged:
     """A ball falls on a platform that descends at a constant speed, and bounces lower and lower."""
     return on_a_lift(-1.5)
 
 
-@misses(
-    thread="https://github.com/freezy/VisualPinball.Engine/issues/322",
-    reported="The time of impact is computed with colliders at rest; it should also be computed with moving ones.",
-    made="The thread has no scene. A pinball meets a post that moves across its path; all sizes are chosen here.",
-)
-def _visualpinball_322() -> Staged:
+def visualpinball_322() -> Staged:
     """A ball and a moving post meet obliquely, and pass each other's radius within a frame."""
     drive, velocity, radius, post, time = 3 + 12j, 4 - 9j, 0.125, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
@@ -111,14 +59,7 @@ def _visualpinball_322() -> Staged:
     return answered(scene, [impact(time, 0, -1, drive + after_wall(velocity - drive, normal))], _LAW)
 
 
-@misses(
-    package="Flutter's pinball",
-    thread="https://github.com/flutter/pinball/issues/470",
-    reported="A flipper sometimes passes through a ball that has some momentum, instead of hitting it.",
-    made="The flipper is an edge that moves straight, at the speed that its rotation has at the impact. Sizes are "
-    "chosen here.",
-)
-def _pinball_470() -> Staged:
+def pinball_470() -> Staged:
     """A flipper at full speed meets a ball that falls towards it."""
     drive, velocity, radius, time = -9 + 12j, 1 - 4j, 0.25, 0.155
     normal = complex(-0.6, 0.8)  # normal of the flipper, whose direction is (0.8, 0.6)
@@ -130,12 +71,7 @@ def _pinball_470() -> Staged:
     return answered(scene, [impact(time, 0, -1, drive + after_wall(velocity - drive, normal))], _LAW)
 
 
-@complained(
-    thread="https://github.com/xietanu/pico8-pinball/issues/6",
-    reported="A slow ball is launched off a flipper too weakly, and at odd angles near the flipper's end.",
-    made="The flipper is an edge that moves straight, and hits the ball with its end; all sizes are chosen here.",
-)
-def _pico8_pinball_6() -> Staged:
+def pico8_pinball_6() -> Staged:
     """The end of a rising flipper hits a ball that hardly moves."""
     drive, velocity, radius, time, restitution = 3j, 0.0625 + 0j, 0.25, 0.305, 0.9
     normal, tip = complex(0.28, 0.96), -drive * time  # from the flipper's end to the ball
@@ -146,14 +82,7 @@ def _pico8_pinball_6() -> Staged:
     return answered(scene, [impact(time, 0, -1, after)], f"{_LAW}, from the end to the ball")
 
 
-@complained(
-    package="Escape Space",
-    symptom=Symptom.ESCAPES,
-    thread="https://github.com/Calinou/escape-space/issues/1",
-    reported="A ball can be pushed through a wall by the paddle.",
-    made="The thread has no numbers. The paddle strikes a ball at rest near a thin wall; all sizes are chosen here.",
-)
-def _escape_space_1() -> Staged:
+def escape_space_1() -> Staged:
     """A paddle strikes a ball at rest, which then meets a thin wall at twice the paddle's speed."""
     drive, radius, gap, room = 6.0, 0.125, 1.5, 2.25
     paddle = edges(complex(-radius - gap, -1), complex(-radius - gap, 1), velocity_m_s=(drive, 0.0))
@@ -164,13 +93,7 @@ def _escape_space_1() -> Staged:
     return answered(scene, impacts, _LAW)
 
 
-@complained(
-    symptom=Symptom.ESCAPES,
-    thread="https://github.com/dulvui/ball2box/issues/21",
-    reported="A ball that is pressed between a wall and a moving box disappears.",
-    made="The box leaves the ball a seventh of a metre of room, and then recedes; all sizes are chosen here.",
-)
-def _ball2box_21() -> Staged:
+def ball2box_21() -> Staged:
     """A box presses a ball against a wall until a seventh of a metre of room is left, and then recedes."""
     legs = [(Fraction(0), Fraction(-3, 4)), (Fraction(29, 16), Fraction(3))]
     return before_a_paddle(
@@ -178,29 +101,7 @@ def _ball2box_21() -> Staged:
     )
 
 
-@complained(
-    package="Isaac Lab",
-    thread="https://github.com/isaac-sim/IsaacLab/issues/2890",
-    reported="A user finds no way to let a ball leave a robot's hand according to a coefficient of restitution.",
-    made="The restitution of 0.8 is from the thread. The hand is a disc on a straight path; sizes are chosen here.",
-)
-def _isaaclab_2890() -> Staged:
-    """A hand swings at a ball, and meets it off centre with a restitution of 0.8."""
-    return _at_a_mallet(-3 + 0.5j, 2 + 1j, -0.96 + 0.28j, time_s=0.405, restitution=0.8)
-
-
-@complained(
-    package="s&box minigolf",
-    thread="https://github.com/sboxgame/minigolf/issues/4",
-    reported="A moving platform does not carry a ball along.",
-    made="The ball falls on a rough platform that moves sideways, and sticks to it; all sizes are chosen here.",
-)
-def _minigolf_4() -> Staged:
-    """A ball falls on a platform that moves sideways, and friction removes all of the slip."""
-    return _on_a_platform(1.5, 1.0)
-
-
-def _on_a_platform(drive: float, friction: float) -> Staged:
+def on_a_platform(drive: float, friction: float) -> Staged:
     """Stage a ball that falls straight down on a rough platform, which moves to the right."""
     radius, down, time, k = 0.25, 2.0, 0.5, 0.5
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(drive, 0.0))

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
-from carom.catalogue.bug_report import Symptom, complained
 from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
@@ -14,32 +12,17 @@ from carom.model.trace import Vector
 
 _SPHERE = 0.4
 _LAW = "Coulomb's law with a rolling resistance of c P R: a rolling disc has v' = -c g/(1 + k) until it stops"
-_OURS = "Sizes, speeds and the coefficient of rolling resistance are chosen here."
-
-_never_rests = partial(complained, symptom=Symptom.NEVER_RESTS)
 
 #: Times of the impacts on which friction acts, seconds.
 _HIT_S = 0.25
 
 
-@complained(
-    package="MBSim",
-    thread="https://github.com/mbsim-env/mbsim/issues/49",
-    reported="A ball with friction bounces without starting to spin, and begins to roll only after all bounces; a "
-    "spinning ball bounces without moving sideways.",
-    at_least=0.1,
-    made="The thread has a slope and gravity. Here the ball bounces once on a level floor; all sizes are chosen here.",
-)
-def _mbsim_49() -> Staged:
+def mbsim_49() -> Staged:
     """A disc that does not spin bounces on a rough floor, and leaves rolling."""
     radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
     start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
     scene = scene_of(
-        discs=[start],
-        walls=[FLOOR],
-        wall_friction=0.5,
-        wall_restitution=restitution,
-        duration_s=2 * _HIT_S,
+        discs=[start], walls=[FLOOR], wall_friction=0.5, wall_restitution=restitution, duration_s=2 * _HIT_S
     )
     after = (along / (1 + k), restitution * down)
     spin = -after[0] / radius
@@ -48,14 +31,7 @@ def _mbsim_49() -> Staged:
     return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
 
 
-@complained(
-    package="tailuge/billiards",
-    thread="https://github.com/tailuge/billiards/pull/298",
-    reported="The object ball of a cut shot was thrown too little, by an extra factor of .3. The limit up to which "
-    "balls hold each other was also wrong. The right limit is a seventh of the slip.",
-    made="Balls have the moment of inertia of spheres, as in the thread. Offset, speed and friction are ours.",
-)
-def _tailuge_298() -> Staged:
+def tailuge_298() -> Staged:
     """A cut shot in which friction holds the balls together: the object ball leaves off the line of centres."""
     radius, speed, k, (nx, ny) = 0.028575, 2.0, 0.4, (0.8, 0.6)
     discs = [
@@ -110,29 +86,14 @@ def _ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = 
     return disc(complex(0.0, radius_m), complex(along, 0.0), radius_m, spin_rad_s=spin, inertia_factor=inertia)
 
 
-def _rolls_out(along: float, resists: float, friction: float) -> Staged:
+def rolls_out(along: float, resists: float, friction: float) -> Staged:
     """Stage a ball that rolls on a level floor until it stops, and then rests for the same time."""
     slower = resists * 9.81 / (1.0 + _SPHERE)
     way, lasts = along**2 / (2.0 * slower), 2.0 * along / slower
     return _on_a_floor(_LAW, _ball(along, rolls=True), way, lasts, friction=friction, resists=resists)
 
 
-@_never_rests(
-    thread="https://github.com/schteppe/cannon.js/issues/256",
-    reported="A sphere never comes to rest on a floor, with a friction of 1 for both.",
-    made=f"The friction is from the thread. {_OURS}",
-)
-def _cannon_256() -> Staged:
-    """A sphere rolls on a rough floor with rolling resistance, and stops."""
-    return _rolls_out(2.0, 0.05, 1.0)
-
-
-@_never_rests(
-    thread="https://github.com/schteppe/cannon.js/issues/293",
-    reported="A ball that rolls down a slope does not stop, whatever the damping.",
-    made=f"The slope is 1 in 10. {_OURS}",
-)
-def _cannon_293() -> Staged:
+def cannon_293() -> Staged:
     """A sphere rolls down a slope that is less steep than its rolling resistance, and stops on it."""
     along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
@@ -147,12 +108,7 @@ def _cannon_293() -> Staged:
     )
 
 
-@_never_rests(
-    thread="https://github.com/schteppe/cannon.js/issues/345",
-    reported="A ball tossed on a plane like a golf ball never slows down, with friction .8 and gravity 9.82.",
-    made=f"Friction and gravity are from the thread; the toss ends on the ground. {_OURS}",
-)
-def _cannon_345() -> Staged:
+def cannon_345() -> Staged:
     """A sphere that is thrown along the ground slides, then rolls, then stops."""
     along, friction, resists, g = 3.0, 0.8, 0.1, 9.82
     slid = along / (g * (friction + (friction - resists) / _SPHERE))
@@ -168,12 +124,7 @@ def _cannon_345() -> Staged:
     )
 
 
-@_never_rests(
-    thread="https://github.com/dimforge/nphysics/issues/204",
-    reported="Without rolling friction balls neither stop after a while nor stay at rest on a slope.",
-    made=f"The slope is 1 in 20, below the coefficient. {_OURS}",
-)
-def _nphysics_204() -> Staged:
+def nphysics_204() -> Staged:
     """A sphere that is released on a slope stays at rest."""
     return _on_a_floor(
         "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance",
@@ -186,45 +137,12 @@ def _nphysics_204() -> Staged:
     )
 
 
-@_never_rests(
-    thread="https://github.com/DanielChappuis/reactphysics3d/issues/13",
-    reported="Spheres roll forever at the same speed; rolling resistance was added to stop them.",
-    made=_OURS,
-)
-def _reactphysics3d_13() -> Staged:
+def reactphysics3d_13() -> Staged:
     """A sphere rolls on a floor with a small rolling resistance, and stops after 5 s."""
-    return _rolls_out(5.0 * 0.02 * 9.81 / (1.0 + _SPHERE), 0.02, 0.3)
+    return rolls_out(5.0 * 0.02 * 9.81 / (1.0 + _SPHERE), 0.02, 0.3)
 
 
-@_never_rests(
-    thread="https://github.com/chandlerprall/Physijs/issues/274",
-    reported="A sphere still rolls although it and the ground have a friction of 10000.",
-    made=f"The friction is from the thread. {_OURS}",
-)
-def _physijs_274() -> Staged:
-    """A floor stops a rolling sphere only by rolling resistance, however rough the floor is."""
-    return _rolls_out(1.0, 0.03, 1e4)
-
-
-@_never_rests(
-    package="Visual Pinball Engine",
-    thread="https://github.com/freezy/VisualPinball.Engine/pull/571",
-    reported="Balls lacked rolling resistance. The new resistance must keep them rolling, reduce their speed, and "
-    "never reverse it.",
-    made=_OURS,
-)
-def _visualpinball_engine_571() -> Staged:
-    """A steel ball rolls until it comes to rest."""
-    return _rolls_out(0.5, 0.01, 0.2)
-
-
-@complained(
-    thread="https://github.com/erincatto/box2d/pull/617",
-    reported="A ball of radius 1 with restitution 3/4 does not stop on a static floor: it rolls without sliding, and "
-    "friction gives no rolling resistance.",
-    made="Radius and gravity are from issue 604, which the thread reproduces; here the ball rolls from the start.",
-)
-def _box2d_617() -> Staged:
+def box2d_617() -> Staged:
     """A disc without rolling resistance rolls on for ever."""
     along, lasts = 3.0, 10.0
     return _on_a_floor(
@@ -239,12 +157,7 @@ def _box2d_617() -> Staged:
     )
 
 
-@complained(
-    thread="https://github.com/ekiefl/pooltool/issues/39",
-    reported="With the default sliding friction of .2 the ball always slides very far.",
-    made="Speed and friction are from the thread, the radius is that of a pool ball; cushions are left out.",
-)
-def _pooltool_39() -> Staged:
+def pooltool_39() -> Staged:
     """A pool ball struck in its middle at 5 m/s slides for .73 s, which is 2v/(7 f g), and for 3 m."""
     along, friction, g, lasts = 5.0, 0.2, 9.81, 1.0
     slid = 2.0 * along / (7.0 * friction * g)
@@ -259,13 +172,7 @@ def _pooltool_39() -> Staged:
     )
 
 
-@complained(
-    thread="https://github.com/google/brax/issues/58",
-    reported="A ball that rolls on a plane sometimes spins in place, and does not pass on its momentum to a ball that "
-    "it hits.",
-    made="Spheres replace the thread's capsules. Sizes, speed and friction are chosen here.",
-)
-def _brax_58() -> Staged:
+def brax_58() -> Staged:
     """A rolling sphere hits an equal one: it spins in place and follows at 2/7 of its speed, the other rolls at 5/7."""
     along, gap, friction, g, lasts, radius = 3.0, 1.5, 0.2, 9.81, 2.0, 0.5
     met, changed = gap / along, 2.0 * along / 7.0
@@ -291,32 +198,15 @@ def _brax_58() -> Staged:
     return answered(scene, [hit], source, final=final, spins=spins)
 
 
-@_never_rests(
-    thread="https://github.com/google/brax/issues/151",
-    reported="A ball that lies on a fixed ground, with elasticity 1, begins to bounce, higher and higher.",
-    made="Radius, gravity, elasticity, steps and their number are from the thread; a disc replaces the capsule.",
-)
-def _brax_151() -> Staged:
+def brax_151() -> Staged:
     """An elastic ball that lies on the ground stays there."""
     staged = _on_a_floor(
-        "A body at rest stays at rest",
-        disc(complex(0.0, 0.1), 0j, 0.1),
-        0.0,
-        3.0,
-        gravity_m_s2=9.8,
-        restitution=1.0,
+        "A body at rest stays at rest", disc(complex(0.0, 0.1), 0j, 0.1), 0.0, 3.0, gravity_m_s2=9.8, restitution=1.0
     )
     return Staged(staged.scene.model_copy(update={"frame_rate_hz": 100.0}), staged.known)
 
 
-@complained(
-    thread="https://github.com/bulletphysics/bullet3/issues/2117",
-    reported="A pool ball that rolls with rolling friction moves along a curve, although its spin is at right angles "
-    "to its path: friction acted on each axis separately (fixed by pull request 2138).",
-    made="Seen from above, the ball is a disc that its table slows down: rolling resistance removes 5/7 c g of its "
-    f"speed a second. {_OURS}",
-)
-def _bullet3_2117() -> Staged:
+def bullet3_2117() -> Staged:
     """A ball that rolls at an angle to both axes keeps its direction until it stops."""
     resists, g, speed, lasts = 0.02, 9.81, 0.5, 2.5
     slower = resists * g / (1.0 + _SPHERE)
@@ -326,13 +216,7 @@ def _bullet3_2117() -> Staged:
     return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
 
 
-@_never_rests(
-    thread="https://github.com/liabru/matter-js/issues/613",
-    reported="A box slides very slowly down a slope on which static friction should hold it.",
-    made="A disc that does not turn replaces the box; slope and friction are chosen here.",
-    at_least=1e-4,
-)
-def _matter_613() -> Staged:
+def matter_613() -> Staged:
     """A block on a slope below its angle of friction stays at rest."""
     block = _ball(0.0, rolls=True, inertia=math.inf)
     return _on_a_floor(
@@ -340,31 +224,9 @@ def _matter_613() -> Staged:
     )
 
 
-def _bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
+def bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
     """Stage a ball that is dropped, bounces infinitely often in finite time, and then rests for some time."""
     ball = disc(complex(0.0, 0.5 + height_m), 0j, 0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
     source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
     return _on_a_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)
-
-
-@_never_rests(
-    thread="https://github.com/dimforge/rapier/pull/114",
-    reported="A threshold of speed ends the bounces of a ball with restitution .9 at once; without a threshold, they "
-    "fade into rest.",
-    made="The restitution is from the thread; the height is chosen here.",
-)
-def _rapier_114() -> Staged:
-    """A ball with restitution .9 is dropped from 1 m, and rests after 8.6 s."""
-    return _bounces_out(1.0, 0.9, 2.0)
-
-
-@complained(
-    thread="https://github.com/dynamomd/DynamO/issues/13",
-    reported="An event-driven run of spheres that fall on a base stops while some still fly, and counts no events.",
-    symptom=Symptom.NEVER_ENDS,
-    made="The scene has only one sphere that falls on a floor; height and restitution are chosen here.",
-)
-def _dynamo_13() -> Staged:
-    """An inelastic ball is dropped: it has infinitely many impacts until it rests, and the run goes on."""
-    return _bounces_out(2.0, 0.5, 3.0)

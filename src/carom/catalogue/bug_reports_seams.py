@@ -9,14 +9,12 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.bug_report import complained
 from carom.catalogue.classics_walled import edges
 from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of
 from carom.catalogue.entry import Staged
 from carom.model.scene import Chain
 
 _LAW = "Newton's law: the velocity along the normal is reversed; a floor in pieces acts like one floor"
-_GLANCED = "In the thread the ball rolls, without impacts; here it comes down slowly, near a seam."
 
 
 def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1 + 0j) -> Staged:
@@ -30,7 +28,7 @@ def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, tur
     return answered(scene, [impact(time, 0, -1, after_wall(velocity, 1j) * turn)], _LAW)
 
 
-def _channel(start: complex, velocity: complex, radius: float, width: float, length: float, pieces: int) -> Staged:
+def channel(start: complex, velocity: complex, radius: float, width: float, length: float, pieces: int) -> Staged:
     """Stage a disc that bounces along a channel, from one end to the other, between two walls made of pieces."""
     walls = [edges(-length / 2, length / 2, pieces=pieces)]
     walls.append(edges(complex(-length / 2, width), complex(length / 2, width), pieces=pieces))
@@ -42,74 +40,29 @@ def _channel(start: complex, velocity: complex, radius: float, width: float, len
     return answered(scene, impacts, _LAW)
 
 
-@complained(
-    thread="https://github.com/jrouwe/JoltPhysics/issues/717",
-    reported="A sphere of radius 0.1 that moves at 5 m/s over two touching cubes bounces up at the edge between them.",
-    made=f"Cubes, radius and speed are from the thread. {_GLANCED}",
-)
-def _jolt_717() -> Staged:
+def jolt_717() -> Staged:
     """A ball comes down at the seam between two cubes."""
     return _down(5 - 0.25j, 0.1, edges(-2, 2, pieces=2), at=-0.0625)
 
 
-@complained(
-    thread="https://github.com/jrouwe/JoltPhysics/issues/1155",
-    reported="Spheres jump when they cross an internal edge of the ground, even with the settings against it.",
-    made="All sizes are chosen here; the ball meets a floor and a ceiling in pieces, six times.",
-)
-def _jolt_1155() -> Staged:
-    """A ball moves along a channel whose two sides are in pieces."""
-    return _channel(-4 + 0.8j, 4 - 3j, 0.25, 1.5, 12.0, 12)
-
-
-@complained(
-    thread="https://github.com/dimforge/rapier/issues/95",
-    reported="Balls on a ramp of a few large triangles follow the internal edges instead of the slope.",
-    made=f"The ramp has three pieces, as in the thread; slope and sizes are chosen here. {_GLANCED}",
-)
-def _rapier_95() -> Staged:
+def rapier_95() -> Staged:
     """A ball comes down on a ramp of three pieces, next to a seam."""
     turn = cmath.exp(-1j * math.radians(20))
     return _down(3 - 0.5j, 0.25, edges(-3 * turn, 3 * turn, pieces=3), at=-1.0625, turn=turn)
 
 
-@complained(
-    thread="https://github.com/dimforge/rapier/issues/404",
-    reported="Ball colliders roll at odd angles, and along the internal edges of a triangle mesh.",
-    made=f"All sizes are chosen here. {_GLANCED}",
-)
-def _rapier_404() -> Staged:
+def rapier_404() -> Staged:
     """A ball comes down on a slope of many pieces, straight above a seam."""
     turn = cmath.exp(-1j * math.radians(35))
     return _down(1 - 2j, 0.3, edges(-4 * turn, 4 * turn, pieces=8), turn=turn)
 
 
-@complained(
-    thread="https://github.com/godotengine/godot/issues/76610",
-    reported="A ball that comes straight down near the junction of two square tiles leaves with a sideways velocity.",
-    made="All sizes are chosen here; there is no gravity.",
-)
-def _godot_76610() -> Staged:
+def godot_76610() -> Staged:
     """A ball comes straight down near the seam of two tiles, a tenth of its radius away from it."""
     return _down(-6j, 0.4, edges(-1, 1, pieces=2), at=0.04)
 
 
-@complained(
-    thread="https://github.com/godotengine/godot/issues/15707",
-    reported="Balls that bounce straight up and down on two tiles drift to the side and then fly off.",
-    made="All sizes are chosen here; a ceiling, instead of gravity, sends the ball back.",
-)
-def _godot_15707() -> Staged:
-    """A ball moves straight up and down between two walls, near the seams of both."""
-    return _channel(0.03125 + 1j, -3j, 0.25, 2.0, 2.0, 2)
-
-
-@complained(
-    thread="https://github.com/godotengine/godot/issues/65204",
-    reported="A ball on a floor of tiles bounces irregularly, and may stop dead where it lands.",
-    made="Restitution and all sizes are chosen here.",
-)
-def _godot_65204() -> Staged:
+def godot_65204() -> Staged:
     """A ball falls on a floor of tiles and bounces, under gravity."""
     pull, time, end, radius, restitution = 9.81, 0.5, 0.875, 0.25, 0.6
     before = 2 - 1j - 1j * pull * time
@@ -127,62 +80,31 @@ def _godot_65204() -> Staged:
     return answered(scene, [impact(time, 0, -1, after)], f"Free fall; {_LAW}", final=[final])
 
 
-@complained(
-    thread="https://github.com/godotengine/godot/issues/66778",
-    reported="A golf ball that rolls over a flat surface of several shapes bumps or snags at the seams.",
-    made=f"All sizes are chosen here. {_GLANCED}",
-)
-def _godot_66778() -> Staged:
+def godot_66778() -> Staged:
     """A ball comes down on a floor of six pieces next to a seam, slowly: at a hundredth of its speed."""
     return _down(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), at=-0.03125)
 
 
-@complained(
-    thread="https://github.com/godotengine/godot/issues/69655",
-    reported="A sphere sometimes jumps at the edges of the one-metre boxes that form its floor.",
-    made=f"The boxes are from the thread; radius and speed are chosen here. {_GLANCED}",
-)
-def _godot_69655() -> Staged:
+def godot_69655() -> Staged:
     """A fast ball comes down on a floor of one-metre boxes."""
     return _down(10 - 1j, 0.5, edges(-8, 8, pieces=16), at=0.125)
 
 
-@complained(
-    thread="https://github.com/godotengine/godot/issues/34025",
-    reported="A ball that hits a wall of tiles where two of them meet bounces as if there were a corner.",
-    made="All sizes are chosen here.",
-)
-def _godot_34025() -> Staged:
+def godot_34025() -> Staged:
     """A ball meets an upright wall of four tiles, exactly at a seam."""
     return _down(2.5 - 4j, 0.25, edges(-2j, 2j, pieces=4), turn=1j)
 
 
-@complained(
-    thread="https://github.com/schteppe/cannon.js/issues/304",
-    reported="A sphere that falls on a board where two faces meet bounces off in a wrong direction.",
-    made="All sizes are chosen here; there is no gravity.",
-)
-def _cannon_304() -> Staged:
+def cannon_304() -> Staged:
     """A ball comes down on a board exactly where two pieces meet."""
     return _down(0.5 - 5j, 0.3, edges(-2, 2, pieces=2))
 
 
-@complained(
-    thread="https://github.com/DanielChappuis/reactphysics3d/issues/266",
-    reported="On a floor of cuboid tiles of one height a sphere hesitates or jumps from tile to tile.",
-    made=f"All sizes are chosen here. {_GLANCED}",
-)
-def _reactphysics3d_266() -> Staged:
+def reactphysics3d_266() -> Staged:
     """A ball comes down on a floor of eight tiles, just before a seam."""
     return _down(2 - 0.125j, 0.25, edges(-4, 4, pieces=8), at=-0.015625)
 
 
-@complained(
-    package="Newton Dynamics",
-    thread="https://github.com/MADEAPPS/newton-dynamics/issues/178",
-    reported="A ball that rolls over adjacent coplanar tiles often bumps where two of them meet.",
-    made=f"All sizes are chosen here. {_GLANCED}",
-)
-def _newton_dynamics_178() -> Staged:
+def newton_dynamics_178() -> Staged:
     """A ball comes down on a floor of five tiles, just behind a seam."""
     return _down(6 - 0.5j, 0.4, edges(-5, 5, pieces=5), at=1.0625)

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 from functools import cache
-from types import MappingProxyType, ModuleType
+from itertools import chain
+from types import MappingProxyType
 
 from carom.catalogue import (
-    bug_reports_driven,
-    bug_reports_falling,
-    bug_reports_pairs,
-    bug_reports_rolling,
-    bug_reports_seams,
-    bug_reports_thin,
-    bug_reports_walled,
     classics_collinear,
     classics_many_discs,
     classics_two_discs,
@@ -29,7 +23,8 @@ from carom.catalogue import (
     spin,
     tables,
 )
-from carom.catalogue.entry import CatalogueScene, Tag
+from carom.catalogue.bug_report import load_complaints
+from carom.catalogue.entry import CatalogueScene, Tag, scenes_of
 from carom.errors import UnknownNameError
 from carom.model.scene import Scene
 
@@ -37,36 +32,20 @@ _TAG_PREFIX = "tag:"
 
 #: Modules whose scenes run by default, then modules whose scenes run only when named, in the order of reports.
 _SUITE = (paper, classics_two_discs, classics_walled, classics_collinear, classics_many_discs, gravity)
-_ON_REQUEST = (
-    *(
-        bug_reports_pairs,
-        bug_reports_walled,
-        bug_reports_falling,
-        bug_reports_rolling,
-        bug_reports_seams,
-        bug_reports_thin,
-        bug_reports_driven,
-    ),
-    *(spin, tables, driven, contact_damping, contact, engines),
-)
+_ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 
 
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
     """Return the catalogue's suite by full name, in the order of reports. The suite runs by default."""
-    return MappingProxyType({entry.name: entry for module in _SUITE for entry in _entries(module)})
+    return MappingProxyType({entry.name: entry for module in _SUITE for entry in scenes_of(module)})
 
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return all scenes by name: the suite, and the groups that run only when named."""
-    asked_for = {entry.name: entry for module in _ON_REQUEST for entry in _entries(module)}
-    return MappingProxyType({**catalogue(), **asked_for})
-
-
-def _entries(module: ModuleType) -> Iterator[CatalogueScene]:
-    """Yield the scenes of a module in the order of their definition, which reports use."""
-    return (entry for entry in vars(module).values() if isinstance(entry, CatalogueScene))
+    others = (entry for module in _ON_REQUEST for entry in scenes_of(module))
+    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), others)}})
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:

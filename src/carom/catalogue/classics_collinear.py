@@ -7,11 +7,10 @@ import math
 from itertools import combinations
 
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of, struck_row, wedge_impacts
-from carom.catalogue.entry import Staged, Tag, listed
+from carom.catalogue.entry import Staged, Tag, marked
 from carom.model.scene import Wall
 
 
-@listed("classics")
 def _sorting() -> Staged:
     """Five equal discs on a line, each faster than the next: ten impacts sort their velocities."""
     # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts move on
@@ -46,7 +45,7 @@ def _sorting() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics", Tag.UNSTABLE)
+@marked(Tag.UNSTABLE)
 def _galperin_100() -> Staged:
     """A mass of 100 drives a mass of 1 against a wall: 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
@@ -82,7 +81,6 @@ def _galperin_100() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics")
 def _three_in_line() -> Staged:
     """Three unequal masses on a line collide six times, the most that their masses allow."""
     m0, m1, m2 = 3.0, 0.5, 2.0
@@ -108,8 +106,7 @@ def _three_in_line() -> Staged:
     x0, x1, x2 = on_the_line(start)
     v0, v1, v2 = on_the_line(velocity)
     scene = scene_of(
-        discs=[disc(x0 - (r0 + r1), v0, r0, m0), disc(x1, v1, r1, m1), disc(x2 + (r1 + r2), v2, r2, m2)],
-        duration_s=2.0,
+        discs=[disc(x0 - (r0 + r1), v0, r0, m0), disc(x1, v1, r1, m1), disc(x2 + (r1 + r2), v2, r2, m2)], duration_s=2.0
     )
     impacts = []
     for bounce in wedge_impacts(start, velocity, angle):
@@ -123,7 +120,7 @@ def _three_in_line() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics", Tag.UNSTABLE)
+@marked(Tag.UNSTABLE)
 def _between_fixed() -> Staged:
     """A disc bounces between two immovable discs, along their axis: an unstable periodic orbit."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
@@ -146,13 +143,11 @@ def _between_fixed() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics")
 def _cradle_gaps() -> Staged:
     """Newton's cradle with gaps: the velocity passes from disc to disc."""
     return struck_row([0.83, 0.17, 0.31, 0.23], radius_m=0.125, speed=2.0, duration_s=1.5)
 
 
-@listed("classics")
 def _cradle_touching() -> Staged:
     """Newton's cradle with touching discs: four impacts at one instant."""
     # All numbers are powers of two, so the row touches exactly, and all four impacts are at the same instant, to the

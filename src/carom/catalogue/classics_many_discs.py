@@ -7,10 +7,9 @@ import math
 
 from carom.catalogue.classics_walled import box_walls
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
-from carom.catalogue.entry import KnownAnswer, Staged, listed
+from carom.catalogue.entry import KnownAnswer, Staged
 
 
-@listed("classics")
 def _one_into_two() -> Staged:
     """A disc strikes two touching discs at one instant."""
     radius, speed, start_x = 0.25, 1.0, -1.1
@@ -57,7 +56,6 @@ def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, durat
     return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=len(discs) * 0.5 * speed**2))
 
 
-@listed("classics")
 def _gas() -> Staged:
     """Sixteen discs bounce in a box: energy is conserved, and reversed velocities lead back to the start."""
     return boxed_gas(4, radius_m=0.1, pitch_m=0.5, speed=1.5, duration_s=1.0)

@@ -6,16 +6,14 @@ import cmath
 import math
 
 from carom.catalogue.closed_forms import answered, disc, impact, meeting, scene_of
-from carom.catalogue.entry import Staged, Tag, listed
+from carom.catalogue.entry import Staged, Tag, marked
 
 
-@listed("classics")
 def _head_on() -> Staged:
     """Masses 1 and 3 meet head-on with restitution 1/2."""
     return meeting((4 + 0j, -2 + 0j), (0.2, 0.3), mass_kg=(1.0, 3.0), restitution=0.5, time_s=0.71, duration_s=1.5)
 
 
-@listed("classics")
 def _oblique_3_4_5() -> Staged:
     """A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle."""
     # The normal (4, 3)/5 splits the 5 m/s into 4 along it, which the struck disc takes, and 3 across it, which stay.
@@ -29,7 +27,6 @@ def _oblique_3_4_5() -> Staged:
     )
 
 
-@listed("classics")
 def _inelastic_oblique() -> Staged:
     """Two unequal discs, both moving, meet off centre with restitution 1/2."""
     return meeting(
@@ -37,7 +34,6 @@ def _inelastic_oblique() -> Staged:
     )
 
 
-@listed("classics")
 def _perfectly_inelastic() -> Staged:
     """A disc runs into an equal one at rest with restitution 0, and both go on together."""
     # All numbers are powers of two, so the common velocity is exact, and rounding can't make the pair approach once
@@ -45,7 +41,6 @@ def _perfectly_inelastic() -> Staged:
     return meeting((4 + 0j, 0j), (0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
 
 
-@listed("classics")
 def _deflection() -> Staged:
     """A disc bounces off an immovable one, and is deflected by 120 degrees."""
     radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
@@ -63,13 +58,13 @@ def _deflection() -> Staged:
     return answered(scene, [impact(time, 0, 1, after, 0j)], source)
 
 
-@listed("classics", Tag.GRAZING)
+@marked(Tag.GRAZING)
 def _graze() -> Staged:
     """A disc grazes another at .999 of the contact distance: a short, shallow overlap."""
     return meeting((3 + 0j, 0j), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
-@listed("classics", Tag.GRAZING)
+@marked(Tag.GRAZING)
 def _miss() -> Staged:
     """A disc passes another at 1.001 of the contact distance: no impact."""
     # The discs are nearest after .6 s, at 1.001 contact distances.
@@ -81,7 +76,6 @@ def _miss() -> Staged:
     return answered(scene, [], "The least distance of the centres exceeds the sum of the radii")
 
 
-@listed("classics")
 def _touching_apart() -> Staged:
     """Two discs touch at the start and move apart: no impact."""
     radius = 0.25
@@ -92,13 +86,11 @@ def _touching_apart() -> Staged:
     return answered(scene, [], "Bodies that do not approach exchange no impulse")
 
 
-@listed("classics")
 def _mass_ratio_1000() -> Staged:
     """A disc of 500 kg sweeps away one of half a kilogram."""
     return meeting((2 + 0j, 0j), (0.5, 0.1), mass_kg=(500.0, 0.5), offset=0.3, time_s=0.43, duration_s=1.25)
 
 
-@listed("classics")
 def _bullet() -> Staged:
     """A small disc at 100 m/s strikes another: between two frames it could pass its target completely."""
     # 1.7 m between two frames, and a target .5 m across.

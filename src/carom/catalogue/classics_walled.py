@@ -16,7 +16,7 @@ from carom.catalogue.closed_forms import (
     unit,
     vector,
 )
-from carom.catalogue.entry import KnownImpact, Staged, listed
+from carom.catalogue.entry import KnownImpact, Staged
 from carom.model.scene import Chain, Wall
 from carom.model.trace import wall_body
 
@@ -101,15 +101,12 @@ def in_a_room(
     return answered(scene_of([begun], walls=[room], duration_s=duration_s), impacts, source)
 
 
-@listed("classics")
 def _box() -> Staged:
     """One disc bounces in a box: its path unfolds to one straight line."""
     radius, width, height = 0.2, 2.4, 1.6
     start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the region of the centre
     scene = scene_of(
-        discs=[disc(start + complex(radius, radius), velocity, radius)],
-        walls=box_walls(width, height),
-        duration_s=2.5,
+        discs=[disc(start + complex(radius, radius), velocity, radius)], walls=box_walls(width, height), duration_s=2.5
     )
     impacts = bounces_in_a_box(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
     source = (
@@ -118,7 +115,6 @@ def _box() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics")
 def _restitution_ladder() -> Staged:
     """A disc bounces between two walls of restitution .8: each crossing takes 5/4 as long as the one before."""
     radius, width, e = 0.1, 1.7, 0.8
@@ -145,7 +141,6 @@ def _restitution_ladder() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics")
 def _slanted_wall() -> Staged:
     """A disc bounces off a slanted wall of restitution 3/4."""
     radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
@@ -160,7 +155,6 @@ def _slanted_wall() -> Staged:
     return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source)
 
 
-@listed("classics")
 def _bank_shot() -> Staged:
     """A disc bounces off a wall and then strikes another disc."""
     radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87

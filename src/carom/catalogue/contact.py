@@ -10,7 +10,7 @@ from typing import Any
 
 from carom.catalogue.classics_walled import FLOOR, edges
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
-from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged, listed
+from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector, wall_body
 
@@ -73,14 +73,12 @@ def _on_a_wall(
     return Staged(scene, KnownAnswer(source, (), count, velocity, place, final_spin_rad_s=spins))
 
 
-@listed("contact")
 def _drop() -> Staged:
     """A ball that is dropped and thrown bounces infinitely often until 3/sqrt(5) s, and then slides."""
     source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
     return _on_a_wall(source, (4.0, 1.0, 0.0), 4.0, along=1.0, up=1.0, count=None, wall_restitution=0.5)
 
 
-@listed("contact")
 def _bounce_to_roll() -> Staged:
     """A disc bounces infinitely often, is gripped at its fourth bounce, and rolls after 1/5 s."""
     source = "Geometric series of the hops, sliding and held: docs/theory/contact.md"
@@ -88,7 +86,6 @@ def _bounce_to_roll() -> Staged:
     return _on_a_wall(source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25)
 
 
-@listed("contact")
 def _lands_sliding() -> Staged:
     """A disc lands with slip left after infinitely many sliding bounces, slides, and rolls after 19/10 s."""
     source = "Geometric series of the hops, which all slide: docs/theory/contact.md"
@@ -97,7 +94,6 @@ def _lands_sliding() -> Staged:
     return _on_a_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
 
 
-@listed("contact")
 def _between_thresholds() -> Staged:
     """A slope holds a rolling disc but not a bouncing one: the disc lands sliding, and rolls after 3/8 s."""
     source = "Bounces hold a slip on slopes up to f (1 + 1/k)(1 + e)/2 = .675, contact up to f (1 + 1/k) = .9"
@@ -107,83 +103,70 @@ def _between_thresholds() -> Staged:
     return _on_a_wall(source, answer, 0.375 + lasts, **start, count=None, wall_restitution=0.5, wall_friction=0.3)
 
 
-@listed("contact")
 def _slide_to_roll() -> Staged:
     """A disc that slides at first rolls after 1/2 s, at two thirds of its speed."""
     return _on_a_wall(_COULOMB, (17 / 4, 2.0, -2.0), 2.0, along=3.0, wall_friction=0.2)
 
 
-@listed("contact")
 def _sphere_slides_to_roll() -> Staged:
     """A sphere that slides at first keeps five sevenths of its speed, like a billiard ball."""
     answer = (3 * 3 / 7 - 9 / 49 + 15 / 7 * (2 - 3 / 7), 15 / 7, -15 / 7)
     return _on_a_wall(_COULOMB, answer, 2.0, along=3.0, inertia=0.4, wall_friction=0.2)
 
 
-@listed("contact")
 def _comes_back() -> Staged:
     """With enough backspin a disc turns back after 1/4 m, and rolls back after 1 s."""
     return _on_a_wall(_COULOMB, (-1.0, -1.0, 1.0), 2.0, along=1.0, rim=5.0, wall_friction=0.2)
 
 
-@listed("contact")
 def _incline_rolls() -> Staged:
     """A disc is released on a slope and rolls, at two thirds of gravity's acceleration along the slope."""
     return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.3)
 
 
-@listed("contact")
 def _incline_slips() -> Staged:
     """On a slope with too little friction for rolling, a disc slips from the start, faster and faster."""
     return _on_a_wall(_COULOMB, (11 / 5, 22 / 5, -16 / 5), 1.0, fall=0.75, wall_friction=0.2)
 
 
-@listed("contact")
 def _incline_edge() -> Staged:
     """On a slope with just enough friction for rolling, slipping and rolling are the same."""
     return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.25)
 
 
-@listed("contact")
 def _stops() -> Staged:
     """A disc that does not turn slides to a stop, after v^2/(2 f g)."""
     return _on_a_wall(_COULOMB, (1.5, 0.0, 0.0), 5.0, along=3.0, inertia=math.inf, wall_friction=0.3)
 
 
-@listed("contact")
 def _holds() -> Staged:
     """A disc that does not turn stays at rest on a slope below its angle of friction."""
     return _on_a_wall(_COULOMB, (0.0, 0.0, 0.0), 5.0, fall=0.75, inertia=math.inf, wall_friction=0.8)
 
 
-@listed("contact")
 def _rolling_resistance() -> Staged:
     """A disc that rolls on a floor with rolling resistance stops after 5/2 s and 5/4 m."""
     laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 3 / 50}
     return _on_a_wall(_ROLLING, (5 / 4, 0.0, 0.0), 5.0, along=1.0, rim=-1.0, **laws)
 
 
-@listed("contact")
 def _rolling_resistance_holds() -> Staged:
     """A disc does not begin to roll on a slope whose tangent is below the coefficient of rolling resistance."""
     return _on_a_wall(_ROLLING, (0.0, 0.0, 0.0), 5.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.76)
 
 
-@listed("contact")
 def _rolling_resistance_on_a_slope() -> Staged:
     """A disc rolls down a slope, and rolling resistance reduces its acceleration by c P/(1 + k)."""
     source = f"{_ROLLING}: u' = (g sin - c g cos)/(1 + k)"
     return _on_a_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
 
 
-@listed("contact")
 def _block() -> Staged:
     """With more rolling resistance than friction a disc slides without turning, and stops like a block."""
     laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 0.4}
     return _on_a_wall(_ROLLING, (1.5, 0.0, 0.0), 5.0, along=3.0, **laws)
 
 
-@listed("contact")
 def _lands_rolling() -> Staged:
     """A disc lands rolling, and rolling resistance slows it at each bounce and afterwards, until it stops."""
     e, w, c, k = 0.5, 1.0, 0.06, 0.5
@@ -196,7 +179,6 @@ def _lands_rolling() -> Staged:
     return _on_a_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
 
 
-@listed("contact")
 def _struck() -> Staged:
     """A rolling disc strikes an equal one at rest: it stops, and then follows, like a billiard ball."""
     discs = [disc(0.5j, 3 + 0j, 0.5, spin_rad_s=-6.0), disc(2 + 0.5j, 0j, 0.5)]
@@ -208,7 +190,6 @@ def _struck() -> Staged:
     return answered(scene, [impact(1 / 3, 0, 1, 0j, 3 + 0j, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
 
 
-@listed("contact")
 def _edge() -> Staged:
     """A disc rolls over the end of an edge at 3 m/s, and flies off: gravity can't bend its path around the end."""
     speed, end, duration = 3.0, 1.0, 1.0
@@ -226,7 +207,6 @@ def _edge() -> Staged:
     return answered(scene, [], source, final=[end_state], spins=(-6.0,))
 
 
-@listed("contact")
 def _pressed() -> Staged:
     """A disc falls onto one that lies on the floor; whether it leaves depends on the order of impacts."""
     scene = scene_of(
@@ -264,7 +244,6 @@ def _in_a_corner(
     return answered(scene, [], source, final=[(complex(place_m, 0.5), complex(speed))], spins=spins)
 
 
-@listed("contact")
 def _corner() -> Staged:
     """A disc that spins in the corner of floor and wall stays there: contact in a corner is not solved."""
     source = (
@@ -274,7 +253,6 @@ def _corner() -> Staged:
     return _in_a_corner(20.0, source, 0.5, 0.0, None, 3.0)
 
 
-@listed("contact")
 def _out_of_a_corner() -> Staged:
     """A disc in a corner spins so that it drives itself out of the corner, and rolls after 4/3 s."""
     slides, speed = 4 / 3, 10 / 3
@@ -285,14 +263,12 @@ def _out_of_a_corner() -> Staged:
 # On a table -----------------------------------------------------------------------------------------------------------
 
 
-@listed("contact")
 def _table_stop() -> Staged:
     """A table decelerates a disc by 4/10 m/s2: it stops after 5/2 s and 5/4 m."""
     scene = scene_of([disc(0j, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
     return answered(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0j)])
 
 
-@listed("contact")
 def _table_pair() -> Staged:
     """A disc slides 3/2 m to an equal one at rest and passes its velocity on; the other disc stops after 1/2 m."""
     discs = [disc(0j, 2 + 0j, 0.25), disc(2 + 0j, 0j, 0.25)]

@@ -11,7 +11,7 @@ import math
 
 from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
-from carom.catalogue.entry import Staged, listed
+from carom.catalogue.entry import Staged
 from carom.model.scene import Disc, Wall
 from carom.model.trace import wall_body
 
@@ -30,7 +30,6 @@ def _undamped_s(clock_s: float, damping_per_s: float) -> float:
     return (1.0 - math.exp(-damping_per_s * clock_s)) / damping_per_s
 
 
-@listed("contact")
 def _damped_box() -> Staged:
     """A damped disc bounces around in a box whose walls remove a fifth of its speed."""
     radius, side, restitution, damping, duration = 0.5, 5.0, 0.8, 0.4, 3.0
@@ -68,7 +67,6 @@ def _damped_box() -> Staged:
     return answered(scene, impacts, _LAW, final=[moving(end)])
 
 
-@listed("contact")
 def _damped_stop() -> Staged:
     """A damped disc never meets a wall that is exactly as far away as the disc gets in infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
@@ -82,7 +80,6 @@ def _damped_stop() -> Staged:
     return answered(scene, [], f"{_LAW}: v/c in all", final=[(complex(way), complex(speed * kept))])
 
 
-@listed("contact")
 def _damped_pair() -> Staged:
     """A damped disc catches up with a heavier one, and the impact pushes the heavier one on."""
     fast, slow, mass, restitution, damping, duration = 4.0, 1.0, 3.0, 0.5, 0.8, 1.5
@@ -109,7 +106,6 @@ def _damped_pair() -> Staged:
     return answered(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
 
 
-@listed("contact")
 def _damped_slide() -> Staged:
     """A damped disc that spins slides through its impact on a floor; its spin decays like its velocity."""
     (u, v), spin, friction, restitution, damping, duration = (3.0, -2.0), 4.0, 0.1, 0.5, 0.5, 1.2

@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from carom.catalogue.classics_walled import edges, in_a_room
 from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
-from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged, listed
+from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.model.scene import Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
@@ -22,7 +22,6 @@ def _after(velocity: complex, drive: complex, normal: complex, restitution: floa
     return drive + after_wall(velocity - drive, normal, restitution)
 
 
-@listed("driven")
 def _paddle() -> Staged:
     """A disc at 2 m/s meets a wall that approaches at 1 m/s, and returns at 4 m/s."""
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))
@@ -30,7 +29,6 @@ def _paddle() -> Staged:
     return answered(scene, [impact(3.0625 / 3, 0, -1, 4 + 0j)], f"{_LAW}: 2 V - v")
 
 
-@listed("driven")
 def _racket() -> Staged:
     """A tilted racket without thickness strikes an approaching disc; a fifth of their closing speed is lost."""
     drive, velocity, radius, restitution, time = 3 + 1j, -4 + 0.5j, 0.125, 0.8, 0.51
@@ -43,7 +41,6 @@ def _racket() -> Staged:
     return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal, restitution))], _LAW)
 
 
-@listed("driven")
 def _swatter() -> Staged:
     """A swatter without thickness meets a disc at rest at 50 m/s, and must not pass through it."""
     radius, speed = 0.125, 50.0
@@ -53,7 +50,6 @@ def _swatter() -> Staged:
     return answered(scene, [impact(time, 0, -1, complex(2.0 * speed))], f"{_LAW}: 2 V")
 
 
-@listed("driven")
 def _tip_of_a_racket() -> Staged:
     """A disc that moves sideways meets the tip of a rising racket."""
     drive, velocity, radius, time = 2j, -3 + 0j, 0.25, 0.51
@@ -65,7 +61,6 @@ def _tip_of_a_racket() -> Staged:
     return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal))], f"{_LAW}, from the tip to the disc")
 
 
-@listed("driven")
 def _mallet() -> Staged:
     """A mallet meets a puck off centre, and moves on unchanged."""
     drive, velocity, radius, time = -1 + 1j, 0.5 - 1j, 0.5, 0.8125
@@ -119,13 +114,11 @@ def _in_a_cylinder(drive: Fraction, duration: Fraction) -> Staged:
     return before_a_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 
 
-@listed("driven")
 def _piston() -> Staged:
     """A piston pushes a disc towards a wall: the disc gets faster at each of a dozen impacts on the piston."""
     return _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
 
 
-@listed("driven")
 def _crush() -> Staged:
     """A piston and a wall leave a disc no room after 3 s: before that, infinitely many impacts come ever faster."""
     pressed = _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
@@ -137,13 +130,11 @@ def _crush() -> Staged:
     return Staged(scene, KnownAnswer(source, pressed.known.impacts))
 
 
-@listed("driven")
 def _piston_that_recedes() -> Staged:
     """A piston recedes: each impact on it slows the disc down, until the disc can't catch up."""
     return _in_a_cylinder(Fraction(1, 8), Fraction(64))
 
 
-@listed("driven")
 def _moving_box() -> Staged:
     """A disc bounces in a moving box of four edges, as in a box at rest in the box's frame."""
     source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
@@ -151,7 +142,6 @@ def _moving_box() -> Staged:
     return in_a_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
 
 
-@listed("driven")
 def _lift() -> Staged:
     """A ball bounces on a floor that rises at a constant speed, as on a floor at rest in the floor's frame."""
     return on_a_lift(1.5)
@@ -182,7 +172,6 @@ def on_a_lift(rise: float) -> Staged:
     return answered(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])
 
 
-@listed("driven")
 def _start_at_a_touch() -> Staged:
     """A wall at rest that touches a disc starts to move, and strikes the disc at that instant."""
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
@@ -191,7 +180,6 @@ def _start_at_a_touch() -> Staged:
     return answered(scene, [impact(0.75, 0, -1, 3 + 0j)], f"{_LAW}: 2 V, when the wall starts")
 
 
-@listed("driven")
 def _paddle_to_and_fro() -> Staged:
     """A paddle advances, stops and recedes while a disc bounces between it and a wall: it strikes at three speeds."""
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
@@ -199,7 +187,6 @@ def _paddle_to_and_fro() -> Staged:
     return before_a_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
 
 
-@listed("driven")
 def _fast_cup() -> Staged:
     """A cup with a ball at rest in it flies past at 20 m/s: it pushes the ball along, and never lets it out."""
     radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
@@ -212,7 +199,6 @@ def _fast_cup() -> Staged:
     return answered(scene, impacts, "Galileo: as in a cup at rest, in which the ball comes at -V")
 
 
-@listed("driven")
 def _conveyor() -> Staged:
     """A ball that is dropped on a belt leaves in the belt's direction, spinning: friction removes all of the slip."""
     radius, down, belt, time, k = 0.25, 2.0, 1.5, 0.5, 0.5

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import Any, NamedTuple
+from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -161,23 +162,30 @@ class CatalogueScene:
         return frozenset(tag for tag, is_so in values.items() if is_so).union(self.marks)
 
 
-def listed(
-    group: str, *marks: Tag, kind: type[CatalogueScene] = CatalogueScene, **more: Any
-) -> Callable[[Builder], CatalogueScene]:
-    """Return a decorator that turns a builder into a scene of the catalogue, under the builder's name.
+_MARKS: dict[Builder, tuple[Tag, ...]] = {}
 
-    Args:
-        group: The group of the scene.
-        marks: Tags that cannot be derived from the scene and its answer.
-        kind: Class of the entry.
-        more: Fields of that class.
+
+def marked(*marks: Tag) -> Callable[[Builder], Builder]:
+    """Return a decorator that gives a scene tags that can't be derived from the scene and its answer."""
+
+    def mark(build: Builder) -> Builder:
+        _MARKS[build] = marks
+        return build
+
+    return mark
+
+
+def scenes_of(module: ModuleType) -> Iterator[CatalogueScene]:
+    """Yield the scenes of a module in the order of their definition, which reports use.
+
+    Each private function without parameters that returns `Staged` is the builder of a scene. The first word of the
+    module's name is the group.
     """
-
-    def enter(build: Builder) -> CatalogueScene:
-        name = build.__name__.strip("_").replace("_", "-")
-        return kind(f"{group}/{name}", " ".join((build.__doc__ or "").split()), build, marks, **more)
-
-    return enter
+    group = module.__name__.rpartition(".")[2].partition("_")[0]
+    for name, build in vars(module).items():
+        if name.startswith("_") and getattr(build, "__annotations__", None) == {"return": "Staged"}:
+            shows = " ".join((build.__doc__ or "").split())
+            yield CatalogueScene(f"{group}/{name[1:].replace('_', '-')}", shows, build, _MARKS.get(build, ()))
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

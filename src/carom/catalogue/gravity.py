@@ -10,7 +10,7 @@ import math
 
 from carom.catalogue.classics_walled import FLOOR, box_walls
 from carom.catalogue.closed_forms import after_impact, answered, disc, dot, impact, normal_of_offset, scene_of, vector
-from carom.catalogue.entry import Staged, listed
+from carom.catalogue.entry import Staged
 from carom.model.scene import Wall
 
 #: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.
@@ -22,7 +22,6 @@ def _fallen(position: complex, velocity: complex, time_s: float, pull: complex =
     return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
 
 
-@listed("gravity")
 def _free_fall() -> Staged:
     """A disc is thrown and meets nothing: any error at the end is the integrator's."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
@@ -66,20 +65,17 @@ def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     return answered(scene, [impact(t, 0, -1, complex(drift, u)) for t, u in bounces], source, final=[final])
 
 
-@listed("gravity")
 def _bouncing_ball() -> Staged:
     """An elastic ball falls on the floor and bounces to the same height, for ever."""
     return _bouncing(0.5, 1.0, 2.75)
 
 
-@listed("gravity")
 def _ladder() -> Staged:
     """A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest."""
     # The fall takes .267 s, and all of the infinitely many bounces would be over at 9 times that.
     return _bouncing(0.35, 0.8, 1.93)
 
 
-@listed("gravity")
 def _box() -> Staged:
     """A ball is thrown in a box: it meets floor and side walls in an order that follows from exact times only."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
@@ -117,7 +113,6 @@ def _box() -> Staged:
     return answered(scene, impacts, source, final=[final])
 
 
-@listed("gravity")
 def _falling_pair() -> Staged:
     """Two discs collide while they fall, as they would without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
@@ -139,7 +134,6 @@ def _falling_pair() -> Staged:
     return answered(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
 
 
-@listed("gravity")
 def _incline() -> Staged:
     """A ball of restitution 3/4 bounces down a slope of 3 in 4."""
     radius, height, e, duration = 0.25, 0.9, 0.75, 2.3

@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import partial
 
 from carom.catalogue.closed_forms import after_impact, answered, disc, impact, meeting, normal_of_offset, scene_of
-from carom.catalogue.entry import Staged, listed
+from carom.catalogue.entry import Staged
 
 _FILM_HZ = 24.0
 
@@ -22,7 +22,6 @@ _BACKWARDS = (
 _seen = partial(meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWARDS)
 
 
-@listed("paper")
 def _missed() -> Staged:
     """Two discs meet and separate between two frames: PIT never sees them touch (figures 2 and 3)."""
     # Half the chord is R sqrt(1 - .8^2) = .3 m long. At 12 m/s, the discs pass it in .6 of a frame, which is less than
@@ -30,14 +29,12 @@ def _missed() -> Staged:
     return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
 
-@listed("paper")
 def _late() -> Staged:
     """Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5)."""
     # The deep overlap lasts several frames, so PIT can't miss it; .9 of a frame passes before the next check.
     return _seen((4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
 
 
-@listed("paper")
 def _wrong_direction() -> Staged:
     """A green disc strikes a blue one, which bounces off a red one: with PIT at a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
@@ -62,7 +59,6 @@ def _wrong_direction() -> Staged:
     return answered(scene, impacts, _BACKWARDS)
 
 
-@listed("paper")
 def _multiple() -> Staged:
     """A heavy disc clips four light ones within one frame: PIT sees only some of the impacts (figures 8 and 9)."""
     heavy, radius, small = 8.0, 0.35, 0.12

@@ -13,7 +13,7 @@ from typing import Any
 
 from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import scene_of
-from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged, listed
+from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 
@@ -57,19 +57,16 @@ def _two(
     return Staged(scene, KnownAnswer(_ALCIATORE, (hit,), 1, after, final_spin_rad_s=spins_after))
 
 
-@listed("spin")
 def _grip() -> Staged:
     """A disc that does not spin hits a floor so rough that it leaves rolling."""
     return _on_floor((3.0, -4.0), (2.0, 2.0), -2.0, _CROSS, wall_friction=2.0, wall_restitution=0.5)
 
 
-@listed("spin")
 def _slide() -> Staged:
     """A disc slides through its impact on a floor: friction is a tenth of the push, and turns the disc a little."""
     return _on_floor((3.0, -2.0), (2.7, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
-@listed("spin")
 def _edge() -> Staged:
     """A disc hits a floor exactly at the limit between sticking and sliding, where both give the same."""
     return _on_floor((0.9, -2.0), (0.6, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
@@ -78,46 +75,39 @@ def _edge() -> Staged:
 _LEMBCKE = "S. Lembcke, Chipmunk forum, 24 October 2016, on a striker of carom that can't turn: f (1 + e) w_n at most"
 
 
-@listed("spin")
 def _striker_stick() -> Staged:
     """A striker that can't turn is held by the cushion's friction, and loses its speed along the cushion."""
     fields = {"wall_friction": 0.6, "wall_restitution": 0.9}
     return _on_floor((10.0, -10.0), (0.0, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
 
-@listed("spin")
 def _striker_slide() -> Staged:
     """A striker that can't turn slides along the cushion, and keeps 4.3 of 10 m/s."""
     fields = {"wall_friction": 0.3, "wall_restitution": 0.9}
     return _on_floor((10.0, -10.0), (4.3, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
 
-@listed("spin")
 def _throw_slide() -> Staged:
     """A cut shot with little friction: the object disc is thrown off the line of centres by 2.86 degrees."""
     after = ((42 / 25, -56 / 25), (83 / 25, 56 / 25))
     return _two((0.8, 0.6), (5.0, 0.0), 0.0, after, (0.4, 0.4), friction=0.05)
 
 
-@listed("spin")
 def _throw_stick() -> Staged:
     """A cut shot with much friction: the discs grip each other, and the throw is 7.13 degrees."""
     return _two((0.8, 0.6), (5.0, 0.0), 0.0, ((1.5, -2.0), (3.5, 2.0)), (1.0, 1.0), friction=1.0)
 
 
-@listed("spin")
 def _gearing() -> Staged:
     """A cut shot with the spin at which the discs roll on each other: friction has no effect, however large."""
     return _two((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
 
 
-@listed("spin")
 def _english_stick() -> Staged:
     """A spinning disc hits another head-on: the discs grip each other, and the other is thrown aside."""
     return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -1.0), (2.0, 1.0)), (4.0, -2.0), friction=10.0)
 
 
-@listed("spin")
 def _english_slide() -> Staged:
     """A spinning disc hits another head-on: the discs slide past each other, and the other is thrown aside a little."""
     return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -0.2), (2.0, 0.2)), (5.6, -0.4), friction=0.1)
@@ -147,7 +137,6 @@ def _between_plates(
     return Staged(scene, known)
 
 
-@listed("spin")
 def _plates() -> Staged:
     """Between two rough plates the speed along them falls to a third at every bounce, as if velocity were lost."""
     states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
@@ -155,18 +144,12 @@ def _plates() -> Staged:
     return _between_plates(states, 3.0, 2.0, 0.937, source)
 
 
-@listed("spin")
 def _bounce_to_roll() -> Staged:
     """A disc thrown along a floor slides at three bounces, grips at the fourth, and finally rolls on the floor."""
     pull, drop = 2.0, 0.25  # the impact speed is 1, after half a second; later flights take 1/2, 1/4, ... of a second
     disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
     scene = scene_of(
-        discs=[disc],
-        walls=[FLOOR],
-        wall_friction=0.25,
-        wall_restitution=0.5,
-        gravity_m_s2=(0.0, -pull),
-        duration_s=2.0,
+        discs=[disc], walls=[FLOOR], wall_friction=0.25, wall_restitution=0.5, gravity_m_s2=(0.0, -pull), duration_s=2.0
     )
     along = [Fraction(13, 8), Fraction(23, 16), Fraction(43, 32), *[Fraction(4, 3)] * 5]
     spins = [Fraction(-3, 4), Fraction(-9, 8), Fraction(-21, 16), *[Fraction(-4, 3)] * 5]
@@ -189,13 +172,11 @@ def _superball(states: int) -> list[tuple[float, float]]:
     return found
 
 
-@listed("spin")
 def _superball_table() -> Staged:
     """A superball thrown under a table comes back to the hand: floor, table, floor."""
     return _between_plates(_superball(3), 1.0, 2.0, 1.0, _GARWIN, wall_tangential_restitution=1.0)
 
 
-@listed("spin")
 def _superball_hop() -> Staged:
     """A superball with a spin of twice its speed hops to and fro between two spots for ever."""
     pull, drop, duration = 8.0, 1.0, 2.75  # the impact speed is 4, after half a second; a hop takes a second
@@ -217,7 +198,6 @@ def _superball_hop() -> Staged:
     return Staged(scene, KnownAnswer(_GARWIN, tuple(impacts), 3, (velocity,), (end,), final_spin_rad_s=(-2.0,)))
 
 
-@listed("spin")
 def _strip() -> Staged:
     """A superball bounces 500 times between two plates: it never gets away along them, but moves to and fro."""
     turn, rounds = math.acos(-7 / 9), 250
@@ -233,7 +213,6 @@ def _strip() -> Staged:
     return _between_plates(states, 1.0, 4.0, 0.02, source, wall_tangential_restitution=1.0)
 
 
-@listed("spin")
 def _corner() -> Staged:
     """A disc meets both walls of a right-angled corner at once: with friction their order decides the result."""
     walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from carom.catalogue.classics_walled import edges, in_a_room
 from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of, unit, vector, wedge_impacts
-from carom.catalogue.entry import KnownAnswer, Staged, Tag, listed
+from carom.catalogue.entry import KnownAnswer, Staged, Tag, marked
 from carom.model.scene import Chain, Disc, Ring
 
 _LAW = "Newton's law: the velocity along the normal is reversed"
@@ -40,7 +40,6 @@ def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain 
     return answered(scene, impacts, source)
 
 
-@listed("tables")
 def _bullet() -> Staged:
     """A one-millimetre disc at a million metres a second meets a wall without thickness."""
     scene = scene_of([disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4)
@@ -58,19 +57,16 @@ def _end_of_a_wall(offset: float) -> Staged:
     return answered(scene, hits, "The normal is from the end to the centre: s off, (2 s^2 - 1, 2 s sqrt(1 - s^2))")
 
 
-@listed("tables")
 def _end_of_wall() -> Staged:
     """A disc meets the end of a thin wall off centre, and is deflected."""
     return _end_of_a_wall(0.6)
 
 
-@listed("tables")
 def _end_grazed() -> Staged:
     """A disc meets the end of a thin wall with its outermost twentieth, and is deflected by 36 degrees."""
     return _end_of_a_wall(0.95)
 
 
-@listed("tables")
 def _end_missed() -> Staged:
     """A disc flies past the end of a wall a billionth of a radius away: it meets nothing."""
     return _end_of_a_wall(1.0 + 1e-9)
@@ -89,13 +85,11 @@ def _corner(restitution: float) -> Staged:
     return answered(scene, impacts, f"{_LAW}: a right angle reverses a velocity, whichever side is first")
 
 
-@listed("tables")
 def _corner_at_once() -> Staged:
     """A disc meets both sides of a right-angled corner at one instant, and returns the way it came."""
     return _corner(1.0)
 
 
-@listed("tables")
 def _corner_with_losses() -> Staged:
     """A disc meets both sides of a right-angled corner at one instant, and loses the same fraction of speed at both."""
     return _corner(0.6)
@@ -113,13 +107,11 @@ def _wedge(degrees: float, start: complex, velocity: complex) -> Staged:
     return answered(scene, [impact(hit.time_s, 0, -1, hit.velocity) for hit in hits], source)
 
 
-@listed("tables")
 def _wedge_of_sixty() -> Staged:
     """A disc is thrown into a corner of 60 degrees: three impacts, and the order of the first two decides."""
     return _wedge(60.0, 4 + 1j, -2 + 0.3j)
 
 
-@listed("tables")
 def _corner_of_forty_five() -> Staged:
     """A disc meets both sides of a 45-degree corner at one instant: after four impacts it returns the way it came."""
     radius, velocity, time = 0.25, 1.5 * cmath.exp(-0.9j * math.pi), 0.75
@@ -134,13 +126,11 @@ def _corner_of_forty_five() -> Staged:
     return Staged(scene, KnownAnswer(source, count=4, final_velocity_m_s=(vector(-velocity),), final_position_m=end))
 
 
-@listed("tables")
 def _wedge_of_twelve() -> Staged:
     """A disc is thrown into a corner of 12 degrees, and comes out after fifteen impacts: 180 degrees over 12."""
     return _wedge(12.0, 5 + 0.4j, -2 + 0.2j)
 
 
-@listed("tables")
 def _star() -> Staged:
     """A disc in a circular container draws a five-pointed star for ever."""
     rho, radius = 1.0, 0.25
@@ -148,7 +138,6 @@ def _star() -> Staged:
     return _around(places, 1.5, radius, Ring(centre_m=(0, 0), radius_m=rho + radius), _CHORDS)
 
 
-@listed("tables")
 def _whispering_gallery() -> Staged:
     """A disc skims along a circular wall at a thousandth of a radian: a hundred impacts in 12 degrees."""
     rho, radius, delta, count = 1.0, 0.25, 1e-3, 100
@@ -163,13 +152,11 @@ def _whispering_gallery() -> Staged:
     return answered(scene, impacts, f"{_CHORDS}: 2 rho sin(delta) for each impact")
 
 
-@listed("tables")
 def _stadium_across() -> Staged:
     """A disc bounces between the straight sides of a stadium."""
     return _to_and_fro(0.5, 1j, 1.5)
 
 
-@listed("tables")
 def _stadium_along() -> Staged:
     """A disc bounces along the axis of a stadium, between the middles of its arcs."""
     return _to_and_fro(0, 1, 3.5)
@@ -182,13 +169,13 @@ def _to_and_fro(start: complex, velocity: complex, way: float) -> Staged:
     return answered(scene, impacts, f"{_BUNIMOVICH}; the distance between two walls, over the speed")
 
 
-@listed("tables", Tag.UNSTABLE)
+@marked(Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
     """A disc moves along a rhombus in a stadium: each impact on an arc makes an error along the arc larger."""
     return _around([-1.5j, 3.5 + 0j, 1.5j, -3.5 + 0j], 1.25, 0.5, _stadium(), _BUNIMOVICH)
 
 
-@listed("tables", Tag.UNSTABLE)
+@marked(Tag.UNSTABLE)
 def _two_posts() -> Staged:
     """A disc bounces between two round posts, which deflect it more at each impact if it is off their axis."""
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
@@ -197,7 +184,7 @@ def _two_posts() -> Staged:
     return answered(scene, impacts, "Sinai, Russ. Math. Surv. 25 (1970) 137; the distance of two walls, over the speed")
 
 
-@listed("tables", Tag.UNSTABLE)
+@marked(Tag.UNSTABLE)
 def _three_posts() -> Staged:
     """A disc moves along a triangle of three round posts, six radii apart: an error grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
@@ -213,13 +200,11 @@ def _three_posts() -> Staged:
     )
 
 
-@listed("tables")
 def _box_of_edges() -> Staged:
     """A disc bounces in a box of four edges instead of half-planes: its path unfolds to one straight line."""
     return in_a_room(1.109375 + 0.765625j, 1.71875 + 0.6328125j, 0.25, 5.0, 3.0, 60.0)
 
 
-@listed("tables")
 def _fagnano() -> Staged:
     """A disc moves along the triangle of the feet of an equilateral triangle's heights, the shortest closed path."""
     side, radius = 6.0, 0.25
@@ -233,7 +218,6 @@ def _fagnano() -> Staged:
     return _around(places, 1.0, radius, wall, "Fagnano, 1775: the orthic triangle, here of a triangle a disc smaller")
 
 
-@listed("tables")
 def _seam() -> Staged:
     """A disc glances off a floor of ten pieces in one line: one impact, and none at the seams."""
     radius, velocity, time = 0.25, 5 - 2j, 0.51
@@ -243,7 +227,6 @@ def _seam() -> Staged:
     return answered(scene, [impact(time, 0, -1, 5 + 2j)], f"{_LAW}; a floor in pieces acts like one floor")
 
 
-@listed("tables")
 def _peg() -> Staged:
     """A disc falls on a round peg a little off centre, as in the first row of Galton's board."""
     offset, height, reach, pull = 0.1, 2.0, 0.3, 10.0
@@ -263,7 +246,7 @@ def _peg() -> Staged:
     return answered(scene, [impact(time, 0, -1, after)], source, final=[end])
 
 
-@listed("tables", Tag.UNSTABLE)
+@marked(Tag.UNSTABLE)
 def _bowl() -> Staged:
     """A disc falls straight to the bottom of a round container, and rises to the same height each time."""
     pull, height = 8.0, 3.0

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ParamSpec, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TextIO
 
 import typer
 
@@ -35,6 +35,18 @@ EXIT_SIGNAL = 128  # plus the number of the signal, as reported by a shell
 EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 
 Parameters = ParamSpec("Parameters")
+
+
+def out_option(text: str) -> Any:
+    """Return the option that names the output folder. `text` is its description, with the default if there is one."""
+    return typer.Option("--out", "-o", show_default=False, help=text)
+
+
+def scenes_argument(default: str) -> Any:
+    """Return the argument that names scenes. `default` describes the scenes without it."""
+    text = f"Scene files, or names, groups or patterns of catalogue scenes (default: {default})."
+    return typer.Argument(help=text)
+
 
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes.")
 

@@ -44,11 +44,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="update the file of known failures: add new failures without a reason, remove passing tests, and keep "
         "existing reasons",
     )
-    group.addoption(
-        "--carom-time-limit",
-        metavar="SECONDS",
-        help="time limit of a test in seconds (default: 60)",
-    )
+    group.addoption("--carom-time-limit", metavar="SECONDS", help="time limit of a test in seconds (default: 60)")
     group.addoption(
         "--carom-memory-limit",
         metavar="MEGABYTES",

@@ -23,7 +23,8 @@ from carom.execution.open_contact import gravity_of
 from carom.execution.phases import phase_values
 from carom.execution.state_rows import StateRows
 from carom.execution.step_cutter import Cutter
-from carom.execution.validate_adapter import Validator, adapter_error, plain_counts, plain_settings, plain_text
+from carom.execution.validate_adapter import adapter_error, plain_counts, plain_settings, plain_text
+from carom.execution.validate_observation import Validator
 from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, canonical_profile

@@ -16,15 +16,7 @@ from numpy.typing import NDArray
 from carom.comparator.non_finite import turned
 from carom.comparator.slowing import Slowing
 from carom.engines.api import Contact, Observation
-from carom.execution.open_contact import (
-    Motion,
-    Motions,
-    OpenContact,
-    Pair,
-    difference,
-    gravity_of,
-    separation_speed,
-)
+from carom.execution.open_contact import Motion, Motions, OpenContact, Pair, difference, gravity_of, separation_speed
 from carom.model.disc_arrays import STANDS
 from carom.model.scene import Scene
 from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index

@@ -209,18 +209,12 @@ class Options(LimitOptions):
     engines: Sequence[str] | None = engine_names(stamped=True)
     dts: Sequence[float] | None = step_lengths("1, 1/4 and 1/16 of a scene's frame", stamped=True)
     profiles: Sequence[str] | None = profile_names(
-        what="Settings profile, repeatable, or 'all' for every profile.",
-        said="default, tuned, located",
-        stamped=True,
+        what="Settings profile, repeatable, or 'all' for every profile.", said="default, tuned, located", stamped=True
     )
     settings: Mapping[str, Setting] = option(
         (),
         ValueKind(
-            "a mapping from names to values",
-            "NAME=VALUE",
-            _mapping,
-            wrong=("x", 5, ["x"], None),
-            gather=parse_settings,
+            "a mapping from names to values", "NAME=VALUE", _mapping, wrong=("x", 5, ["x"], None), gather=parse_settings
         ),
         "Override a setting of the profiles, repeatable. Every chosen engine must have the setting.",
         "--set",

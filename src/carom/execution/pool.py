@@ -173,10 +173,7 @@ class LocalPool(Pool):
     """
 
     def __init__(
-        self,
-        jobs: int | None = None,
-        time_limit_s: float = DEFAULT_TIME_LIMIT_S,
-        memory_limit_mb: float | None = None,
+        self, jobs: int | None = None, time_limit_s: float = DEFAULT_TIME_LIMIT_S, memory_limit_mb: float | None = None
     ) -> None:
         lanes = jobs or available_cores()
         share_mb = memory_share(lanes) if memory_limit_mb is None else memory_limit_mb

@@ -179,10 +179,7 @@ def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circ
         return
     for sign in (1, -1) if square else (1,):
         whole, part = Fraction(-b) / e2, Fraction(sign) / e2
-        yield Place(
-            Surd(a[0] + whole * ex, part * ex, square),
-            Surd(a[1] + whole * ey, part * ey, square),
-        )
+        yield Place(Surd(a[0] + whole * ex, part * ex, square), Surd(a[1] + whole * ey, part * ey, square))
 
 
 def _intersect_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:

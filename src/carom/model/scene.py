@@ -15,7 +15,7 @@ from carom.errors import InputError, Problem, SceneError
 from carom.model.disc_arrays import DiscArrays, Material
 from carom.model.prescribed_motion import Drive
 from carom.model.scene_names import find_scene
-from carom.model.sizes import span_problems
+from carom.model.sizes import span_problems, steps_to_cover
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, leg_problems
 from carom.support.checks import shown
 from carom.support.display import Drawn
@@ -31,10 +31,8 @@ from carom.support.fields import (
     SignedCoefficient,
     Vector,
 )
-from carom.support.formatting import number
-from carom.support.limits import MOST_STEPS
 
-__all__ = ["Chain", "Disc", "Need", "Ring", "Scene", "Wall", "as_scene", "steps_to_cover"]
+__all__ = ["Chain", "Disc", "Need", "Ring", "Scene", "Wall", "as_scene"]
 
 #: Coefficients of friction that have the same name in a scene and its arrays.
 _OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
@@ -373,30 +371,3 @@ def as_scene(scene: Scene | str) -> Scene:
         f"scene must be a Scene or the name of one in the catalogue, got {shown(scene)}",
         hints=["carom.load_scene reads a file"],
     )
-
-
-def steps_to_cover(duration_s: float, dt_s: float) -> int:
-    """Return the number of steps of length `dt_s` that cover a duration, 0 or more.
-
-    The last step may end after the duration.
-
-    The quotient is computed exactly. Both numbers may be rounded, for example 1/240. So their quotient may differ from
-    the intended whole number, by a fraction of up to 2^-53 for each number. Such a difference must not add a step.
-
-    Raises:
-        InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
-            steps.
-    """
-    if not 0 < dt_s < math.inf:
-        raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
-    (a, b), (c, d) = duration_s.as_integer_ratio(), dt_s.as_integer_ratio()
-    whole, part = a * d, b * c  # the quotient is whole / part
-    if whole > MOST_STEPS * part:
-        raise InputError(
-            f"a step must be at least {number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} s), "
-            f"got {dt_s}: lengthen it, or shorten the scene"
-        )
-    nearest = (2 * whole + part) // (2 * part)
-    if nearest > 0 and abs(whole - nearest * part) * 2**52 <= whole:
-        return nearest
-    return -(-whole // part)

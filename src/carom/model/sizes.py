@@ -1,4 +1,4 @@
-"""Sizes in a scene, and checks that they fit into one system of units.
+"""Sizes in a scene, checks that they fit into one system of units, and the number of steps of a duration.
 
 Lengths are compared with the smallest radius, and masses with the smallest mass. The longest possible path of a disc
 counts as a length. See `carom.support.limits`.
@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.errors import Problem
+from carom.errors import InputError, Problem
 from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import DiscArrays, wall_lengths
 from carom.support.formatting import metres, number
-from carom.support.limits import SPAN
+from carom.support.limits import MOST_STEPS, SPAN
 
 Vector = tuple[float, float]
 
@@ -108,3 +108,30 @@ def _short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Problem
                 f"makes edge {edge} {metres(length)} long; edges must be at least {_LEAST} of the greatest "
                 f"length in the scene, {metres(greatest)}; remove the point",
             )
+
+
+def steps_to_cover(duration_s: float, dt_s: float) -> int:
+    """Return the number of steps of length `dt_s` that cover a duration, 0 or more.
+
+    The last step may end after the duration.
+
+    The quotient is computed exactly. Both numbers may be rounded, for example 1/240. So their quotient may differ from
+    the intended whole number, by a fraction of up to 2^-53 for each number. Such a difference must not add a step.
+
+    Raises:
+        InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
+            steps.
+    """
+    if not 0 < dt_s < math.inf:
+        raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
+    (a, b), (c, d) = duration_s.as_integer_ratio(), dt_s.as_integer_ratio()
+    whole, part = a * d, b * c  # the quotient is whole / part
+    if whole > MOST_STEPS * part:
+        raise InputError(
+            f"a step must be at least {number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} s), "
+            f"got {dt_s}: lengthen it, or shorten the scene"
+        )
+    nearest = (2 * whole + part) // (2 * part)
+    if nearest > 0 and abs(whole - nearest * part) * 2**52 <= whole:
+        return nearest
+    return -(-whole // part)

@@ -268,8 +268,7 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
             yield Problem(place, f"must not be where edge {k} begins, got {a}: the edge has no length")
         elif (length := math.dist(a, b)) < SMALLEST:
             yield Problem(
-                place,
-                f"makes edge {k} {metres(length)} long: the least is {metres(SMALLEST)}, as for a radius",
+                place, f"makes edge {k} {metres(length)} long: the least is {metres(SMALLEST)}, as for a radius"
             )
 
 

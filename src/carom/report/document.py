@@ -8,28 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from enum import Enum
+from enum import Flag, auto
 from typing import Any
 
 
-class Medium(Enum):
+class Media(Flag):
     """Where a document is shown."""
 
-    PAGE = "HTML"
-    MARKDOWN = "Markdown"
-    TERMINAL = "terminal"
-    DETAIL = "terminal, in full"
-
-
-Media = frozenset[Medium]
-EVERYWHERE: Media = frozenset(Medium)
-PAGE: Media = frozenset({Medium.PAGE})
-TERMINAL: Media = frozenset({Medium.TERMINAL})
-DETAIL: Media = frozenset({Medium.DETAIL})
-#: Media that are files.
-ON_PAPER: Media = frozenset({Medium.PAGE, Medium.MARKDOWN})
-#: Media that show the evidence for a result: all except the short summary on a terminal.
-IN_FULL: Media = ON_PAPER | DETAIL
+    PAGE = auto()
+    MARKDOWN = auto()
+    TERMINAL = auto()
+    DETAIL = auto()  # a terminal, in full
+    ON_PAPER = PAGE | MARKDOWN  # files
+    IN_FULL = ON_PAPER | DETAIL  # media that show the evidence for a result: all except the summary on a terminal
+    EVERYWHERE = IN_FULL | TERMINAL
 
 
 @dataclass(frozen=True)
@@ -96,7 +88,7 @@ class Column:
     say: Callable[[Any], Cell | str]
     under: str = ""
     number: bool = False
-    only: Media = EVERYWHERE
+    only: Media = Media.EVERYWHERE
 
     @property
     def line(self) -> str:
@@ -131,10 +123,10 @@ class Table:
     note: str = ""
     folded: str = ""
     css: str = ""
-    only: Media = EVERYWHERE
+    only: Media = Media.EVERYWHERE
     packed: bool = False
 
-    def shown(self, medium: Medium) -> tuple[list[Column], list[list[Cell]]]:
+    def shown(self, medium: Media) -> tuple[list[Column], list[list[Cell]]]:
         """Return columns and rows as a medium shows them."""
         columns = [column for column in self.columns if medium in column.only]
         return columns, [[column.cell(item) for column in columns] for item in self.items]
@@ -151,7 +143,7 @@ class Text:
     """
 
     text: str
-    only: Media = EVERYWHERE
+    only: Media = Media.EVERYWHERE
     folded: bool = False
 
 
@@ -166,7 +158,7 @@ class Lines:
     """
 
     items: tuple[str, ...]
-    only: Media = EVERYWHERE
+    only: Media = Media.EVERYWHERE
     folded: str = ""
 
 
@@ -175,7 +167,7 @@ class Facts:
     """Pairs of name and value."""
 
     items: tuple[tuple[str, str], ...]
-    only: Media = ON_PAPER
+    only: Media = Media.ON_PAPER
 
 
 @dataclass(frozen=True)
@@ -183,7 +175,7 @@ class Legend:
     """Legend of a table: each mark as a cell of symbol and word, with its meaning."""
 
     items: tuple[tuple[Cell, str], ...]
-    only: Media = EVERYWHERE
+    only: Media = Media.EVERYWHERE
 
 
 @dataclass(frozen=True)
@@ -191,7 +183,7 @@ class Code:
     """Text to type literally, such as a command."""
 
     text: str
-    only: Media = EVERYWHERE
+    only: Media = Media.EVERYWHERE
 
 
 @dataclass(frozen=True)
@@ -215,7 +207,7 @@ class Figures:
 
     items: tuple[Figure, ...]
     large: bool = False
-    only: Media = PAGE
+    only: Media = Media.PAGE
 
 
 @dataclass(frozen=True)
@@ -242,7 +234,7 @@ class Pairs:
     """Several pairs of drawings. Markdown shows only their captions."""
 
     items: tuple[Pair, ...]
-    only: Media = ON_PAPER
+    only: Media = Media.ON_PAPER
 
 
 @dataclass(frozen=True)
@@ -253,7 +245,7 @@ class Replays:
     """
 
     pack: Callable[[], Iterable[tuple[str, str]]]
-    only: Media = PAGE
+    only: Media = Media.PAGE
 
 
 #: Label that opens a folded text.
@@ -277,10 +269,10 @@ class Section:
     heading: str
     blocks: tuple[Block, ...]
     level: int = 2
-    only: Media = EVERYWHERE
+    only: Media = Media.EVERYWHERE
     short: str = ""
 
-    def shown(self, medium: Medium) -> tuple[Block, ...]:
+    def shown(self, medium: Media) -> tuple[Block, ...]:
         """Return the blocks that a medium shows."""
         return tuple(block for block in self.blocks if medium in block.only)
 
@@ -332,6 +324,6 @@ class Document:
         """The sentences of the answer."""
         return self.answer.sentences
 
-    def shown(self, medium: Medium) -> Iterable[Section]:
+    def shown(self, medium: Media) -> Iterable[Section]:
         """Return the sections that a medium shows, except for empty ones."""
         return (section for section in self.sections if medium in section.only and section.shown(medium))

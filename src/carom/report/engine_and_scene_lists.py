@@ -10,7 +10,7 @@ from carom.catalogue import CatalogueScene, Complaint, all_scenes
 from carom.engines.api import Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.registry import EngineInfo
 from carom.report import formatting
-from carom.report.document import EVERYWHERE, Block, Cell, Column, Document, Facts, Headline, Lines, Section, Table
+from carom.report.document import Block, Cell, Column, Document, Facts, Headline, Lines, Media, Section, Table
 
 
 def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
@@ -88,13 +88,10 @@ def _aligned(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = ()) -> 
 
 def engine_page(info: EngineInfo) -> Document:
     """Return a document of everything that an adapter declares about its engine, and of the engine's reported bugs."""
-    sections = [Section(info.name, (Facts(tuple(_facts(info)), only=EVERYWHERE),))]
+    sections = [Section(info.name, (Facts(tuple(_facts(info)), only=Media.EVERYWHERE),))]
     if info.profiles:
         table = Table(
-            (
-                Column("profile", lambda item: item[0]),
-                Column("meaning", lambda item: item[1]),
-            ),
+            (Column("profile", lambda item: item[0]), Column("meaning", lambda item: item[1])),
             list(info.profiles.items()),
         )
         sections.append(Section("Profiles", (table,)))

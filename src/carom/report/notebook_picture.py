@@ -1,10 +1,11 @@
-"""HTML of a result for notebooks: a drawing above the lines of the terminal."""
+"""Results of studies in notebooks: a drawing above the lines of the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 from carom.errors import MissingExtraError
 from carom.report.files import require_report_extra
@@ -13,19 +14,49 @@ from carom.report.svg import drawing, new_figure, render
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from carom.report.document import Document
+
 #: Size of a picture in a notebook.
 SIZE_IN = (7.0, 3.8)
 #: Size of a picture that a phone shows without scrolling.
 _NARROW_IN = (3.9, 4.6)
 
 
-def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | None:
-    """Return a picture with lines below as HTML; None if the extra `report` is missing."""
-    try:
-        require_report_extra()
-    except MissingExtraError:
-        return None
-    return f'<div style="max-width:46em">{picture(draw, title)}</div><pre>{escape(lines)}</pre>'
+class ShownResult:
+    """Base of a study's result that can be printed, shown in a notebook with a picture, and plotted."""
+
+    def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
+        """Return the document of the result, and the title and the drawing function of its picture."""
+        raise NotImplementedError
+
+    @classmethod
+    def of(cls, found: Any) -> Self:
+        """Return a study's result in this form, which has the same fields."""
+        return cls(**{field.name: getattr(found, field.name) for field in fields(found)})
+
+    def __repr__(self) -> str:
+        from carom.report.render.terminal import plain_text  # imports Rich
+
+        return plain_text(self._show()[0])
+
+    def _repr_html_(self) -> str | None:
+        """Return the result as HTML, with a picture; None if the extra `report` is missing."""
+        try:
+            require_report_extra()
+        except MissingExtraError:
+            return None
+        _, title, draw = self._show()
+        return f'<div style="max-width:46em">{picture(draw, title)}</div><pre>{escape(repr(self))}</pre>'
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the picture of the result on the given axes, or on new ones, and return the axes.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
+        axes = axes_of(ax)
+        self._show()[2](axes)
+        return axes
 
 
 def picture(

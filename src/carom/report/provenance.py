@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 from carom.execution.environment import Environment
 from carom.report import formatting
-from carom.report.document import ON_PAPER, Code, Facts, Section
+from carom.report.document import Code, Facts, Media, Section
 
 
 def making(here: Environment, command: str, elapsed_s: float) -> Iterator[Section]:
     """Yield the sections with machine, versions and command."""
     yield Section("Machine and versions", (Facts((*_facts(here), ("Whole run", formatting.seconds(elapsed_s)))),))
-    yield Section("Made by", (Code(command, ON_PAPER),) if command else (), level=3)
+    yield Section("Made by", (Code(command, Media.ON_PAPER),) if command else (), level=3)
 
 
 def stamp_lines(here: Environment, command: str) -> tuple[str, ...]:

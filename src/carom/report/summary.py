@@ -148,8 +148,7 @@ def _of_score(score: Score) -> list[str]:
         f"Score: {mark_of_grade(score.grade, score.float_bits).word}",
         f"  {found}{undecided}{beyond}",
         f"  largest errors: velocity {_n(total.velocity)}{spin}, time {formatting.seconds(total.time_s)}, final "
-        "position"
-        f" {_n(total.final_position)}, energy {_n(total.energy)}",
+        f"position {_n(total.final_position)}, energy {_n(total.energy)}",
         f"  error / PIT's: {_n(score.price_paid)}",
         _of_steps(score),
     )

@@ -23,7 +23,7 @@ from carom.execution.journal import Journal, JournalEntry
 from carom.execution.options import Options
 from carom.execution.worker import codec_of
 from carom.model.trace import Trace
-from carom.studies.cross_check.journal import observed_journal
+from carom.studies.cross_check.run import observed_journal
 
 SCENE = all_scenes()["paper/missed"].scene
 

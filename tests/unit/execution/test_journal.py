@@ -31,7 +31,7 @@ from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JOURNAL_FORMAT, JournalEntry, canonical
 from carom.execution.pool import LocalPool
 from carom.execution.sweep import Measures, score_journal, sweep
-from carom.studies.stress.result import Spot, SpotEnding
+from carom.studies.stress.result import CellEnding, CellResult
 from carom.studies.stress.run import stress_journal
 
 KEY = JobKey("mine", "ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
@@ -105,13 +105,17 @@ def test_a_float_comes_back_to_the_bit(value: float, dt_s: float, tmp_path_facto
 
 
 SPOTS = (
-    Spot("attack", "grazing", "pit/tuned", SpotEnding.GIVES_WAY, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12),
-    Spot("relation", "boost", "pic/tuned", SpotEnding.NOT_RUN, reason="unavailable"),
-    Spot("relation", "boost", "pit/tuned", SpotEnding.FAILS, math.inf),
+    CellResult(
+        "attack", "grazing", "pit/tuned", CellEnding.GIVES_WAY, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12
+    ),
+    CellResult("relation", "boost", "pic/tuned", CellEnding.NOT_RUN, reason="unavailable"),
+    CellResult("relation", "boost", "pit/tuned", CellEnding.FAILS, math.inf),
 )
 
 
-CELLS = tuple(JournalEntry((spot.kind, spot.line, spot.method), Answer(Status.RAN, value=spot)) for spot in SPOTS)
+CELLS = tuple(
+    JournalEntry((result.kind, result.line, result.method), Answer(Status.RAN, value=result)) for result in SPOTS
+)
 
 
 CRASHED: JournalEntry[JobKey, Measures] = JournalEntry(
@@ -273,16 +277,16 @@ def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) 
 def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, status: Status) -> None:
     """With `retry` a crash, a time-out and an adapter's error count as not run; what ran, or can't be run, counts."""
     path, answer = tmp_path / "journal.jsonl", Answer(status, "why", measures() if status is Status.RAN else None)
-    broken, spot = JournalEntry(KEY, answer), replace(SPOTS[0], status=status)
-    cell = replace(CELLS[0], answer=Answer(Status.RAN, value=spot))
+    broken, result = JournalEntry(KEY, answer), replace(SPOTS[0], status=status)
+    cell = replace(CELLS[0], answer=Answer(Status.RAN, value=result))
     with score_journal(path) as journal:
         journal.add([broken])
     with score_journal(path, resume=True, retry=True) as journal:
         assert list(journal.entries.values()) == ([] if status.is_failure else [broken])
-    with stress_journal(tmp_path / "stress.jsonl", {}, resume=False) as spots:
-        spots.add([cell])
-    with stress_journal(tmp_path / "stress.jsonl", {}, resume=True, retry=True) as spots:
-        assert list(spots.entries.values()) == ([] if status.is_failure else [cell])
+    with stress_journal(tmp_path / "stress.jsonl", {}, resume=False) as cells:
+        cells.add([cell])
+    with stress_journal(tmp_path / "stress.jsonl", {}, resume=True, retry=True) as cells:
+        assert list(cells.entries.values()) == ([] if status.is_failure else [cell])
     assert path.read_bytes().count(b"\n") == 2  # what is not counted stays until there is a later one
 
 

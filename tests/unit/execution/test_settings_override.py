@@ -25,8 +25,7 @@ from carom.report.junit import junit
 from carom.report.render.markdown import markdown
 from carom.report.results_file.file import records
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.journal import DRAWN, observed_journal
-from carom.studies.cross_check.run import execute
+from carom.studies.cross_check.run import DRAWN, execute, observed_journal
 from carom.studies.diff.run import diff
 
 

@@ -7,8 +7,7 @@ import textwrap
 from carom.engines.api import CodedAdapter
 from carom.engines.registry import load_adapter
 from carom.execution.pool import InProcessPool
-from carom.execution.settings_code import find_changed_code, find_step_code
-from carom.execution.step_code import changed_lines, step_lines
+from carom.execution.settings_code import changed_lines, find_changed_code, find_step_code, step_lines
 from carom.model.scene import Disc, Scene
 
 #: A program as an adapter writes one, with a place for the step, its number, and what depends on it.

@@ -15,7 +15,8 @@ from tests.lengths import each
 from carom import Disc, Scene, Wall
 from carom.engines.api import AdapterError, Contact, Observation
 from carom.execution.state_rows import StateRows
-from carom.execution.validate_adapter import MOST_CHARACTERS, Validator, plain_counts, plain_settings
+from carom.execution.validate_adapter import MOST_CHARACTERS, plain_counts, plain_settings
+from carom.execution.validate_observation import Validator
 from carom.support.limits import LARGEST
 
 DT = 0.1

@@ -29,7 +29,7 @@ from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
 from carom.execution.results import Results, violates
-from carom.report.document import Column, Document, Headline, Medium, Section, Table
+from carom.report.document import Column, Document, Headline, Media, Section, Table
 from carom.report.junit import junit
 from carom.report.outcome_marks import Mark
 from carom.report.render.html import html as html_of
@@ -349,13 +349,13 @@ def test_page_and_markdown_have_the_same_sections_in_order(results: Results, fol
     """Page and Markdown have the same headings, except for those that the document shows in one of them only."""
     shown = {
         medium: [section.heading for section in cross_check_document(results).shown(medium)]
-        for medium in (Medium.PAGE, Medium.MARKDOWN)
+        for medium in (Media.PAGE, Media.MARKDOWN)
     }
     headings = re.findall(r"<h[23]>(.*?)</h[23]>", (folder / "index.html").read_text(encoding="utf-8"))
-    assert [html.unescape(heading) for heading in headings] == shown[Medium.PAGE]
+    assert [html.unescape(heading) for heading in headings] == shown[Media.PAGE]
     text = (folder / "report.md").read_text(encoding="utf-8")
-    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Medium.MARKDOWN]
-    assert [heading for heading in shown[Medium.PAGE] if heading != "All cells at all steps"] == shown[Medium.MARKDOWN]
+    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Media.MARKDOWN]
+    assert [heading for heading in shown[Media.PAGE] if heading != "All cells at all steps"] == shown[Media.MARKDOWN]
 
 
 def test_a_column_is_shown_wherever_its_table_is() -> None:

@@ -28,7 +28,7 @@ from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress import run as campaign
-from carom.studies.stress.result import Line, Spot, SpotEnding, StressResults
+from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest
 
 METHODS = (
     Method("pic", "default"),
@@ -73,25 +73,27 @@ def bench(*names: str) -> Bench:
     return Bench(tuple(found), plan, HERE, "carom bench paper/late", 80.0)
 
 
-def spot(line: Line, method: Method) -> Spot:
+def result(line: StressTest, method: Method) -> CellResult:
     """Return a cell: PIC passes, a default fails at once, and the others half way."""
     found = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
     good = method.engine == "pic"
     if line.kind == "relation":
-        ending = SpotEnding.HOLDS if good else SpotEnding.FAILS
-        return Spot(line.kind, line.name, method.name, ending, 0.0 if good else 0.1, scenes=found)
+        ending = CellEnding.HOLDS if good else CellEnding.FAILS
+        return CellResult(line.kind, line.name, method.name, ending, 0.0 if good else 0.1, scenes=found)
     if line.kind == "complaint":
-        ending = SpotEnding.DOES_NOT if good else SpotEnding.STILL_DOES
-        return Spot(
+        ending = CellEnding.DOES_NOT if good else CellEnding.STILL_DOES
+        return CellResult(
             line.kind, line.name, method.name, ending, 0.0 if good else 2.0, reason="1 impact missed", scenes=found
         )
     first, last = line.ladder[0], line.ladder[-1]
     if good:
-        return Spot(line.kind, line.name, method.name, SpotEnding.STANDS, last, last, 1e-16, scenes=found)
+        return CellResult(line.kind, line.name, method.name, CellEnding.STANDS, last, last, 1e-16, scenes=found)
     if method.profile == "default":
-        return Spot(line.kind, line.name, method.name, SpotEnding.NEVER_STOOD, first, reason="no impact", scenes=found)
+        return CellResult(
+            line.kind, line.name, method.name, CellEnding.NEVER_STOOD, first, reason="no impact", scenes=found
+        )
     middle = [value for value in line.ladder if value > 0][len(line.ladder) // 2]
-    return Spot(line.kind, line.name, method.name, SpotEnding.GIVES_WAY, middle, first, 1e-3, "no impact", found)
+    return CellResult(line.kind, line.name, method.name, CellEnding.GIVES_WAY, middle, first, 1e-3, "no impact", found)
 
 
 def campaign_results() -> StressResults:
@@ -99,8 +101,8 @@ def campaign_results() -> StressResults:
     lines = tuple(campaign.list_lines(quick=True))
     names = dict.fromkeys(method.engine for method in METHODS)
     engines = {name: EngineInfo(name, name, "1.0", "", None, {}, "carom") for name in names}
-    spots = {(line.name, method.name): spot(line, method) for line in lines for method in METHODS}
-    return StressResults(lines, METHODS, engines, spots, HERE, "carom stress --quick", True, 87.1)
+    cells = {(line.name, method.name): result(line, method) for line in lines for method in METHODS}
+    return StressResults(lines, METHODS, engines, cells, HERE, "carom stress --quick", True, 87.1)
 
 
 def advice() -> Advice:

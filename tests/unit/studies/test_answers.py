@@ -15,7 +15,7 @@ import carom
 from carom.cli.ascii import ERRORS
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import Document, Medium, Table
+from carom.report.document import Document, Media, Table
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.run import Advice, SearchEnding, StepRange, Unable
 from carom.studies.bench.axes import ErrorKind
@@ -24,7 +24,7 @@ from carom.studies.bench.growth_document import growth_document
 from carom.studies.bench.result import Curve
 from carom.studies.bench.tables import method_table, reached, suite_table
 from carom.studies.stress.document import stress_document
-from carom.studies.stress.result import Line, Spot, SpotEnding
+from carom.studies.stress.result import CellEnding, CellResult, StressTest
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
     "bench": lambda: bench_document(bench()),
@@ -82,7 +82,7 @@ def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
     """Among the methods that reach the same targets on as many scenes, the cheaper one comes first."""
     several = bench("paper/late", "paper/missed")
     scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
-    _, rows = suite_table(replace(several, scenes=tuple(scenes)), reached(several)).shown(Medium.MARKDOWN)
+    _, rows = suite_table(replace(several, scenes=tuple(scenes)), reached(several)).shown(Media.MARKDOWN)
     names = [row[0].text for row in rows]
     assert names.index("pymunk default") < names.index("pymunk tuned")
     assert names.index("box2d default") < names.index("box2d tuned") < names.index("mujoco default")
@@ -91,7 +91,7 @@ def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
 def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
     """A target that no engine reaches has no column; engines that all miss impacts are ranked by how many."""
     whole = bench().scenes[0]
-    columns, rows = method_table(whole, ErrorKind.IMPACT, reached(bench())).shown(Medium.MARKDOWN)
+    columns, rows = method_table(whole, ErrorKind.IMPACT, reached(bench())).shown(Media.MARKDOWN)
     heads = [column.head for column in columns]
     assert heads[4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
     assert all(any(row[k].text for row in rows) for k in range(4, 9))
@@ -285,20 +285,20 @@ def evidence(found: Advice) -> list[str]:
 @each(
     "ending, stands_at, depth",
     [
-        (SpotEnding.STANDS, 1e-4, 1.0),
-        (SpotEnding.NEVER_STOOD, None, 0.0),
-        (SpotEnding.GIVES_WAY, 1.0, 0.0),
-        (SpotEnding.GIVES_WAY, 0.01, 0.4),
-        (SpotEnding.GIVES_WAY, 1e-4, 0.8),
-        (SpotEnding.NOT_RUN, None, None),
+        (CellEnding.STANDS, 1e-4, 1.0),
+        (CellEnding.NEVER_STOOD, None, 0.0),
+        (CellEnding.GIVES_WAY, 1.0, 0.0),
+        (CellEnding.GIVES_WAY, 0.01, 0.4),
+        (CellEnding.GIVES_WAY, 1e-4, 0.8),
+        (CellEnding.NOT_RUN, None, None),
     ],
 )
 def test_a_bar_is_as_long_as_the_decades_that_a_method_stood(
-    ending: SpotEnding, stands_at: float | None, depth: float | None
+    ending: CellEnding, stands_at: float | None, depth: float | None
 ) -> None:
     """On an axis of four decades and a 0 beyond them, each decade is a fifth of the bar."""
-    line = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
-    found = line.depth(Spot("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
+    line = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
+    found = line.depth(CellResult("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
     assert found == (None if depth is None else pytest.approx(depth))
 
 
@@ -313,9 +313,9 @@ def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first()
     assert pit.rstrip().endswith(").")
     (row,) = [line.split() for line in lines if line.startswith("pic event-driven ")]
     assert "".join(row[2:]) == "=" * tests
-    stood = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
-    spot = Spot("attack", "gap", "pit/tuned", SpotEnding.GIVES_WAY, 1e-3, stands_at=1e-2)
-    gap = replace(few, lines=(stood,), methods=(METHODS[2],), spots={("gap", "pit/tuned"): spot})
+    stood = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
+    result = CellResult("attack", "gap", "pit/tuned", CellEnding.GIVES_WAY, 1e-3, stands_at=1e-2)
+    gap = replace(few, lines=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
     told = printed(stress_document(gap), 80)
     assert told[0].rstrip() == "pit: passes 0 of 1; first failure: gap at 0.001 (a gap)."
     assert any(line.split() == ["pit", "5"] for line in told)
@@ -334,12 +334,12 @@ def test_a_campaign_has_a_sentence_a_method_and_one_table() -> None:
 
 def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
     """Each link of the tables has a row of its name, with the file and the command that show the number."""
-    sections = list(stress_document(campaign_results()).shown(Medium.PAGE))
-    tables = [block for section in sections for block in section.shown(Medium.PAGE) if isinstance(block, Table)]
-    cells = [cell for table in tables for row in table.shown(Medium.PAGE)[1] for cell in row]
+    sections = list(stress_document(campaign_results()).shown(Media.PAGE))
+    tables = [block for section in sections for block in section.shown(Media.PAGE) if isinstance(block, Table)]
+    cells = [cell for table in tables for row in table.shown(Media.PAGE)[1] for cell in row]
     links = {cell.link for cell in cells if cell.link.startswith("#")}
     assert links == {f"#{cell.anchor}" for cell in cells if cell.anchor}
-    row = next(row for table in tables for row in table.shown(Medium.PAGE)[1] if row[0].anchor == "grazing/pit/tuned")
+    row = next(row for table in tables for row in table.shown(Media.PAGE)[1] if row[0].anchor == "grazing/pit/tuned")
     assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"
 
 
@@ -350,5 +350,5 @@ def test_a_step_that_was_not_scored_is_not_one_that_misses_an_impact() -> None:
     unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])
     short = replace(curve, points=(curve.points[0], *unscored))
     table = method_table(replace(whole, curves=(short,)), ErrorKind.IMPACT, (1e-3, 0.0))
-    columns, (line,) = table.shown(Medium.MARKDOWN)
+    columns, (line,) = table.shown(Media.MARKDOWN)
     assert line[[column.head for column in columns].index("steps that find all")].text == "1 of 1"

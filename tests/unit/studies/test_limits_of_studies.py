@@ -30,12 +30,11 @@ from carom.studies.bench.growth import growth, growth_journal
 from carom.studies.bench.options import BenchPlan, GrowthOptions
 from carom.studies.bench.run import work_precision
 from carom.studies.bench.timing_pass import timing_journal
-from carom.studies.cross_check.journal import observed_journal
-from carom.studies.cross_check.run import execute
+from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.run import diff
 from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.release_cache import Kept
+from carom.studies.history.release_cache import ReleaseCache
 from carom.studies.history.run import history
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.run import stress
@@ -121,7 +120,7 @@ def look_back(folder: Path, how: How) -> None:
         toys(folder / ("again" if how else "first"), patch)
         asked = HistoryOptions(versions=["1.0", "1.1"], profiles=["default"], jobs=1, **LIMITS)
         with history_journal(folder / "a", **how) as journal:
-            history("toy", [scene()], Kept(folder / "kept"), asked, notes=journal)
+            history("toy", [scene()], ReleaseCache(folder / "kept"), asked, notes=journal)
     forget()
 
 

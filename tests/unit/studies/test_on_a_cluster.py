@@ -99,5 +99,5 @@ def test_a_study_on_a_cluster_is_taken_up_from_its_journal(address: str, tmp_pat
     options = StressOptions(["pit"], quick=True)
     there = stress(["tunnelling"], dataclasses.replace(options, scheduler=address), out=tmp_path)
     before = (tmp_path / JOURNAL).read_bytes()
-    assert stress(["tunnelling"], options, out=tmp_path, resume=True).spots == there.spots
+    assert stress(["tunnelling"], options, out=tmp_path, resume=True).cells == there.cells
     assert (tmp_path / JOURNAL).read_bytes() == before

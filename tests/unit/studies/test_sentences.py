@@ -25,7 +25,7 @@ from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.trend_section import trend_section
 from carom.studies.stress.document import stress_document
-from carom.studies.stress.result import SpotEnding
+from carom.studies.stress.result import CellEnding
 
 #: Nothing happens, PIT and all; and two discs that check for overlap once per step finds late.
 NOTHING = staged("nothing", disc_at(0, 0, 1, 0), disc_at(0, 5, 1, 0), duration_s=1.0)
@@ -70,32 +70,32 @@ def test_a_trend_says_no_more_than_was_run() -> None:
     assert "A method that finds no impact in a scene has fewer scenes." in trend_said(checked(LATE))
 
 
-def stress_lead(endings: dict[str, SpotEnding]) -> str:
-    """Return the sentences of a campaign in which some engines' spots all end so, and all others pass or hold."""
+def stress_lead(endings: dict[str, CellEnding]) -> str:
+    """Return the sentences of a campaign in which some engines' cells all end so, and all others pass or hold."""
     found = campaign_results()
-    spots = {
+    cells = {
         (line, method): dataclasses.replace(
-            spot,
+            result,
             ending=endings.get(
-                method.partition("/")[0], SpotEnding.STANDS if spot.kind == "attack" else SpotEnding.HOLDS
+                method.partition("/")[0], CellEnding.STANDS if result.kind == "attack" else CellEnding.HOLDS
             ),
         )
-        for (line, method), spot in found.spots.items()
+        for (line, method), result in found.cells.items()
     }
-    return " ".join(stress_document(dataclasses.replace(found, spots=spots)).lead)
+    return " ".join(stress_document(dataclasses.replace(found, cells=cells)).lead)
 
 
 def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
     """A method that supports few scenes passes few, which is no failure, and it is named separately."""
     found = campaign_results()
     line = next(line.name for line in found.lines if line.kind == "attack")
-    spots = {
-        key: dataclasses.replace(spot, ending=SpotEnding.NOT_RUN)
-        if key[1] == "pymunk/tuned" and spot.kind == "attack" and spot.line != line
-        else spot
-        for key, spot in found.spots.items()
+    cells = {
+        key: dataclasses.replace(result, ending=CellEnding.NOT_RUN)
+        if key[1] == "pymunk/tuned" and result.kind == "attack" and result.line != line
+        else result
+        for key, result in found.cells.items()
     }
-    said = " ".join(stress_document(dataclasses.replace(found, spots=spots)).lead)
+    said = " ".join(stress_document(dataclasses.replace(found, cells=cells)).lead)
     assert (
         "1 method is not ranked, because not every stress test could be run: "
         "pymunk (tuned) passed 0 of 1 that it can run." in said

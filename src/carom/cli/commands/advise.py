@@ -20,8 +20,7 @@ def advise(
     options: AdviceOptions,
     scene: Annotated[str, typer.Argument(help="Scene file (.toml, .json), or name of a catalogue scene.")],
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="Output folder for a page that plots the error against the time step."),
+        Path | None, common.out_option("Output folder for a page that plots the error against the time step.")
     ] = None,
     verbose: common.Verbose = False,
 ) -> None:

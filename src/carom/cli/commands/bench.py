@@ -19,10 +19,7 @@ from carom.studies.bench.options import BenchPlan, GrowthOptions
 def bench(
     plan: BenchPlan,
     scenes: Annotated[list[str] | None, common.SCENE_NAMES] = None,
-    out: Annotated[
-        Path,
-        typer.Option("--out", "-o", show_default=False, help="Output folder (default: carom-bench)."),
-    ] = Path("carom-bench"),
+    out: Annotated[Path, common.out_option("Output folder (default: carom-bench).")] = Path("carom-bench"),
     resume: common.Resume = False,
     retry: common.Retry = False,
     axes: Annotated[

@@ -31,7 +31,7 @@ def certify(
         typer.Option("--show", min=0, show_default=False, help="Number of impacts to print per scene (default: 40)."),
     ] = 40,
     as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their error radii as JSON.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Output folder for one JSON file per scene.")] = None,
+    out: Annotated[Path | None, common.out_option("Output folder for one JSON file per scene.")] = None,
 ) -> None:
     """Compute impacts with proven digits, by ball arithmetic.
 

@@ -13,7 +13,7 @@ from carom.cli.options import asking
 from carom.studies.history.options import HistoryOptions
 
 if TYPE_CHECKING:
-    from carom.studies.history.release_cache import Kept
+    from carom.studies.history.release_cache import ReleaseCache
 
 #: Default groups of scenes: short scenes of all kinds with known answers.
 SCENES = ("paper", "classics", "engines")
@@ -25,12 +25,7 @@ def history(
     engine: Annotated[
         str, typer.Argument(help="Engine name, or path of an engine.toml. Its releases must be on pip or npm.")
     ],
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(
-            help="Scene files, or names, groups or patterns of catalogue scenes (default: paper, classics, engines)."
-        ),
-    ] = None,
+    scenes: Annotated[list[str] | None, common.scenes_argument("paper, classics, engines")] = None,
     listed: Annotated[bool, typer.Option("--list", help="List the available releases and exit.")] = False,
     bisect: Annotated[
         str | None,
@@ -40,9 +35,7 @@ def history(
             help="Find the release that changed one run, such as classics/box:default:1/60, and exit.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Output folder for history.md, history.svg and the journal.")
-    ] = None,
+    out: Annotated[Path | None, common.out_option("Output folder for history.md, history.svg and the journal.")] = None,
     resume: common.Resume = False,
     retry: common.Retry = False,
     verbose: common.Verbose = False,
@@ -67,14 +60,14 @@ def history(
             _run(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
 
 
-def _list(engine: str, options: HistoryOptions, kept: Kept) -> None:
+def _list(engine: str, options: HistoryOptions, kept: ReleaseCache) -> None:
     from carom.studies.history.document import listing_lines
     from carom.studies.history.run import list_releases
 
     common.say_lines(listing_lines(*list_releases(engine, options, kept)))
 
 
-def _bisect(engine: str, asked: str, options: HistoryOptions, kept: Kept) -> None:
+def _bisect(engine: str, asked: str, options: HistoryOptions, kept: ReleaseCache) -> None:
     from carom.errors import InputError
     from carom.studies.history.document import bisection_lines
     from carom.studies.history.run import bisect_change
@@ -94,7 +87,7 @@ def _run(
     engine: str,
     scenes: list[str],
     options: HistoryOptions,
-    kept: Kept,
+    kept: ReleaseCache,
     out: Path | None,
     *,
     resume: bool,

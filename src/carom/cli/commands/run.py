@@ -34,10 +34,7 @@ def run(
         ),
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", "-o", help="Output folder for the report: index.html, report.md, results.jsonl, junit.xml."
-        ),
+        Path | None, common.out_option("Output folder for the report: index.html, report.md, results.jsonl, junit.xml.")
     ] = None,
     report: Annotated[Path | None, typer.Option("--report", hidden=True)] = None,
     resume: common.Resume = False,
@@ -99,8 +96,7 @@ def _carried_out(
 ) -> Results:
     """Carry out a plan, write its report if requested, and print the table of grades."""
     from carom.studies.cross_check.document import cross_check_document, report_of
-    from carom.studies.cross_check.journal import observed_journal
-    from carom.studies.cross_check.run import execute
+    from carom.studies.cross_check.run import execute, observed_journal
 
     if report is None:
         with common.progress_bar() as progress:

@@ -27,12 +27,9 @@ def stress(
     retry: common.Retry = False,
     out: Annotated[
         Path,
-        typer.Option(
-            "--out",
-            "-o",
-            show_default=False,
-            help="Output folder for stress.html, stress.md, stress.json, the journal, and one scene per failure "
-            "(default: stress).",
+        common.out_option(
+            "Output folder for stress.html, stress.md, stress.json, the journal, and one scene per failure "
+            "(default: stress)."
         ),
     ] = Path("stress"),
     verbose: common.Verbose = False,

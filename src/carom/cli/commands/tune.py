@@ -22,16 +22,10 @@ def tune(
     engine: Annotated[
         str, typer.Argument(help="Engine name, or path of an engine.toml, whose adapter declares settings to tune.")
     ],
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(help="Scene files, or names, groups or patterns of catalogue scenes (default: classics)."),
-    ] = None,
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--out", "-o", show_default=False, help="Output folder for tune.md and the journal (default: tune)."
-        ),
-    ] = Path("tune"),
+    scenes: Annotated[list[str] | None, common.scenes_argument("classics")] = None,
+    out: Annotated[Path, common.out_option("Output folder for tune.md and the journal (default: tune).")] = Path(
+        "tune"
+    ),
     resume: common.Resume = False,
     retry: common.Retry = False,
     verbose: common.Verbose = False,
@@ -66,7 +60,7 @@ def tune(
                 options,
                 notes=journal,
                 progress=progress,
-                told=best.append,
+                on_improvement=best.append,
                 command=command_line(),
             )
         except KeyboardInterrupt:

@@ -170,9 +170,8 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
     yield Finding(
         Verdict.WRONG_ORDER,
         f"{len(judged.inverted)} pairs of impacts inverted, edit distance {edits}; the impact of "
-        f"{pair_name(impacts[a])} must be "
-        f"before that of {pair_name(impacts[b])}, {seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} "
-        "apart",
+        f"{pair_name(impacts[a])} must be before that of {pair_name(impacts[b])}, "
+        f"{seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} apart",
     )
 
 

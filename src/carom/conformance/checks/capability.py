@@ -251,10 +251,7 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
     "segments": ("segments", lambda can: None if can.segments else either_side(can.restitution[1])),
     "arcs": ("arcs", lambda can: None if can.arcs else in_and_out(can.restitution[1])),
-    "circles from outside": (
-        "posts",
-        lambda can: None if can.posts or can.arcs else at_a_circle(can.restitution[1]),
-    ),
+    "circles from outside": ("posts", lambda can: None if can.posts or can.arcs else at_a_circle(can.restitution[1])),
     "wall materials": ("wall_materials", lambda can: None if can.wall_materials else two_walls(1.0, 0.5)),
     "immovable discs": ("immovable_discs", lambda can: None if can.immovable_discs else post()),
     "driven walls": ("driven_walls", lambda can: None if can.driven_walls else paddle(can.restitution[1])),

@@ -64,17 +64,7 @@ class ProgramWorld:
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step."""
         seen = self._program.ask(Look(world=self._number), Seen)
-        contacts = tuple(
-            Contact(
-                contact.first,
-                contact.second,
-                contact.time_s,
-                contact.normal,
-                contact.impulse_n_s,
-                tangential_impulse_n_s=contact.tangential_impulse_n_s,
-            )
-            for contact in seen.contacts
-        )
+        contacts = tuple(Contact(**dict(contact)) for contact in seen.contacts)
         return Observation(
             np.array(seen.position_m, dtype=np.float64),
             np.array(seen.velocity_m_s, dtype=np.float64),

@@ -19,11 +19,7 @@ from carom.model.trace import Setting
 PROTOCOL = 1
 
 
-def _nan_from_null(value: object) -> object:
-    return math.nan if value is None else value
-
-
-_Float = Annotated[float, BeforeValidator(_nan_from_null)]
+_Float = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 _Vector = tuple[_Float, _Float]
 
 

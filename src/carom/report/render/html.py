@@ -11,7 +11,7 @@ import re
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from carom.report.document import QUESTION, Block, Cell, Document, Figures, Medium, Replays, Section, Table
+from carom.report.document import QUESTION, Block, Cell, Document, Figures, Media, Replays, Section, Table
 from carom.report.files import packed, require_report_extra
 from carom.support.escaping import visible
 
@@ -39,14 +39,14 @@ def html(document: Document) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
-    sections = list(document.shown(Medium.PAGE))
-    blocks = [block for section in sections for block in section.shown(Medium.PAGE)]
+    sections = list(document.shown(Media.PAGE))
+    blocks = [block for section in sections for block in section.shown(Media.PAGE)]
     kinds = {type(block) for block in blocks if not isinstance(block, Table) or block.packed}
     script = page_script(*(name for kind, names in _SCRIPTS.items() if kind in kinds for name in names))
     return _template("page.html.j2").render(
         document=document,
         sections=sections,
-        page=Medium.PAGE,
+        page=Media.PAGE,
         anchor=_anchor,
         kind=_kind,
         question=QUESTION,
@@ -113,7 +113,7 @@ def _anchor(section: Section) -> str:
 
 def _packed_rows(table: Table) -> str:
     """Return packed data for a table by `rows.js`. A cell is a text, or an object if it has other fields."""
-    columns, rows = table.shown(Medium.PAGE)
+    columns, rows = table.shown(Media.PAGE)
     heads = [[column.line, column.number] for column in columns]
     return packed({"columns": heads, "rows": [[_packed_cell(cell) for cell in row] for row in rows]})
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from carom.report import document as blocks
-from carom.report.document import Block, Document, Medium, Table
+from carom.report.document import Block, Document, Media, Table
 
 
 def markdown(document: Document) -> str:
@@ -18,9 +18,9 @@ def _lines(document: Document) -> Iterator[str]:
     yield f"# {_text(document.title)}"
     for sentence in (*filter(None, (document.about,)), *document.lead):
         yield from ("", _text(sentence))
-    for section in document.shown(Medium.MARKDOWN):
+    for section in document.shown(Media.MARKDOWN):
         yield from ("", f"{'#' * section.level} {_text(section.heading)}")
-        for block in section.shown(Medium.MARKDOWN):
+        for block in section.shown(Media.MARKDOWN):
             yield ""
             yield from _block(block)
 
@@ -48,7 +48,7 @@ def _block(block: Block) -> Iterator[str]:
 
 
 def _table(table: Table) -> Iterator[str]:
-    columns, rows = table.shown(Medium.MARKDOWN)
+    columns, rows = table.shown(Media.MARKDOWN)
     if table.title:
         yield from (f"**{_text(table.title)}**", "")
     yield from _rows([column.line for column in columns], [[cell.line for cell in row] for row in rows])

@@ -14,7 +14,7 @@ from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
 from carom.report import document as blocks
-from carom.report.document import Cell, Column, Document, Medium, Share, Table
+from carom.report.document import Cell, Column, Document, Media, Share, Table
 from carom.support.escaping import visible
 
 #: Number of characters in a bar.
@@ -29,7 +29,7 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
         width: Number of text columns. A wider table is shown in parts.
         full: Whether to show the evidence in addition to the answer.
     """
-    medium = Medium.DETAIL if full else Medium.TERMINAL
+    medium = Media.DETAIL if full else Media.TERMINAL
     if document.answer.sentence:
         yield visible(document.answer.sentence)
     for section in document.shown(medium):
@@ -67,7 +67,7 @@ def plain_text(document: Document, width: int = 80) -> str:
 _GAP = 2
 
 
-def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
+def _parts(table: Table, medium: Media, width: int) -> Iterator[RichTable]:
     """Yield a table in as many parts as needed for the width. Each part repeats the first column."""
     columns, rows = table.shown(medium)
     every = [_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]

@@ -184,11 +184,7 @@ def _finite(value: float) -> float | None:
 
 
 _FINITE = Annotated[
-    float,
-    Strict(),
-    AllowInfNan(allow_inf_nan=False),
-    PlainSerializer(_finite),
-    WithJsonSchema(_NULLABLE),
+    float, Strict(), AllowInfNan(allow_inf_nan=False), PlainSerializer(_finite), WithJsonSchema(_NULLABLE)
 ]
 _NUMBER = Annotated[_FINITE, WrapValidator(lambda value, read: math.nan if value is None else read(value))]
 

@@ -72,7 +72,8 @@ def line_of(row: Row) -> RowLine:
         verdicts=tuple(VerdictLine(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
         matched=len(score.errors) if score else None,
         **scored,
-        price_paid=_paid(score.price_paid) if score else None,
+        # JSON can't express an infinite number.
+        price_paid=("inf" if math.isinf(score.price_paid) else score.price_paid) if score else None,
         float_bits=cast("Literal[32, 64]", score.float_bits) if score else None,
         local=None,
         outcome_taken=_outcome(score) if score else None,
@@ -100,11 +101,6 @@ def reasons_of(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[
     warnings = line.notes if line.outcome is Outcome.WARNED else ()
     untimed = (f"not timed: {line.untimed}",) if line.untimed else ()
     return (*warnings, *(f"{verdicts[one.verdict]} ({one.reason})" for one in line.verdicts), *untimed)
-
-
-def _paid(price: float) -> float | Literal["inf"]:
-    """Return a ratio, or the text ``inf`` for an infinite ratio, which JSON can't express as a number."""
-    return "inf" if math.isinf(price) else price
 
 
 def _outcome(score: Score) -> Taken | None:

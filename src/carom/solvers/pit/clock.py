@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.model.scene import steps_to_cover
+from carom.model.sizes import steps_to_cover
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +12,8 @@ from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
 from carom.execution.pool import Pool
 from carom.model.scene import Scene, as_scene
-from carom.report.notebook_picture import axes_of, with_picture
-from carom.report.render.terminal import plain_text
+from carom.report.document import Document
+from carom.report.notebook_picture import ShownResult
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.figure import draw_advice, title_of
 from carom.studies.advise.options import AdviceOptions
@@ -25,25 +25,11 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class ShownAdvice(Advice):
-    """Advice that can be printed, shown in a notebook and plotted."""
+class ShownAdvice(ShownResult, Advice):
+    """Advice that can be printed, shown in a notebook and plotted: direction error against step, for each method."""
 
-    def __repr__(self) -> str:
-        return plain_text(advice_document(self))
-
-    def _repr_html_(self) -> str | None:
-        """Return the advice as HTML, with a picture; None if the extra `report` is missing."""
-        return with_picture(partial(draw_advice, self), title_of(self), repr(self))
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the direction error against the step, with a line for each method and for the target; return the axes.
-
-        Raises:
-            MissingExtraError: The extra `report` is not installed.
-        """
-        axes = axes_of(ax)
-        draw_advice(self, axes)
-        return axes
+    def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
+        return advice_document(self), title_of(self), partial(draw_advice, self)
 
 
 def advise(
@@ -81,4 +67,4 @@ def advise(
     own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:
         found = found_by(scene, asked, opened, progress=progress or no_progress)
-    return ShownAdvice(**{field.name: getattr(found, field.name) for field in fields(found)})
+    return ShownAdvice.of(found)

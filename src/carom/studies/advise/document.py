@@ -13,9 +13,6 @@ from carom.execution.job import Method
 from carom.model.trace import body_name
 from carom.report import formatting
 from carom.report.document import (
-    EVERYWHERE,
-    IN_FULL,
-    PAGE,
     Block,
     Code,
     Column,
@@ -24,6 +21,7 @@ from carom.report.document import (
     Figures,
     Headline,
     Lines,
+    Media,
     Section,
     Table,
     Text,
@@ -79,7 +77,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
         ),
         rows,
         title="Steps per second that pass, from the largest step to the finest tested:",
-        only=IN_FULL,
+        only=Media.IN_FULL,
     )
     answer, *more = _answers(advice)
     figure = Figure(
@@ -89,12 +87,12 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
     sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_limits(advice)))))]
     if rows:
         sections += [
-            Section("Error against step", (Figures((figure,), large=True),), only=PAGE),
+            Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
             Section("Code to paste", tuple(_pasted(advice, rows, asked or advice.scene.name))),
             Section(
                 "All tested steps",
-                (evidence, Lines((*_endings(rows), *_refusals(rows), _how(advice)), IN_FULL), *map(_curve, rows)),
-                only=IN_FULL,
+                (evidence, Lines((*_endings(rows), *_refusals(rows), _how(advice)), Media.IN_FULL), *map(_curve, rows)),
+                only=Media.IN_FULL,
             ),
         ]
     making_of = making(advice.environment, advice.command, advice.elapsed_s)
@@ -185,7 +183,7 @@ def _framed(advice: Advice, found: StepRange) -> str:
 
 def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
     """Yield the engine's code for one frame. A terminal shows only the code of the first method."""
-    shown = EVERYWHERE
+    shown = Media.EVERYWHERE
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
         method, trial, times = answer.method, found.in_frame, _times(advice, found)
@@ -202,7 +200,7 @@ def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Blo
         words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
         at = ("--dt", formatting.step_option(trial.dt_s), "--scene", asked)
         yield Text(f"For all settings, run: {shlex.join((*words, *at))}", shown)
-        shown = IN_FULL
+        shown = Media.IN_FULL
 
 
 def _cut(advice: Advice, answer: Advised) -> bool:
@@ -287,7 +285,7 @@ def _curve(answer: Advised) -> Table:
         Column("", lambda trial: trial.reason),
     )
     name = f"{_name(answer.method)}, all tested steps"
-    return Table(columns, answer.trials, title=name, folded=name, only=IN_FULL)
+    return Table(columns, answer.trials, title=name, folded=name, only=Media.IN_FULL)
 
 
 def _order(found: StepRange) -> float:

@@ -247,11 +247,7 @@ def _closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | No
 
 
 def _carry_out(
-    scene: Scene,
-    searches: Mapping[Method, StepSearch],
-    aimed_s: Sequence[float],
-    pool: Pool,
-    progress: Progress,
+    scene: Scene, searches: Mapping[Method, StepSearch], aimed_s: Sequence[float], pool: Pool, progress: Progress
 ) -> None:
     """Run the steps that the searches request, one step of each search at a time, until all searches have ended."""
     tried = 0

@@ -18,7 +18,7 @@ from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import IN_FULL, Cell, Column, Section, Table
+from carom.report.document import Cell, Column, Media, Section, Table
 from carom.report.files import FORMATS
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import CONFIDENCE, student_quantile
@@ -203,7 +203,7 @@ def baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
     )
     tables = [Table(columns, changed, title="Changes from the baseline", note=note)] * bool(changed)
     same = [one for one in found if one not in changed]
-    tables += [Table(columns, same, title="No change", only=IN_FULL)] * bool(same)
+    tables += [Table(columns, same, title="No change", only=Media.IN_FULL)] * bool(same)
     return Section("Baseline", tuple(tables))
 
 

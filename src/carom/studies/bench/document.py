@@ -9,19 +9,7 @@ from pathlib import Path
 
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import (
-    IN_FULL,
-    ON_PAPER,
-    TERMINAL,
-    Block,
-    Document,
-    Figure,
-    Figures,
-    Headline,
-    Lines,
-    Section,
-    Text,
-)
+from carom.report.document import Block, Document, Figure, Figures, Headline, Lines, Media, Section, Text
 from carom.report.files import as_json, fields_of, require_report_extra
 from carom.report.provenance import making, stamp_lines
 from carom.report.render.html import html
@@ -66,10 +54,7 @@ def bench_document(
 
 
 def write_bench(
-    bench: Bench,
-    folder: Path,
-    axes: Sequence[Diagram] = tuple(Diagram),
-    baseline: Sequence[Compared] | None = None,
+    bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
 ) -> Path:
     """Write `index.html`, `bench.json`, and one diagram per scene and pair of axes.
 
@@ -110,23 +95,23 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
     for kind in _diagrams_of(scene, axes):
         draw = partial(diagram_svg, scene, kind, bench.plan.error)
         figures.append(Figures((Figure(draw, f"{kind.heading}. {DIAGRAM_NOTE}"),), large=True))
-    described = (Text(scene.scene.description, ON_PAPER),) if scene.scene.description else ()
-    answer_text = Text(scene_answer(scene, bench.plan.target, bench.plan.error), IN_FULL)
+    described = (Text(scene.scene.description, Media.ON_PAPER),) if scene.scene.description else ()
+    answer_text = Text(scene_answer(scene, bench.plan.target, bench.plan.error), Media.IN_FULL)
     table = method_table(scene, bench.plan.error, targets)
-    methods: tuple[Block, ...] = (table, Text(TABLE_SHORT, TERMINAL), Text(TABLE_NOTE, IN_FULL))
+    methods: tuple[Block, ...] = (table, Text(TABLE_SHORT, Media.TERMINAL), Text(TABLE_NOTE, Media.IN_FULL))
     if len(bench.scenes) > 1:
-        methods = (dataclasses.replace(table, only=IN_FULL), Text(TABLE_NOTE, IN_FULL))
+        methods = (dataclasses.replace(table, only=Media.IN_FULL), Text(TABLE_NOTE, Media.IN_FULL))
         described = (answer_text, *described)
     yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], point_table(scene, bench.plan)))
     left_out = tuple(_unrun(scene))
-    yield Section("Omitted points", (Lines(left_out, IN_FULL),) if left_out else (), level=3)
+    yield Section("Omitted points", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:
         how = (
             f"Timed at {scene.timed_at} in {formatting.count(scene.rounds, 'round')} of random order (seed "
             f"{bench.plan.seed}). Timed runs are not observed, and the bench runs nothing else meanwhile. Noise: "
             f"{_describe_noise(scene.noise)}."
         )
-        yield Section("How it was timed", (Text(how, IN_FULL),), level=3)
+        yield Section("How it was timed", (Text(how, Media.IN_FULL),), level=3)
 
 
 def _scope(bench: Bench) -> Iterator[str]:

@@ -12,19 +12,7 @@ from urllib.parse import quote
 
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import (
-    IN_FULL,
-    PAGE,
-    Cell,
-    Column,
-    Document,
-    Figure,
-    Figures,
-    Headline,
-    Lines,
-    Section,
-    Table,
-)
+from carom.report.document import Cell, Column, Document, Figure, Figures, Headline, Lines, Media, Section, Table
 from carom.report.files import as_json, require_report_extra
 from carom.report.provenance import making, stamp_lines
 from carom.report.render.html import html
@@ -75,7 +63,7 @@ def growth_document(growth: Growth) -> Document:
             Section(
                 "Run time and memory against the number of discs", (Figures(figures, large=True), *_tables(growth))
             ),
-            Section("Omitted runs", (Lines(left_out, IN_FULL),) if left_out else (), level=3),
+            Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
             *making(growth.environment, growth.command, growth.elapsed_s),
         ),
     )
@@ -137,8 +125,14 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
                 Column("most", _most(lambda point: str(point.discs)), "discs", number=True),
                 Column("a second", _most(_cost), "there", number=True),
                 Column("falling", falling(_most(_cost)), "there", number=True),
-                Column("memory", lambda curve: _power(curve.memory_exponent), "grows as", only=IN_FULL),
-                Column("prepare", _most(lambda p: formatting.seconds(p.prepare_s)), "there", number=True, only=IN_FULL),
+                Column("memory", lambda curve: _power(curve.memory_exponent), "grows as", only=Media.IN_FULL),
+                Column(
+                    "prepare",
+                    _most(lambda p: formatting.seconds(p.prepare_s)),
+                    "there",
+                    number=True,
+                    only=Media.IN_FULL,
+                ),
                 Column(
                     "peak", _most(lambda p: f"{formatting.number(p.peak_bytes / _MIB, 3)} MiB"), "there", number=True
                 ),
@@ -157,7 +151,7 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
                 Column("prepare, s", lambda at: formatting.number(at[1].prepare_s, 3), number=True),
                 Column("memory, MiB", lambda at: formatting.number(at[1].memory_bytes / _MIB, 3), number=True),
                 Column("peak, MiB", lambda at: formatting.number(at[1].peak_bytes / _MIB, 3), number=True),
-                Column("command", lambda at: _command(*at), only=PAGE),
+                Column("command", lambda at: _command(*at), only=Media.PAGE),
             ),
             [(curve, point) for curve in growth.curves for point in _ran(curve)],
             title="All runs",
@@ -165,7 +159,7 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
             "its own process, and only one runs at a time. The time per step excludes preparation. Over PIT's: "
             "run time divided by PIT's with the same discs in the same session; only this ratio can be compared "
             "between machines. Memory: peak of the process, minus its memory before the world was built.",
-            only=IN_FULL,
+            only=Media.IN_FULL,
         ),
     )
 

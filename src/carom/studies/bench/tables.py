@@ -15,7 +15,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.registry import engine_argument
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, PAGE, Cell, Column, Media, Table
+from carom.report.document import Cell, Column, Media, Table
 from carom.studies.bench.axes import TARGETS, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.noise import Spread
@@ -82,22 +82,22 @@ def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -
         *(
             Column(error_text(target, kind), partial(_cost, scene, target), "ms", number=True, only=only)
             # A terminal shows the run time of exact results only once, next to their error.
-            for target, only in zip(targets, _shown_where(targets, exact=IN_FULL), strict=True)
+            for target, only in zip(targets, _shown_where(targets, exact=Media.IN_FULL), strict=True)
         ),
         Column("order", lambda curve: _order(curve.order)),
-        Column("steps that find all", _sound, number=True, only=IN_FULL),
+        Column("steps that find all", _sound, number=True, only=Media.IN_FULL),
     ]
     return Table(columns, best_first(scene.curves), title=f"{scene.scene.name}: accuracy and run time of each method")
 
 
-def _shown_where(targets: Sequence[float], exact: Media = EVERYWHERE) -> list[Media]:
+def _shown_where(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> list[Media]:
     """Return the media that show each target.
 
     A terminal shows only the finest targets, and rounding only on request.
     """
     errors = sum(target > THRESHOLDS.rounding for target in targets)
     hidden = max(0, errors - TARGETS_SHOWN)
-    return [IN_FULL] * hidden + [EVERYWHERE] * (errors - hidden) + [exact] * (len(targets) - errors)
+    return [Media.IN_FULL] * hidden + [Media.EVERYWHERE] * (errors - hidden) + [exact] * (len(targets) - errors)
 
 
 def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
@@ -244,7 +244,9 @@ def _clock(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
 #: Columns for points. The cost without collisions has separate columns.
 _POINT_COLUMNS = (
     Column("error", _error, number=True),
-    Column("smallest over starts", lambda point: formatting.number(point.error_least), number=True, only=ON_PAPER),
+    Column(
+        "smallest over starts", lambda point: formatting.number(point.error_least), number=True, only=Media.ON_PAPER
+    ),
     Column("all steps, ms", _clock(lambda timing: milliseconds(timing.advance_s)), number=True),
     Column("spread", _clock(lambda timing: _spread(timing.advance_s)), number=True),
     Column("prepare, ms", _clock(lambda timing: milliseconds(timing.prepare_s)), number=True),
@@ -254,9 +256,11 @@ _POINT_COLUMNS = (
     Column("call, µs", _clock(lambda timing: _microseconds(timing.call_s / timing.steps)), number=True),
     Column("net, µs", _clock(lambda timing: _microseconds(timing.net_s.median / timing.steps)), number=True),
     Column("steps / PIT", _clock(lambda timing: _median(timing.ratio)), number=True),
-    Column("ratio, quartiles", _clock(lambda timing: quartiles(timing.ratio)), number=True, only=ON_PAPER),
+    Column("ratio, quartiles", _clock(lambda timing: quartiles(timing.ratio)), number=True, only=Media.ON_PAPER),
     Column("whole / PIT", _clock(lambda timing: _median(timing.whole_ratio)), number=True),
-    Column("whole ratio, quartiles", _clock(lambda timing: quartiles(timing.whole_ratio)), number=True, only=ON_PAPER),
+    Column(
+        "whole ratio, quartiles", _clock(lambda timing: quartiles(timing.whole_ratio)), number=True, only=Media.ON_PAPER
+    ),
 )
 
 
@@ -267,7 +271,7 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         (
             Column("point", lambda point: Cell(point_name(point), anchor=point_anchor(name, point))),
             *_POINT_COLUMNS,
-            Column("command", partial(_command, name, plan), only=PAGE),
+            Column("command", partial(_command, name, plan), only=Media.PAGE),
         ),
         [point for curve in bench.curves for point in curve.points if not point.reason],
         title=f"{name}: all points",
@@ -279,7 +283,7 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         "the same round. Times are valid for this machine and session; only ratios can be compared with others.",
         folded="The numbers of all points, and the commands that repeat them",
         css="cells",
-        only=IN_FULL,
+        only=Media.IN_FULL,
     )
 
 

@@ -41,7 +41,8 @@ def explain(plan: Plan) -> Iterator[str]:
         reference = solve_reference(scene)
         skipped = "" if isinstance(reference, str) else _list_skipped(scene, reference, steps[0])
         bodies = f"{_describe_bodies(scene)}, {scene.duration_s:g} s"
-        yield f"{scene.name}: {bodies}, requires {_describe_needs(scene)}{skipped}"
+        needs = ", ".join(sorted(need.value for need in scene.needs)) or "no special features"
+        yield f"{scene.name}: {bodies}, requires {needs}{skipped}"
         if isinstance(reference, str):
             yield f"  not run: {reference}"
             continue
@@ -70,10 +71,6 @@ def explain(plan: Plan) -> Iterator[str]:
 def _describe_bodies(scene: Scene) -> str:
     discs, walls = len(scene.discs), len(scene.walls)
     return f"{discs} disc{'s' * (discs != 1)}, {walls or 'no'} wall{'s' * (walls != 1)}"
-
-
-def _describe_needs(scene: Scene) -> str:
-    return ", ".join(sorted(need.value for need in scene.needs)) or "no special features"
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from carom.model.trace import Trace
 from carom.report import formatting
-from carom.report.document import ON_PAPER, Pair, Pairs, Section, Text
+from carom.report.document import Media, Pair, Pairs, Section, Text
 from carom.report.picture import draw_pair
 from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
@@ -37,7 +37,7 @@ def picture_sections(grid: Grid) -> Iterator[Section]:
     """Yield the sections with pictures of runs."""
     paper, worst = find_divergences(grid)
     if paper or worst:
-        yield Section("What goes wrong", (Text(PICTURE_NOTE, ON_PAPER),))
+        yield Section("What goes wrong", (Text(PICTURE_NOTE, Media.ON_PAPER),))
     for heading, shown in (("The source paper's cases with PIT", paper), ("The worst runs of other scenes", worst)):
         if shown:
             yield Section(heading, (Pairs(tuple(map(_pair, shown))),), level=3)

@@ -11,22 +11,7 @@ from typing import NamedTuple
 
 from carom.comparator import Verdict
 from carom.report import formatting
-from carom.report.document import (
-    DETAIL,
-    IN_FULL,
-    ON_PAPER,
-    PAGE,
-    TERMINAL,
-    Block,
-    Cell,
-    Column,
-    Legend,
-    Lines,
-    Section,
-    Share,
-    Table,
-    Text,
-)
+from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Section, Share, Table, Text
 from carom.report.outcome_marks import RIGHT, Mark
 from carom.report.replay import impact_rows
 from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
@@ -69,11 +54,11 @@ def methods_section(grid: Grid) -> Section:
     blocks: tuple[Block, ...] = (
         *(_run_tables(grid) if alone else (_counts_table(grid, methods),)),
         _method_table(grid, methods, impacts if len(impacts) <= MOST_BESIDE else ()),
-        Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), PAGE),
-        Text(METHOD_NOTE, ON_PAPER),
-        Text(METHOD_DETAIL + RANKING_NOTE, ON_PAPER, folded=True),
-        *(() if alone else (Text("  ".join(symbols), DETAIL),)),
-        Text(short, DETAIL),
+        Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.PAGE),
+        Text(METHOD_NOTE, Media.ON_PAPER),
+        Text(METHOD_DETAIL + RANKING_NOTE, Media.ON_PAPER, folded=True),
+        *(() if alone else (Text("  ".join(symbols), Media.DETAIL),)),
+        Text(short, Media.DETAIL),
     )
     title = f"{heading} method against PIC, at {grid.step_phrase}"
     return Section(title, blocks if methods else (), short="Every method")
@@ -100,13 +85,13 @@ def _method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_
             Column("scenes by grade", lambda method: _grade_bar(grid.cells(method))),
             *numbers,
             *(
-                Column(name, partial(_group_cell, grid, names), formatting.count(len(names), "scene"), only=PAGE)
+                Column(name, partial(_group_cell, grid, names), formatting.count(len(names), "scene"), only=Media.PAGE)
                 for name, names in groups.items()
             ),
             Column("worst scene", lambda method: _worst_scene(grid.cells(method))),
         )
     name = Column("method", lambda method: Cell(method.label, method.profile, short=method.name))
-    return Table((name, *columns), methods, css="methods", only=IN_FULL)
+    return Table((name, *columns), methods, css="methods", only=Media.IN_FULL)
 
 
 def _linked(cell: GridCell) -> Cell:
@@ -190,7 +175,7 @@ def _counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
     others = tuple(mark for mark in Mark if mark.rank is None)
     columns = [Column("method", lambda method: method.name)]
     columns += [Column(name, partial(count, marks), number=True) for name, marks in {**_COUNTED, "n/a": others}.items()]
-    return Table(columns, methods, only=TERMINAL, note="n/a: not graded or not run; -v lists the reasons")
+    return Table(columns, methods, only=Media.TERMINAL, note="n/a: not graded or not run; -v lists the reasons")
 
 
 def _scored_runs(grid: Grid) -> list[GridCell]:
@@ -224,7 +209,7 @@ def _run_tables(grid: Grid) -> tuple[Table, ...]:
             own,
             title=f"at {formatting.step(dt_s)}" if len(by_step) > 1 else "",
             note=f"{', '.join(words)}. {SCENE_NOTE}" if dt_s == min(by_step) else "",
-            only=TERMINAL | DETAIL,
+            only=Media.TERMINAL | Media.DETAIL,
         )
         for dt_s, own in by_step.items()
     )
@@ -258,7 +243,9 @@ def impacts_section(grid: Grid) -> Section:
         return Section("", ())
     impacts = _find_impacts(grid, methods)
     # A page shows a few impacts already in the table of methods. A terminal has space for a few methods only.
-    media = (DETAIL if len(impacts) <= MOST_BESIDE else IN_FULL) | (TERMINAL if len(methods) <= MOST_ACROSS else DETAIL)
+    media = (Media.DETAIL if len(impacts) <= MOST_BESIDE else Media.IN_FULL) | (
+        Media.TERMINAL if len(methods) <= MOST_ACROSS else Media.DETAIL
+    )
     columns = [
         Column("bodies", lambda impact: impact.bodies),
         Column("time, s", lambda impact: impact.when, number=True),
@@ -269,8 +256,8 @@ def impacts_section(grid: Grid) -> Section:
     short, full = _verdict_lines(grid, full=len(methods) == 1), _verdict_lines(grid, full=True)
     blocks = (
         Table(columns, impacts[:MOST_IMPACTS], note=note, only=media),
-        Lines(short, TERMINAL),
-        Lines(full, DETAIL),
+        Lines(short, Media.TERMINAL),
+        Lines(full, Media.DETAIL),
     )
     shown = tuple(block for block in blocks if block.items)
     return Section("Impacts by method", shown, level=3)

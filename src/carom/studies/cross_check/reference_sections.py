@@ -8,7 +8,7 @@ from typing import NamedTuple
 from carom.catalogue import KnownAnswer
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import formatting
-from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Media, Section, Table, Text
+from carom.report.document import Block, Cell, Column, Lines, Media, Section, Table, Text
 from carom.studies.cross_check.grid import Grid
 
 #: Largest number of references that a terminal lists. Further references are listed in the report only.
@@ -48,14 +48,16 @@ def reference_section(grid: Grid) -> Section:
         for name, reference in results.references.items()
         if reference.contact_s < math.inf
     ]
-    listed = _lines(lines, EVERYWHERE if len(lines) <= MOST_LISTED else IN_FULL)
+    listed = _lines(lines, Media.EVERYWHERE if len(lines) <= MOST_LISTED else Media.IN_FULL)
     blocks: tuple[Block, ...] = (
-        (listed, Text(REFERENCE_NOTE, ON_PAPER), Text(ESTIMATE_NOTE, ON_PAPER, folded=True)) if lines else ()
+        (listed, Text(REFERENCE_NOTE, Media.ON_PAPER), Text(ESTIMATE_NOTE, Media.ON_PAPER, folded=True))
+        if lines
+        else ()
     )
     if rests:
         blocks += (
-            _lines(rests, EVERYWHERE if len(results.references) == 1 else IN_FULL),
-            Text(REST_NOTE, ON_PAPER),
+            _lines(rests, Media.EVERYWHERE if len(results.references) == 1 else Media.IN_FULL),
+            Text(REST_NOTE, Media.ON_PAPER),
         )
     return Section("Reliability of the reference", blocks, level=3)
 
@@ -94,5 +96,5 @@ def known_section(grid: Grid) -> Section:
         Column("deviation of PIC", _known_deviation, number=True),
     )
     found = [_Known(name, *answer) for name, answer in grid.results.known.items()]
-    blocks = (Table(columns, found, only=ON_PAPER), Text(KNOWN_NOTE, ON_PAPER)) if found else ()
+    blocks = (Table(columns, found, only=Media.ON_PAPER), Text(KNOWN_NOTE, Media.ON_PAPER)) if found else ()
     return Section("Known answers", blocks)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -16,12 +17,13 @@ from carom.comparator.shifted_scenes import shifted_references
 from carom.engines.registry import require_named, resolve_engine
 from carom.errors import AdapterError
 from carom.execution.cache_key import JobKey, job_key
+from carom.execution.codec import CarriedTrace
 from carom.execution.describe_engines import describe_engines
 from carom.execution.engine_run import ObserveTask
 from carom.execution.environment import environment
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, no_progress
-from carom.execution.journal import MemoryJournal
+from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.options import LimitOptions, Options
 from carom.execution.phases import compute_spread, phase_values
 from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job, select_profiles
@@ -35,9 +37,16 @@ from carom.execution.time_saved import measure_skips
 from carom.execution.timing import TimeTask, Timing
 from carom.model.scene import Scene, as_scene
 from carom.model.trace import Setting, Trace
-from carom.studies.cross_check.journal import DRAWN
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.support.options import check_value, step
+
+#: The form of a job with states for drawing; see `carom.execution.cache_key.JobKey`.
+DRAWN = "drawn"
+
+#: Opens the journal of a cross-check, stamped with its options. It has no run times, because only times of one session
+#: can be compared.
+observed_journal = partial(Journal[JobKey, Trace], "traces", JournalEntry[JobKey, CarriedTrace])
+
 
 T = TypeVar("T")
 

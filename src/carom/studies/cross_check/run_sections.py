@@ -13,7 +13,7 @@ from carom.comparator import Errors, ImpactError, Score
 from carom.execution.phases import PhaseSpread
 from carom.model.trace import Trace, pair_name
 from carom.report import formatting
-from carom.report.document import DETAIL, ON_PAPER, PAGE, Cell, Column, Section, Table, Text
+from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.lines import RowLine
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst
 
@@ -67,8 +67,8 @@ def spread_section(grid: Grid) -> Section:
         column("missed", lambda spread, _: formatting.percent(spread.miss_probability)),
         column("PIT must miss", lambda spread, _: formatting.percent_or_blank(spread.pit_miss_probability)),
     )
-    table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=ON_PAPER)
-    return Section("Spread over phases", (table, Text(SPREAD_NOTE, ON_PAPER)) if cells else ())
+    table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=Media.ON_PAPER)
+    return Section("Spread over phases", (table, Text(SPREAD_NOTE, Media.ON_PAPER)) if cells else ())
 
 
 class _RunTimes(NamedTuple):
@@ -104,8 +104,8 @@ def run_time_section(grid: Grid) -> Section:
             number=True,
         ),
     )
-    table = Table(columns, found, css="times", only=ON_PAPER)
-    notes = (Text(RUN_TIME_NOTE, ON_PAPER), Text(RUN_TIME_DETAIL, ON_PAPER, folded=True))
+    table = Table(columns, found, css="times", only=Media.ON_PAPER)
+    notes = (Text(RUN_TIME_NOTE, Media.ON_PAPER), Text(RUN_TIME_DETAIL, Media.ON_PAPER, folded=True))
     return Section("Run time", (table, *notes) if found else ())
 
 
@@ -120,8 +120,8 @@ def settings_section(grid: Grid) -> Section:
         Column("used on", lambda column: first[column].scene),
         Column("settings", lambda column: Cell("; ".join(_settings(first[column], used[column])), css="prose")),
     )
-    table = Table(columns, list(used), css="settings", only=ON_PAPER)
-    return Section("Settings used", (table, Text(SETTINGS_NOTE, ON_PAPER)) if used else (), level=3)
+    table = Table(columns, list(used), css="settings", only=Media.ON_PAPER)
+    return Section("Settings used", (table, Text(SETTINGS_NOTE, Media.ON_PAPER)) if used else (), level=3)
 
 
 def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
@@ -165,9 +165,13 @@ def cells_section(grid: Grid) -> Section:
         Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
     )
     cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
-    table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=PAGE, packed=True)
+    table = Table(
+        columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=Media.PAGE, packed=True
+    )
     more = f"Only the {MOST_CELLS:,} runs with the worst grades of {len(grid.runs):,} are shown; results.jsonl has all."
-    return Section("All cells at all steps", (table, *((Text(more, PAGE),) if len(cells) < len(grid.runs) else ())))
+    return Section(
+        "All cells at all steps", (table, *((Text(more, Media.PAGE),) if len(cells) < len(grid.runs) else ()))
+    )
 
 
 def _metric(name: str, cell: GridCell) -> str:
@@ -232,10 +236,10 @@ def impact_tables_section(grid: Grid) -> Section:
             title=f"{cell.scene} on {row.job.method.phrase}, dt = {formatting.instant(row.job.dt_s)}: "
             f"{cell.mark.sentence}",
             note="\n".join((*cell.reasons, *more)),
-            only=DETAIL,
+            only=Media.DETAIL,
         )
         tables.append(table)
-    return Section("Impacts of each run", tuple(tables), only=DETAIL)
+    return Section("Impacts of each run", tuple(tables), only=Media.DETAIL)
 
 
 def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Impact]:

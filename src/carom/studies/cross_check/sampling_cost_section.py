@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from carom.report import formatting
-from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
+from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.report.svg import SURFACE, drawing, error_scale, finish, line_style, new_figure, render
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
@@ -24,12 +24,11 @@ NOTE = (
     "over scenes, with smallest and largest values."
 )
 DETAIL_NOTE = (
-    "The error is the largest velocity error, divided by PIT's largest over the phases of the same step; or the "
-    "same ratio of spin errors if it is larger. For a missed impact, the error is the whole change of velocity. The "
-    "own error "
-    "is the velocity error against PIT or PIC, whichever is smaller, divided by the greatest speed. For single "
-    "impacts it is measured from the engine's own state before the impact. Times do not count, because checking "
-    "once per step is late by up to a step. Scenes without a unique answer are omitted."
+    "The error is the largest velocity error, divided by PIT's largest over the phases of the same step; or the same "
+    "ratio of spin errors if it is larger. For a missed impact, the error is the whole change of velocity. The own "
+    "error is the velocity error against PIT or PIC, whichever is smaller, divided by the greatest speed. For single "
+    "impacts it is measured from the engine's own state before the impact. Times do not count, because checking once "
+    "per step is late by up to a step. Scenes without a unique answer are omitted."
 )
 SHORT_NOTE = "error / PIT's: largest velocity or spin error, divided by PIT's largest at any phase of the step"
 
@@ -109,10 +108,10 @@ def sampling_cost_section(grid: Grid) -> Section:
         "The cost of sampling",
         (
             *((chart,) if any(cost.own for cost in found) else ()),
-            Table(columns, found, only=IN_FULL),
-            Text(NOTE, ON_PAPER),
-            Text(DETAIL_NOTE, ON_PAPER, folded=True),
-            Text(SHORT_NOTE, DETAIL),
+            Table(columns, found, only=Media.IN_FULL),
+            Text(NOTE, Media.ON_PAPER),
+            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
+            Text(SHORT_NOTE, Media.DETAIL),
         ),
     )
 

@@ -13,21 +13,7 @@ from carom.comparator import Score
 from carom.execution.plan import missing_profile_reason
 from carom.model.trace import Trace
 from carom.report import formatting
-from carom.report.document import (
-    DETAIL,
-    IN_FULL,
-    ON_PAPER,
-    PAGE,
-    TERMINAL,
-    Cell,
-    Column,
-    Legend,
-    Lines,
-    Replays,
-    Section,
-    Table,
-    Text,
-)
+from carom.report.document import Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import packed
 from carom.report.outcome_marks import Mark
 from carom.report.replay import describe_run, replay_data, replay_key, run_command
@@ -62,7 +48,7 @@ def scenes_section(grid: Grid) -> Section:
     """Return the table of all scenes and engines."""
     columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
     columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
-    legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), IN_FULL - PAGE)
+    legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
     rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
     more = (
         f"Only the {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,} are shown; results.jsonl has all."
@@ -71,11 +57,11 @@ def scenes_section(grid: Grid) -> Section:
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
         (
             legend,
-            Table(columns, rows, css="grid", only=IN_FULL),
-            *((Text(more, IN_FULL),) if len(rows) < len(grid.rows) else ()),
-            Text(FIGURE_NOTE, ON_PAPER),
-            Text(FIGURE_DETAIL, ON_PAPER, folded=True),
-            Text(SHORT_NOTE, DETAIL),
+            Table(columns, rows, css="grid", only=Media.IN_FULL),
+            *((Text(more, Media.IN_FULL),) if len(rows) < len(grid.rows) else ()),
+            Text(FIGURE_NOTE, Media.ON_PAPER),
+            Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
+            Text(SHORT_NOTE, Media.DETAIL),
             Replays(partial(pack_replays, grid)),
         ),
         short="Every scene",
@@ -136,11 +122,13 @@ def unscored_section(grid: Grid) -> Section:
     here = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
     names = formatting.join_words([info.name for info in missing])
     lines = (
-        Lines(every, IN_FULL, folded=formatting.count(len(every), "reason")),
-        Lines(important, TERMINAL),
-        Lines(tuple(f"{one.name} is not run: {one.unavailable.replace(here, '')}" for one in missing), IN_FULL),
-        Lines((f"Not installed: {names}; 'carom engines' shows how to install them.",) if missing else (), TERMINAL),
-        Lines(tuple(_missing_profiles(grid)), ON_PAPER),
+        Lines(every, Media.IN_FULL, folded=formatting.count(len(every), "reason")),
+        Lines(important, Media.TERMINAL),
+        Lines(tuple(f"{one.name} is not run: {one.unavailable.replace(here, '')}" for one in missing), Media.IN_FULL),
+        Lines(
+            (f"Not installed: {names}; 'carom engines' shows how to install them.",) if missing else (), Media.TERMINAL
+        ),
+        Lines(tuple(_missing_profiles(grid)), Media.ON_PAPER),
     )
     return Section("Runs without a score", tuple(block for block in lines if block.items), level=3)
 

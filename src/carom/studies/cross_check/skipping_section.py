@@ -10,7 +10,7 @@ from typing import NamedTuple
 from carom.execution.time_saved import SceneSkips, SkippedTime
 from carom.model.trace import Trace
 from carom.report import formatting
-from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
+from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.report.svg import SURFACE, drawing, finish, line_style, new_figure, plain_number, render
 from carom.studies.cross_check.explain import describe_pic, describe_pit
 from carom.studies.cross_check.grid import Grid
@@ -54,9 +54,11 @@ def skipping_section(grid: Grid) -> Section:
     )
     folded = f"Skipped work in {formatting.count(len(found), 'scene')}"
     figure = Figure(partial(_diagram, found), "Run time with skipping (filled) and without (ring).")
-    table = Table(columns, found, folded=folded, css="cells", only=ON_PAPER)
-    explained = Text(NOTE, ON_PAPER, folded=True)
-    return Section("Skipped work", (Text(" ".join(said), ON_PAPER), Figures((figure,), large=True), table, explained))
+    table = Table(columns, found, folded=folded, css="cells", only=Media.ON_PAPER)
+    explained = Text(NOTE, Media.ON_PAPER, folded=True)
+    return Section(
+        "Skipped work", (Text(" ".join(said), Media.ON_PAPER), Figures((figure,), large=True), table, explained)
+    )
 
 
 def _with(saved: SkippedTime | None) -> str:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
-from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Column, Media, Section, Table, Text
+from carom.report.document import Column, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark, mark_of_grade
 from carom.studies.cross_check.grid import Grid, GridCell, keep_worst
 
@@ -20,25 +20,23 @@ NOTE = (
     "lists runs whose steps show more than their trajectory, best first."
 )
 DETAIL_NOTE = (
-    "Steps in which several bodies meet are compared together as a window. Missed: two bodies passed through "
-    "each other; in brackets, the number of these that PIT also misses from the same state. Invented: a body changed "
-    "its velocity with no other body near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's "
-    "largest "
-    "from the same state; checking once per step explains an error of up to 1. Energy: energy gained or lost "
-    "beyond PIT's steps, divided by the scene's energy. Late and error count only impacts that are alone in "
-    "their window. Entangled: fraction of windows with several impacts, which have no unique answer. Methods are "
-    "ranked by misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs "
-    "that ended early are last. A run is listed if it continues beyond the horizon or after a disc comes to "
-    "rest, if its trajectory diverged, or if a verdict is about its steps."
+    "Steps in which several bodies meet are compared together as a window. Missed: two bodies passed through each "
+    "other; in brackets, the number of these that PIT also misses from the same state. Invented: a body changed its "
+    "velocity with no other body near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's "
+    "largest from the same state; checking once per step explains an error of up to 1. Energy: energy gained or lost "
+    "beyond PIT's steps, divided by the scene's energy. Late and error count only impacts that are alone in their "
+    "window. Entangled: fraction of windows with several impacts, which have no unique answer. Methods are ranked by "
+    "misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs that ended early "
+    "are last. A run is listed if it continues beyond the horizon or after a disc comes to rest, if its trajectory "
+    "diverged, or if a verdict is about its steps."
 )
 SHORT_NOTE = (
-    "impacts: - missed (of these, PIT also misses), + invented\nerror: largest over PIT's from the same state; "
-    "energy: beyond PIT's\n"
-    "best first; runs that ended early last"
+    "impacts: - missed (of these, PIT also misses), + invented\nerror: largest over PIT's from the same state; energy: "
+    "beyond PIT's\nbest first; runs that ended early last"
 )
 #: Verdicts that only steps show.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
-_OFF_PAPER: Media = EVERYWHERE - ON_PAPER
+_OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 
 
 class _Steps(NamedTuple):
@@ -53,28 +51,28 @@ def steps_section(grid: Grid) -> Section:
     found = list(_find_listed_runs(grid))
     if not found:
         return Section("", ())
-    alone, media = len(grid.rows) == 1, EVERYWHERE if len(grid.rows) == 1 else IN_FULL
+    alone, media = len(grid.rows) == 1, Media.EVERYWHERE if len(grid.rows) == 1 else Media.IN_FULL
 
-    def column(head: str, say: Callable[[LocalScore], str], under: str = "", only: Media = ON_PAPER) -> Column:
+    def column(head: str, say: Callable[[LocalScore], str], under: str = "", only: Media = Media.ON_PAPER) -> Column:
         return Column(head, lambda run: say(run.local), under, number=True, only=only)
 
     columns = (
         *(() if alone else (Column("scene", lambda run: run.cell.scene),)),
         Column("method", lambda run: run.cell.column.name),
-        Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=ON_PAPER),
+        Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=Media.ON_PAPER),
         Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
-        *((Column("parted at", _parted_at, only=ON_PAPER),) if any(map(_parted_at, found)) else ()),
+        *((Column("parted at", _parted_at, only=Media.ON_PAPER),) if any(map(_parted_at, found)) else ()),
         column("due", lambda local: str(local.due)),
         column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
         column("missed", _format_missed, "(PIT's)"),
         column("invented", lambda local: str(local.invented)),
-        column("early", lambda local: str(local.early + local.ahead), only=EVERYWHERE),
+        column("early", lambda local: str(local.early + local.ahead), only=Media.EVERYWHERE),
         column("late, median", lambda local: formatting.number(local.late_steps[0])),
         column("late, worst", lambda local: formatting.number(local.late_steps[1], 3)),
         column("error, median", lambda local: formatting.number(local.ratio[0])),
-        column("error", lambda local: formatting.number(local.ratio[1], 4), "worst", only=EVERYWHERE),
+        column("error", lambda local: formatting.number(local.ratio[1], 4), "worst", only=Media.EVERYWHERE),
         column("above 1", lambda local: f"{local.worse_than_pit} of {local.judged}"),
-        column("energy", lambda local: formatting.number(local.energy), only=ON_PAPER),
+        column("energy", lambda local: formatting.number(local.energy), only=Media.ON_PAPER),
         column("energy", lambda local: formatting.number(local.energy, 1), only=_OFF_PAPER),
         column("entangled", lambda local: formatting.percent(_entangled(local))),
         column("until", lambda local: formatting.seconds(local.until_s)),
@@ -88,9 +86,9 @@ def steps_section(grid: Grid) -> Section:
             Table(columns, listed, folded=folded, css="cells", only=media),
             *((Text(more, media),) if len(listed) < len(found) else ()),
             *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
-            Text(NOTE, ON_PAPER),
-            Text(DETAIL_NOTE, ON_PAPER, folded=True),
-            Text(SHORT_NOTE, media - ON_PAPER),
+            Text(NOTE, Media.ON_PAPER),
+            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
+            Text(SHORT_NOTE, media & ~Media.ON_PAPER),
         ),
         level=3,
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import formatting
-from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Lines, Section, Table, Text
+from carom.report.document import Cell, Column, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark
 from carom.report.svg import INK, drawing, error_scale, finish, framed, line_style, render
 from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
@@ -167,19 +167,19 @@ def trend_section(grid: Grid) -> Section:
         Column("scenes wrong", _at(k, lambda point: f"{point.wrong} of {point.graded}"), step) for k, step in steps
     ]
     note = "Velocity error: median over scenes (smallest to largest; number of scenes)."
-    table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=ON_PAPER)
+    table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=Media.ON_PAPER)
     said = (
         f"Velocity errors are medians over {formatting.count(len(trend.scenes), 'scene')} at every step"
         if trend.scenes
         else "There are no medians, because PIT has no scene with a velocity error at every step"
     )
-    scenes = Lines(tuple(_describe_scenes(trend)), ON_PAPER, folded="Scenes in the medians")
+    scenes = Lines(tuple(_describe_scenes(trend)), Media.ON_PAPER, folded="Scenes in the medians")
     return Section(
         "Error against step",
         (
             charts,
-            Text(f"{said}. Wrong scenes are counted among all graded scenes.", ON_PAPER),
-            Text(DETAIL_NOTE, ON_PAPER, folded=True),
+            Text(f"{said}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
+            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
             table,
             scenes,
         ),

@@ -18,7 +18,7 @@ from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.job import Method
-from carom.report.outcome_marks import BROKEN, Mark, parse_mark
+from carom.report.outcome_marks import Mark, parse_mark
 from carom.report.results_file.file import stream_records
 from carom.report.results_file.lines import RowLine, SceneLine, Summary
 
@@ -55,11 +55,6 @@ class DiffCell:
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
     pair: int = 0  # number, from 1, of the requested pair of names that contains the cell; 0 if no pair does
-
-    @property
-    def was_run(self) -> bool:
-        """Whether the cell was run, even if the run failed."""
-        return self.mark.ran or self.mark in BROKEN
 
 
 def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:

@@ -7,19 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from carom.report import formatting
-from carom.report.document import (
-    DETAIL,
-    EVERYWHERE,
-    PAGE,
-    TERMINAL,
-    Cell,
-    Column,
-    Document,
-    Headline,
-    Section,
-    Table,
-    Text,
-)
+from carom.report.document import Cell, Column, Document, Headline, Media, Section, Table, Text
 from carom.studies.diff.run import Change, Diff, Kind
 
 #: Largest number of rows. A comment on a pull request has a limited length.
@@ -55,15 +43,15 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
     changes, left_out = found.changes, len(found.changes) - MOST_ROWS
     note = f"{left_out} more are not shown; --page FILE writes all" if left_out > 0 else ""
     tables = (
-        Table(_COLUMNS, changes, css="cells diff", only=PAGE | DETAIL),
-        Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=EVERYWHERE - PAGE - DETAIL - TERMINAL),
+        Table(_COLUMNS, changes, css="cells diff", only=Media.PAGE | Media.DETAIL),
+        Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
-    around = Text(f"These differ between the runs: {'; '.join(found.around)}.", EVERYWHERE - TERMINAL)
+    around = Text(f"These differ between the runs: {'; '.join(found.around)}.", Media.IN_FULL)
     in_few = tuple(_in_few(changes))
     sections = (
-        *((Section("Summary", in_few, only=TERMINAL),) if in_few else ()),
-        *((Section("Changes, worst first", tables, only=EVERYWHERE - TERMINAL),) if changes else ()),
-        *((Section("Versions and machine", (around,), only=EVERYWHERE - TERMINAL),) if found.around else ()),
+        *((Section("Summary", in_few, only=Media.TERMINAL),) if in_few else ()),
+        *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
+        *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if found.around else ()),
     )
     first, *rest = _lead(found)
     return Document(f"Carom diff: {old} → {new}", Headline(first, (*rest, *_settings(changes))), sections)
@@ -87,7 +75,7 @@ def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
     )
     if groups:
         title = "Changes, worst first" if len(methods) > 1 else f"{methods.pop()}, worst first"
-        yield Table(columns, groups, title=title, note=note, only=TERMINAL)
+        yield Table(columns, groups, title=title, note=note, only=Media.TERMINAL)
 
 
 def _groups(changes: Sequence[Change]) -> list[_Group]:

@@ -216,7 +216,8 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
 
 
 def _was_run(cell: DiffCell | None) -> bool:
-    return cell is not None and cell.was_run
+    """Whether a cell was run, even if the run failed."""
+    return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
 
 
 def _of_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCell]:

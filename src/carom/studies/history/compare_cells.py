@@ -36,7 +36,7 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 
 
 @dataclass(frozen=True)
-class Ran:
+class ReleaseRun:
     """Stored result of a run.
 
     Attributes:
@@ -73,16 +73,6 @@ class Ran:
     float_bits: int
 
     @property
-    def farthest_m(self) -> float:
-        """Largest position error, metres; infinite if unknown."""
-        return _largest(self.off_m)
-
-    @property
-    def velocity_off(self) -> float:
-        """Largest final velocity error over the scene's speed; infinite if unknown."""
-        return _largest(self.off_m_s) / self.speed_m_s
-
-    @property
     def unseen(self) -> bool:
         """Whether velocities changed but no impact at all was reported, so that the adapter observes no contacts."""
         return self.expected > 0 and self.found == 0 and self.half_seen
@@ -97,7 +87,7 @@ class Ran:
 class HistoryTask(JobTask):
     """Runs a job at its phase in a worker process, and scores it."""
 
-    def carry_out(self) -> Ran:
+    def carry_out(self) -> ReleaseRun:
         """Return the stored result.
 
         Raises:
@@ -112,7 +102,7 @@ class HistoryTask(JobTask):
         score = compare(reference, trace, sampling=_sampling(scene, job.dt_s), horizon=horizon_s)
         places, velocities = _off(reference, trace, math.inf if horizon_s is None else horizon_s)
         rounding = THRESHOLDS.place_rounding_of(score.float_bits, scene.step_count(job.dt_s))
-        return Ran(
+        return ReleaseRun(
             digest=_digest(trace),
             settings=tuple(sorted((name, repr(value)) for name, value in trace.settings.items())),
             grade=score.grade.name,
@@ -131,6 +121,7 @@ class HistoryTask(JobTask):
 
 
 def _largest(off: Sequence[float]) -> float:
+    """Return the length of the largest vector of some coordinates; infinite if it is unknown."""
     return max(map(math.hypot, off[::2], off[1::2]))
 
 
@@ -170,23 +161,23 @@ def _digest(trace: Trace) -> str:
 
 
 #: Opens the journal of a history.
-history_journal = partial(Journal[JobKey, Ran], "releases", JournalEntry[JobKey, Ran])
+history_journal = partial(Journal[JobKey, ReleaseRun], "releases", JournalEntry[JobKey, ReleaseRun])
 
 
 @dataclass(frozen=True)
 class SeenCell:
     """Results of one release in one cell: at the scene's own phase, and at other phases if requested."""
 
-    own: Answer[Ran]
-    phases: tuple[Answer[Ran], ...] = ()
+    own: Answer[ReleaseRun]
+    phases: tuple[Answer[ReleaseRun], ...] = ()
 
     @property
-    def ran(self) -> tuple[Ran, ...]:
+    def ran(self) -> tuple[ReleaseRun, ...]:
         """Results at all phases, including the scene's own."""
         return tuple(answer.value for answer in (self.own, *self.phases) if answer.value is not None)
 
 
-class Moved(Enum):
+class ChangeKind(Enum):
     """Change of a cell from one release to the next. The value is the phrase shown."""
 
     NOTHING = "same bits"
@@ -203,7 +194,7 @@ class Moved(Enum):
     @property
     def real(self) -> bool:
         """Whether the engine's motion changed, and not only phase, settings, adapter or reported contacts."""
-        return self in {Moved.WORSE, Moved.BETTER, Moved.OTHERWISE}
+        return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.OTHERWISE}
 
 
 @dataclass(frozen=True)
@@ -215,7 +206,7 @@ class CellChange:
         why: The numbers behind the change, as a phrase; empty if there are none.
     """
 
-    moved: Moved
+    moved: ChangeKind
     why: str = ""
 
 
@@ -230,18 +221,22 @@ class _Measure:
     """
 
     name: str
-    of: Callable[[Ran], float]
-    rounding: Callable[[Ran], float]
+    of: Callable[[ReleaseRun], float]
+    rounding: Callable[[ReleaseRun], float]
 
 
-def _rounding(ran: Ran) -> float:
+def _rounding(ran: ReleaseRun) -> float:
     return THRESHOLDS.rounding_of(ran.float_bits)
 
 
 #: Measures of the motion, which do not depend on contact listeners.
 _MOTION = (
-    _Measure("error of final velocities, over the greatest speed", attrgetter("velocity_off"), _rounding),
-    _Measure("error of positions in metres", attrgetter("farthest_m"), attrgetter("place_rounding_m")),
+    _Measure(
+        "error of final velocities, over the greatest speed",
+        lambda run: _largest(run.off_m_s) / run.speed_m_s,
+        _rounding,
+    ),
+    _Measure("error of positions in metres", lambda run: _largest(run.off_m), attrgetter("place_rounding_m")),
 )
 #: Measures of the reported contacts.
 _TOLD = (
@@ -251,14 +246,14 @@ _TOLD = (
 )
 
 
-def differs(old: Ran, new: Ran) -> bool:
+def differs(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Return whether two runs differ in grade, verdicts, numbers or motion by more than rounding."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _move_alike(old, new):
         return True
     return any(_apart(one.of(old), one.of(new), _allowed(one, [old, new])) for one in _TOLD)
 
 
-def _allowed(measure: _Measure, runs: Sequence[Ran]) -> float:
+def _allowed(measure: _Measure, runs: Sequence[ReleaseRun]) -> float:
     return max(map(measure.rounding, runs))
 
 
@@ -266,7 +261,7 @@ def _apart(a: float, b: float, rounding: float) -> bool:
     return math.isnan(a) is not math.isnan(b) or (a != b and abs(a - b) > rounding)
 
 
-def _move_alike(old: Ran, new: Ran) -> bool:
+def _move_alike(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Whether positions and final velocities are equal to rounding."""
     speed = max(_rounding(old), _rounding(new)) * old.speed_m_s
     place = max(old.place_rounding_m, new.place_rounding_m)
@@ -286,32 +281,34 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
-        return CellChange(Moved.NOT_RUN, (new.own if a is not None else old.own).said)
+        return CellChange(ChangeKind.NOT_RUN, (new.own if a is not None else old.own).said)
     if a.digest == b.digest:
-        return CellChange(Moved.NOTHING)
+        return CellChange(ChangeKind.NOTHING)
     if a.settings != b.settings:
-        return CellChange(Moved.ASKED, ", ".join(_differing(a.settings, b.settings)))
+        return CellChange(ChangeKind.ASKED, ", ".join(_differing(a.settings, b.settings)))
     if a.half_seen or b.half_seen:  # contacts that the adapter misses would count as changes of the engine
-        return CellChange(Moved.UNSEEN)
+        return CellChange(ChangeKind.UNSEEN)
     if not differs(a, b):
-        return CellChange(Moved.ROUNDING)
+        return CellChange(ChangeKind.ROUNDING)
     if min(len(old.ran), len(new.ran)) < FEWEST_PHASES:
         fewest = min(len(old.ran), len(new.ran))
-        return CellChange(Moved.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
+        return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
     parted = list(_parted(_MOTION, old.ran, new.ran))
     if parted or (elsewhere := _elsewhere(old.ran, new.ran)):
         kinds = {moved for moved, _ in parted}
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is right
-        moved = kinds.pop() if len(kinds) == 1 and not unknown else Moved.OTHERWISE
+        moved = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.OTHERWISE
         return CellChange(moved, "; ".join(why for _, why in parted) or elsewhere)
     changes = [why for _, why in _parted(_TOLD, old.ran, new.ran)] + _verdicts(old.ran, new.ran)
     alike = all(map(_move_alike, old.ran, new.ran))
     return CellChange(
-        Moved.TOLD if changes or alike else Moved.OVERLAP, "; ".join(changes or _ranges(old.ran, new.ran))
+        ChangeKind.TOLD if changes or alike else ChangeKind.OVERLAP, "; ".join(changes or _ranges(old.ran, new.ran))
     )
 
 
-def _parted(measures: Sequence[_Measure], old: Sequence[Ran], new: Sequence[Ran]) -> Iterator[tuple[Moved, str]]:
+def _parted(
+    measures: Sequence[_Measure], old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]
+) -> Iterator[tuple[ChangeKind, str]]:
     for measure in measures:
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if any(map(math.isnan, (*before, *after))):
@@ -319,7 +316,7 @@ def _parted(measures: Sequence[_Measure], old: Sequence[Ran], new: Sequence[Ran]
         more, less = _gaps(np.array(before), np.array(after)) > _allowed(measure, (*old, *new))
         why = f"{measure.name}: {_range(before)} before, {_range(after)} now"
         if more or less:
-            yield Moved.WORSE if more else Moved.BETTER, why
+            yield ChangeKind.WORSE if more else ChangeKind.BETTER, why
 
 
 def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -337,7 +334,7 @@ def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np
         return np.nan_to_num(np.stack([new_low - old_high, old_low - new_high]), nan=0.0, posinf=np.inf)
 
 
-def _elsewhere(old: Sequence[Ran], new: Sequence[Ran]) -> str:
+def _elsewhere(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
     """Describe where and when the ranges of a coordinate differ most; an empty text if no ranges differ."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
     gaps = _gaps(before, after).max(axis=0)
@@ -349,7 +346,7 @@ def _elsewhere(old: Sequence[Ran], new: Sequence[Ran]) -> str:
     return f"error of {'xy'[k % 2]} of disc {disc} after {instant + 1}/{PLACES} of the run: {ranges}"
 
 
-def _ranges(old: Sequence[Ran], new: Sequence[Ran]) -> Iterator[str]:
+def _ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
     for measure in (*_MOTION, *_TOLD):
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if sorted(map(repr, before)) != sorted(map(repr, after)):
@@ -371,10 +368,10 @@ def _differing(old: Sequence[tuple[str, str]], new: Sequence[tuple[str, str]]) -
             yield f"{name} {a.get(name, 'none')} → {b.get(name, 'none')}"
 
 
-def _verdicts(old: Sequence[Ran], new: Sequence[Ran]) -> list[str]:
+def _verdicts(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
     """Return the verdicts that hold at every phase of one release and at no phase of the other, as phrases."""
 
-    def own(ones: Sequence[Ran], others: Sequence[Ran]) -> list[str]:
+    def own(ones: Sequence[ReleaseRun], others: Sequence[ReleaseRun]) -> list[str]:
         shared = set.intersection(*(set(run.verdicts) for run in ones))
         return [Verdict[name].value for name in sorted(shared - {name for run in others for name in run.verdicts})]
 

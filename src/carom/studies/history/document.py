@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 from carom.comparator import Grade
 from carom.report import formatting
-from carom.report.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
+from carom.report.document import Column, Document, Headline, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import making
 from carom.report.render.markdown import markdown
 from carom.report.svg import alone, drawing, finish, framed, line_style, render
-from carom.studies.history.compare_cells import CellChange, Moved
+from carom.studies.history.compare_cells import CellChange, ChangeKind
 from carom.studies.history.release_engines import Origin
 from carom.studies.history.result import Bisection, History, Release, RunCell, Transition
 from carom.studies.history.run import PURPOSE
@@ -27,25 +27,24 @@ from carom.support.folders import write_files
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
-    "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion "
-    "is compared at {phases} phases of the step and at the scene's own phase. It differs if the ranges of one "
-    "number do not overlap: of final velocity errors, of position errors at eight instants, or of one "
-    "coordinate. The gap between the ranges must exceed rounding, and the distance from the last value of a range to "
-    "its neighbour. Reported contacts do not count. Same bits: impacts and final states are bit-identical at the "
-    "scene's own phase."
+    "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
+    "compared at {phases} phases of the step and at the scene's own phase. It differs if the ranges of one number do "
+    "not overlap: of final velocity errors, of position errors at eight instants, or of one coordinate. The gap "
+    "between the ranges must exceed rounding, and the distance from the last value of a range to its neighbour. "
+    "Reported contacts do not count. Same bits: impacts and final states are bit-identical at the scene's own phase."
 )
 
 
 #: Headings of the kinds of changes in a table.
 _HEADS = {
-    Moved.WORSE: "worse",
-    Moved.BETTER: "better",
-    Moved.OTHERWISE: "otherwise",
-    Moved.ROUNDING: "rounding",
-    Moved.OVERLAP: "phase only",
-    Moved.ASKED: "other settings",
-    Moved.TOLD: "other contacts",
-    Moved.UNSEEN: "not judged",
+    ChangeKind.WORSE: "worse",
+    ChangeKind.BETTER: "better",
+    ChangeKind.OTHERWISE: "otherwise",
+    ChangeKind.ROUNDING: "rounding",
+    ChangeKind.OVERLAP: "phase only",
+    ChangeKind.ASKED: "other settings",
+    ChangeKind.TOLD: "other contacts",
+    ChangeKind.UNSEEN: "not judged",
 }
 
 
@@ -79,7 +78,7 @@ def history_document(found: History) -> Document:
         (
             Section("Releases", (Table(_release_columns(found), rows), *_notes(found))),
             *((Section("Changed cells", (Table(_CHANGED, changed),)),) if changed else ()),
-            Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=ON_PAPER),
+            Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
             *making(found.environment, found.command, found.elapsed_s),
         ),
     )
@@ -130,12 +129,16 @@ def _lead(found: History) -> Iterator[str]:
     ran, engine = found.ran, found.origin.engine
     moved = [step for step in found.transitions if step.real]
     if len(ran) >= 2 and not moved:
-        still = all(step.count(Moved.NOTHING) == step.compared for step in found.transitions)
+        still = all(step.count(ChangeKind.NOTHING) == step.compared for step in found.transitions)
         nothing = "no bit changed" if still else "no change beyond the range over phases"
         yield f"{engine} from {ran[0].version} to {ran[-1].version}: {nothing}."
     for step in reversed(moved):
         counts = Counter(change.moved for change in step.real.values())
-        said = [f"{counts[kind]} {kind.value}" for kind in (Moved.WORSE, Moved.BETTER, Moved.OTHERWISE) if counts[kind]]
+        said = [
+            f"{counts[kind]} {kind.value}"
+            for kind in (ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.OTHERWISE)
+            if counts[kind]
+        ]
         yield f"{engine} {step.old.version} → {step.new.version}: {formatting.join_words(said)}."
     cells = formatting.count(max((len(one.seen) for one in ran), default=0), "cell")
     releases = formatting.count(len(ran), "release")
@@ -157,13 +160,13 @@ def _release_columns(found: History) -> tuple[Column, ...]:
     )
 
 
-def _since(kind: Moved, row: _Row) -> str:
+def _since(kind: ChangeKind, row: _Row) -> str:
     """Return the number of cells with this change since the previous release; an empty text for 0."""
     return "" if row.since is None else str(row.since.count(kind) or "")
 
 
 def _same_bits(row: _Row) -> str:
-    return "" if row.since is None else f"{row.since.count(Moved.NOTHING)} of {row.since.compared}"
+    return "" if row.since is None else f"{row.since.count(ChangeKind.NOTHING)} of {row.since.compared}"
 
 
 def _graded(grade: Grade, row: _Row) -> str:
@@ -183,7 +186,7 @@ def _notes(found: History) -> Iterator[Lines]:
     asked: dict[str, None] = {}
     for step in found.transitions:
         for cell, change in step.changes.items():
-            if change.moved is Moved.ASKED:
+            if change.moved is ChangeKind.ASKED:
                 asked.setdefault(f"{step.old.version} → {step.new.version}, {cell.profile}: {change.why}")
     lacking: dict[tuple[str, str], dict[str, None]] = {}
     for release in found.ran:
@@ -227,7 +230,7 @@ def error_chart(found: History) -> str:
             style = line_style(found.engine, profile=profile)
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
             axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | thin)
-        moved = [k for k, step in enumerate(found.transitions, 1) if step.count(Moved.NOTHING) < step.compared]
+        moved = [k for k, step in enumerate(found.transitions, 1) if step.count(ChangeKind.NOTHING) < step.compared]
         for k in moved:
             axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
         axes.set_yscale("symlog", linthresh=1e-9)

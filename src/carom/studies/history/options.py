@@ -55,12 +55,7 @@ class HistoryOptions(LimitOptions):
         "--phases",
     )
     seed: int = phase_seed()
-    kept_mb: float = option(
-        2000.0,
-        megabytes(),
-        "Megabytes of downloaded releases to keep.",
-        "--keep",
-    )
+    kept_mb: float = option(2000.0, megabytes(), "Megabytes of downloaded releases to keep.", "--keep")
     _: KW_ONLY
     scheduler: str | None = no_scheduler("each release is installed into a folder of this machine")
 

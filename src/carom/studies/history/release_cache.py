@@ -25,7 +25,7 @@ _NOTE = "carom-release.json"
 
 
 @dataclass(frozen=True)
-class Kept:
+class ReleaseCache:
     """The folders of cached releases below a root folder."""
 
     root: Path
@@ -103,7 +103,7 @@ def _size(folder: Path) -> int:
 
 
 @contextmanager
-def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[Kept]:
+def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[ReleaseCache]:
     """Open the cache of releases, ``$XDG_CACHE_HOME/carom/history``, and reduce it to its limit at the end.
 
     The cache is not reduced while another history uses its releases.
@@ -114,10 +114,10 @@ def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[Kept]
     with (place / ".lock").open("w") as lock:
         _lock(lock.fileno(), alone=False)
         try:
-            yield Kept(place)
+            yield ReleaseCache(place)
         finally:
             if _lock(lock.fileno(), alone=True):
-                Kept(place).prune(most_bytes)
+                ReleaseCache(place).prune(most_bytes)
 
 
 def _lock(file: int, *, alone: bool) -> bool:

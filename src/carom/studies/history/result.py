@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from carom.execution.environment import Environment
-from carom.studies.history.compare_cells import CellChange, Moved, SeenCell, change_of
+from carom.studies.history.compare_cells import CellChange, ChangeKind, SeenCell, change_of
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_engines import Origin
 
@@ -75,9 +75,9 @@ class Transition:
     @property
     def compared(self) -> int:
         """Number of cells that both releases ran."""
-        return len(self.changes) - self.count(Moved.NOT_RUN)
+        return len(self.changes) - self.count(ChangeKind.NOT_RUN)
 
-    def count(self, moved: Moved) -> int:
+    def count(self, moved: ChangeKind) -> int:
         """Return the number of cells with this change."""
         return sum(change.moved is moved for change in self.changes.values())
 
@@ -118,7 +118,7 @@ class History:
     def worse_now(self) -> bool:
         """Whether the newest release is worse than the previous one in a cell, beyond the effect of the phase."""
         last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
-        return any(change.moved is Moved.WORSE for one in last for change in one.changes.values())
+        return any(change.moved is ChangeKind.WORSE for one in last for change in one.changes.values())
 
 
 @dataclass(frozen=True)

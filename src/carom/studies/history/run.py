@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from carom.engines.registry import require_profile
-from carom.errors import AdapterError, CaromError, InputError
+from carom.errors import AdapterError, CaromError, InputError, UnknownNameError
 from carom.execution.cache_key import JobKey, job_key
 from carom.execution.describe_engines import describe_engines, list_methods
 from carom.execution.environment import environment
@@ -23,19 +24,27 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.sweep import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.studies.history.clients import CLIENTS, Client, ClientError
-from carom.studies.history.compare_cells import CellChange, HistoryTask, Moved, Ran, SeenCell, change_of, differs
+from carom.studies.history.compare_cells import (
+    CellChange,
+    ChangeKind,
+    HistoryTask,
+    ReleaseRun,
+    SeenCell,
+    change_of,
+    differs,
+)
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.release_cache import Kept
+from carom.studies.history.release_cache import ReleaseCache
 from carom.studies.history.release_engines import AskOrigin, AskServed, Origin, column_name, known_columns, laid
-from carom.studies.history.releases import in_order, selected
 from carom.studies.history.result import Bisection, History, Release, RunCell
-from carom.support.escaping import is_older
+from carom.support.escaping import is_older, named_hints, release_numbers
+from carom.support.versions import require_version, version_condition
 
 #: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "history", "journal.jsonl"
 
 
-def list_releases(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, tuple[str, ...]]:
+def list_releases(engine: str, options: HistoryOptions, kept: ReleaseCache) -> tuple[Origin, tuple[str, ...]]:
     """Return the origin of an engine, and the releases that its registry lists, from the oldest to the newest.
 
     Raises:
@@ -58,7 +67,7 @@ def _origin(engine: str, pool: Pool) -> Origin:
     return answer.value
 
 
-def _listed(origin: Origin, options: HistoryOptions, kept: Kept) -> Sequence[str]:
+def _listed(origin: Origin, options: HistoryOptions, kept: ReleaseCache) -> Sequence[str]:
     """Return the registry's list. If the registry is unreachable, return cached releases if they suffice."""
     try:
         return CLIENTS[origin.registry].listed(origin.package)
@@ -79,12 +88,12 @@ class _Study:
         engine: str,
         scenes: Sequence[Scene],
         options: HistoryOptions,
-        notes: MemoryJournal[JobKey, Ran] | None,
+        notes: MemoryJournal[JobKey, ReleaseRun] | None,
         progress: Progress,
     ) -> None:
         self.engine, self.options = engine, options
         self.scenes = {scene.name: scene for scene in scenes}
-        self.notes = MemoryJournal[JobKey, Ran]() if notes is None else notes
+        self.notes = MemoryJournal[JobKey, ReleaseRun]() if notes is None else notes
         self._progress, self._done, self._total = progress, 0, 0
 
     @property
@@ -101,7 +110,7 @@ class _Study:
         """Return the job that runs a cell on an engine."""
         return Job(self.scenes[cell.scene], Method(name, cell.profile), cell.dt_s, phase=phase)
 
-    def run_jobs(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[Ran]]:
+    def run_jobs(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[ReleaseRun]]:
         """Run jobs and return their results."""
         todo = sort_by_start(jobs)
         infos = describe_engines(sorted({job.engine for job in todo}), pool)
@@ -162,7 +171,7 @@ def _here(engine: str, origin: Origin) -> Release:
 
 @contextmanager
 def _columns(
-    study: _Study, origin: Origin, versions: Sequence[str], kept: Kept, pool: Pool
+    study: _Study, origin: Origin, versions: Sequence[str], kept: ReleaseCache, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
     """Install releases, and yield them while they are registered as engines."""
     client: Client = CLIENTS[origin.registry]
@@ -200,10 +209,10 @@ def _columns(
 def history(
     engine: str,
     scenes: Sequence[Scene],
-    kept: Kept,
+    kept: ReleaseCache,
     options: HistoryOptions | None = None,
     *,
-    notes: MemoryJournal[JobKey, Ran] | None = None,
+    notes: MemoryJournal[JobKey, ReleaseRun] | None = None,
     progress: Progress = no_progress,
     command: str = "",
 ) -> History:
@@ -235,7 +244,7 @@ def history(
     return History(engine, origin, asked, releases, environment(), command, time.perf_counter() - started)
 
 
-def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> tuple[Origin, tuple[str, ...]]:
+def _asked_for(engine: str, options: HistoryOptions, kept: ReleaseCache, pool: Pool) -> tuple[Origin, tuple[str, ...]]:
     """Return the origin of an engine, and the releases to run.
 
     Raises:
@@ -256,7 +265,7 @@ def bisect_change(
     scene: Scene,
     profile: str,
     dt_s: float,
-    kept: Kept,
+    kept: ReleaseCache,
     options: HistoryOptions | None = None,
     *,
     progress: Progress = no_progress,
@@ -284,7 +293,7 @@ def bisect_change(
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
             found = change_of(old, new)
-            if found.moved is Moved.NOT_RUN:
+            if found.moved is ChangeKind.NOT_RUN:
                 raise CaromError(
                     f"{origin.package} {version} can't run this scene with this profile and step: {found.why}"
                 )
@@ -300,3 +309,62 @@ def bisect_change(
             else:
                 low = middle
     return Bisection(cell, able[low], able[high], found, (able[0], *order))
+
+
+#: Versions that are not marked as alpha, nightly or similar. `post` marks a repaired package of a final release.
+_FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
+
+#: Word for the newest release.
+LATEST = "latest"
+
+
+def is_final(version: str) -> bool:
+    """Return whether a version is final: not marked as alpha, nightly or similar."""
+    return _FINAL.fullmatch(version) is not None
+
+
+def in_order(versions: Iterable[str]) -> tuple[str, ...]:
+    """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
+    return tuple(sorted(set(versions), key=lambda one: (release_numbers(one), is_final(one), _after(one), one)))
+
+
+def _after(version: str) -> int:
+    found = re.search(r"\.post([0-9]+)$", version)
+    return int(found[1]) if found else -1
+
+
+def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> tuple[str, ...]:
+    """Return the requested releases, from the oldest to the newest.
+
+    Args:
+        listed: All listed releases.
+        asked: Versions, "latest", and conditions that must all be met (default: all final releases). A pre-release must
+            be named by its version.
+        most: Largest number of releases that meet the conditions. The newest ones are used. Named versions are
+            additional.
+
+    Raises:
+        UnknownNameError: A named version is not listed.
+        InputError: A request is neither a version nor a condition.
+    """
+    words = [word.strip() for text in asked or () for word in text.split(",") if word.strip()]
+    if LATEST in words:
+        newest = in_order(filter(is_final, listed))[-1:]
+        words = [*(word for word in words if word != LATEST), *newest]
+    named = [word for word in words if version_condition(word) is None]
+    for word in named:
+        if require_version(word) not in listed:
+            hints = named_hints(word, listed, f"there are: {_shortly(listed)}")
+            raise UnknownNameError(f"there is no release {word!r}", hints=hints)
+    conditions = [found for word in words if (found := version_condition(word)) is not None]
+    able = [
+        one
+        for one in in_order(filter(is_final, listed))
+        if all(condition(release_numbers(one)) for condition in conditions)
+    ]
+    return in_order([*named, *(able[-most:] if conditions or not named else ())])
+
+
+def _shortly(listed: Sequence[str]) -> str:
+    ordered = in_order(listed)
+    return ", ".join(ordered if len(ordered) <= 20 else (*ordered[:3], "...", *ordered[-12:]))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +24,9 @@ from carom.support.formatting import number
 #: any purpose, and above the usual error of every engine at a sensible step. So an attack finds where a method fails
 #: and not how accurate it is. The error before the failure is shown separately.
 TOLERANCE = 0.1
+
+#: Phases of the impact. A method can be lucky at one phase, so each value is tried at several phases.
+PHASES = (0.13, 0.52, 0.89)
 
 
 @dataclass(frozen=True)
@@ -111,29 +117,32 @@ class Attack:
         return None if middle in (stands, breaks) else middle
 
 
-def attack(
-    axis: str, ends: tuple[float, float], truth: str, gives_way: str, *, phases: Sequence[float] = (), **more: Any
-) -> Callable[[Callable[..., Any]], Attack]:
-    """Return a decorator that turns a function from value to trials into an attack with the function's name.
+def build_attack(name: str, trials: Callable[[float], Sequence[Trial]]) -> Attack:
+    """Return the attack of ``attacks.json`` with a name. Names in braces are replaced by common sentences."""
+    attacks, sentences = _read_attacks()
+    given = attacks[name] | {key: attacks[name][key].format_map(sentences) for key in ("truth", "gives_way")}
+    return Attack(name, trials=trials, **given)
 
-    Args:
-        axis: As in `Attack`.
-        ends: Values at the harmless and at the absurd end.
-        truth: As in `Attack`.
-        gives_way: As in `Attack`.
-        phases: Phases of the impact. With phases, the function makes one trial from a value and a phase. Without
-            phases, the function makes all trials of a value.
-        more: Other fields of `Attack`.
-    """
 
-    def named(stage: Callable[..., Any]) -> Attack:
-        def each(value: float) -> Sequence[Trial]:
-            return [stage(value, phase) for phase in phases]
+@cache
+def _read_attacks() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+    found = json.loads(Path(__file__).with_name("attacks.json").read_text(encoding="utf-8"))
+    return found["attacks"], found["sentences"]
 
-        name = stage.__name__.strip("_").replace("_", "-")
-        return Attack(name, axis, *ends, each if phases else stage, truth, gives_way, **more)
 
-    return named
+def attack(trials: Callable[[float], Sequence[Trial]]) -> Attack:
+    """Turn a function from value to trials into the attack with the function's name."""
+    return build_attack(trials.__name__.strip("_").replace("_", "-"), trials)
+
+
+def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
+    """Turn a function from value and phase to a trial into the attack with the function's name, at all `PHASES`."""
+
+    def trials(value: float) -> Sequence[Trial]:
+        return [stage(value, phase) for phase in PHASES]
+
+    trials.__name__ = stage.__name__
+    return attack(trials)
 
 
 def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:

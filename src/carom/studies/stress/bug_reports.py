@@ -16,7 +16,7 @@ from carom.execution.pool import TaskRunner
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Chain, Ring, Scene, Wall
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.result import FoundSpot, Spot, SpotEnding
+from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import number
 
 #: Smallest deviation that is mentioned: a per cent of the scene's speed or energy. Users notice such a deviation, and
@@ -24,29 +24,29 @@ from carom.support.formatting import number
 NOTICED = 0.01
 
 
-def complaint_spot(complaint: Complaint, method: Method, runner: TaskRunner) -> FoundSpot:
+def run_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Return the result of a reported bug and a method, with its scene."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        ended = SpotEnding.NOT_RUN
-        spot = Spot("complaint", line, method.name, ended, reason=answer.said, status=answer.status)
-        return FoundSpot(spot, (scene,))
+        ended = CellEnding.NOT_RUN
+        result = CellResult("complaint", line, method.name, ended, reason=answer.said, status=answer.status)
+        return UnsavedResult(result, (scene,))
     if answer.value is None:
         seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
         seen, figure, reason = shows(complaint, answer.value)
-    spot = Spot(
+    result = CellResult(
         "complaint",
         line,
         method.name,
-        SpotEnding.STILL_DOES if seen else SpotEnding.DOES_NOT,
+        CellEnding.STILL_DOES if seen else CellEnding.DOES_NOT,
         value=figure if math.isfinite(figure) else None,
         reason=reason if seen or not reason else f"not as reported, but {reason}",
         runs=1,
         status=answer.status,
     )
-    return FoundSpot(spot, (scene,))
+    return UnsavedResult(result, (scene,))
 
 
 def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:

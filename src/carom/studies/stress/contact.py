@@ -15,9 +15,9 @@ from typing import Any
 from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import disc
 from carom.model.scene import Scene
-from carom.studies.stress.attack import Attack, Trial, attack, closed_form_judge
+from carom.studies.stress.attack import Attack, Trial, attack, attack_at_phases, build_attack, closed_form_judge
 from carom.studies.stress.friction import spin_judge
-from carom.studies.stress.pairs import PHASES, RATE_HZ, attacked
+from carom.studies.stress.pairs import RATE_HZ, attacked
 from carom.support.formatting import number
 
 _RADIUS_M, _G, _K = 0.25, 10.0, 0.5
@@ -36,10 +36,6 @@ _STEEPEST = {
     "rolling-slope": 0.2,
     "bouncing-slope": 0.75 * _FRICTION * (1.0 + 1.0 / _K),
 }
-
-_LAW = "the laws of Coulomb friction and rolling resistance, in closed form: docs/theory/contact.md"
-_SERIES = "the geometric series of bounces, in closed form: docs/theory/contact.md"
-_MOTION = "a final velocity or rim speed is wrong by more than a tenth of the change by contact"
 
 
 def _on_a_floor(
@@ -65,13 +61,7 @@ def _ends(scene: Scene, along: float, rim: float, change: float) -> Trial:
     return Trial(scene, spin_judge(scene, [(along, 0.0)], [rim], [change], 0, "contact"))
 
 
-@attack(
-    "1 - e of a ball that bounces three times under gravity",
-    (0.1, 1e-9),
-    _SERIES,
-    "a final velocity is wrong by more than a tenth of the change by the first impact",
-    phases=PHASES,
-)
+@attack_at_phases
 def _lively(value: float, phase: float) -> Trial:
     """Make a trial of a ball that bounces three times, and then flies for as long as its first fall."""
     e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * _DT_S
@@ -83,15 +73,7 @@ def _lively(value: float, phase: float) -> Trial:
     return Trial(scene, closed_form_judge(scene, final, bounces, [(1.0 + e) * _G * fall_s]))
 
 
-@attack(
-    "1 - e of a ball that bounces until it rests",
-    (0.5, 0.01),
-    _SERIES,
-    "half a second after the last bounce, the ball is faster than a tenth of the change by the first impact",
-    phases=PHASES,
-    quick_absurd=0.05,
-    rungs=3,
-)
+@attack_at_phases
 def _rests(value: float, phase: float) -> Trial:
     """Make a trial of a ball that is dropped and bounces until it rests, half a second before the end."""
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
@@ -137,13 +119,7 @@ def _slopes(kind: str, value: float) -> Sequence[Trial]:
     return [_slope(kind, value, side) for side in (1.0, -1.0)]
 
 
-@attack(
-    "coefficient of friction of a disc that slides, and its reciprocal",
-    (1.0, 1e-6),
-    _LAW,
-    f"{_MOTION}; friction beyond the value that grips changes nothing",
-    last=0.0,
-)
+@attack
 def _slide_friction(value: float) -> Sequence[Trial]:
     """Make trials of a disc that is thrown along a floor with equal backspin: it slides, then rolls."""
 
@@ -162,13 +138,7 @@ def _slide_friction(value: float) -> Sequence[Trial]:
     return [thrown(friction) for friction in _both(value)]
 
 
-@attack(
-    "rolling resistance of a disc that rolls, and its reciprocal",
-    (1.0, 1e-6),
-    _LAW,
-    f"{_MOTION}; rolling resistance beyond the limit of friction does not change its speed",
-    last=0.0,
-)
+@attack
 def _rolling_resistance(value: float) -> Sequence[Trial]:
     """Make trials of a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction."""
     friction = _FRICTION
@@ -198,15 +168,5 @@ def _both(value: float) -> Sequence[float]:
 
 def contact_attacks() -> list[Attack]:
     """Return the attacks with a disc on a wall under gravity."""
-    ulp = 2.0**-52
-    slopes = {
-        "sliding-slope": "relative distance of a slope from the steepest on which friction holds a block",
-        "slipping-slope": "relative distance of a slope from the steepest on which a disc rolls",
-        "rolling-slope": "relative distance of a slope from the steepest on which rolling resistance holds a disc",
-        "bouncing-slope": "relative distance of a slope from the steepest on which bounces stop a slip",
-    }
-    leaning = [
-        Attack(name, axis, 0.5, ulp, partial(_slopes, name), _LAW, f"{_MOTION}, on either side", last=0.0)
-        for name, axis in slopes.items()
-    ]
-    return [_lively, _rests, *leaning, _slide_friction, _rolling_resistance]
+    slopes = [build_attack(name, partial(_slopes, name)) for name in _STEEPEST]
+    return [_lively, _rests, *slopes, _slide_friction, _rolling_resistance]

@@ -12,39 +12,18 @@ from urllib.parse import quote
 from carom.engines.registry import engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
-from carom.report.document import (
-    DETAIL,
-    EVERYWHERE,
-    IN_FULL,
-    ON_PAPER,
-    PAGE,
-    TERMINAL,
-    Block,
-    Cell,
-    Column,
-    Document,
-    Headline,
-    Legend,
-    Lines,
-    Section,
-    Table,
-    Text,
-)
+from carom.report.document import Block, Cell, Column, Document, Headline, Legend, Lines, Media, Section, Table, Text
 from carom.report.files import as_json
 from carom.report.provenance import making
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
-from carom.studies.stress.result import Line, Spot, SpotEnding, StressResults
+from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest
 from carom.support.folders import write_files
 
 #: Names of the kinds of lines in documents. Files and the command line use the keys.
 WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
 
-HEADINGS = {
-    "attack": "Where each method fails",
-    "relation": "Invariances",
-    "complaint": "Scenes of reported bugs",
-}
+HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "complaint": "Scenes of reported bugs"}
 
 NOTES = {
     "attack": "The size at which a method first fails, starting from the harmless end of the axis. 'to' marks a method "
@@ -68,14 +47,14 @@ FEW = 3
 _GOOD, _WAY, _BAD, _NOT = ("=", "exact"), ("~", "inaccurate"), ("x", "wrong"), ("-", "not-scored")
 _STYLES = {"exact": "green", "inaccurate": "yellow", "wrong": "red", "not-scored": "dim"}
 _SHOWN = {
-    SpotEnding.STANDS: _GOOD,
-    SpotEnding.GIVES_WAY: _WAY,
-    SpotEnding.NEVER_STOOD: _BAD,
-    SpotEnding.HOLDS: _GOOD,
-    SpotEnding.FAILS: _BAD,
-    SpotEnding.STILL_DOES: _BAD,
-    SpotEnding.DOES_NOT: _GOOD,
-    SpotEnding.NOT_RUN: _NOT,
+    CellEnding.STANDS: _GOOD,
+    CellEnding.GIVES_WAY: _WAY,
+    CellEnding.NEVER_STOOD: _BAD,
+    CellEnding.HOLDS: _GOOD,
+    CellEnding.FAILS: _BAD,
+    CellEnding.STILL_DOES: _BAD,
+    CellEnding.DOES_NOT: _GOOD,
+    CellEnding.NOT_RUN: _NOT,
 }
 _MEANINGS = (
     (_GOOD, "passes", "passes the whole axis, keeps the invariance, or does not show the bug"),
@@ -111,73 +90,77 @@ def stress_document(results: StressResults) -> Document:
     )
 
 
-def _worst_first(results: StressResults, lines: list[Line]) -> list[Line]:
+def _worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:
     """Sort stress tests by the part of their axes that methods pass, smallest first. Other lines keep their order."""
 
-    def passed(line: Line) -> float:
-        depths = [line.depth(spot) for _, spot in _spots(results, line)]
+    def passed(line: StressTest) -> float:
+        depths = [line.depth(result) for _, result in _cells_of(results, line)]
         known = [depth for depth in depths if depth is not None]
         return sum(known) / len(known) if known else 1.0
 
     return sorted(lines, key=passed)
 
 
-def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[Block]:
+def _methods(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
     """Yield a table with a row per method: a heat map of its stress tests, and numbers passed."""
 
-    def counted(kind: str, head: str, ending: SpotEnding) -> list[Column]:
+    def counted(kind: str, head: str, ending: CellEnding) -> list[Column]:
         def say(method: Method) -> str:
-            return str(sum(results.spots[line.name, method.name].ending is ending for line in kinds[kind]))
+            return str(sum(results.cells[line.name, method.name].ending is ending for line in kinds[kind]))
 
-        only = IN_FULL if attacks else EVERYWHERE  # a terminal has the sentences
+        only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal has the sentences
         return [Column(head, say, f"of {len(kinds[kind])}", number=True, only=only)] if kinds[kind] else []
 
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
     for group, own in formatting.group_by((line.group, line) for line in attacks).items():
         columns.append(Column(group or WORDS["attack"], partial(_heat, results, own), f"of {len(own)}"))
-    columns += counted("attack", "passed", SpotEnding.STANDS)
-    columns += counted("relation", "hold", SpotEnding.HOLDS)
-    columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
-    columns += [Column("fails first", partial(_weakest, results, attacks), only=PAGE)] if attacks else []
+    columns += counted("attack", "passed", CellEnding.STANDS)
+    columns += counted("relation", "hold", CellEnding.HOLDS)
+    columns += counted("complaint", "seen", CellEnding.STILL_DOES)
+    columns += [Column("fails first", partial(_weakest, results, attacks), only=Media.PAGE)] if attacks else []
     if attacks and len(results.methods) > SENTENCES:  # with fewer methods, the answer has these sentences
-        yield Lines(tuple(_sentence(results, attacks, method, short=True) for method in results.methods), TERMINAL)
+        yield Lines(
+            tuple(_sentence(results, attacks, method, short=True) for method in results.methods), Media.TERMINAL
+        )
     yield Table(columns, results.methods, css="methods")
     if attacks:
-        yield Text(HEAT, TERMINAL | DETAIL)
+        yield Text(HEAT, Media.TERMINAL | Media.DETAIL)
         if len(results.methods) > SENTENCES:
-            yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
-    yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
+            yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), Media.IN_FULL)
+    yield Legend(
+        tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), Media.PAGE
+    )
 
 
-def _heat(results: StressResults, lines: list[Line], method: Method) -> Cell:
+def _heat(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return the number of tests of a group that a method passes. A terminal gets a character for each test."""
-    spots = [(line, results.spots[line.name, method.name]) for line in lines]
-    ran = [spot.ending for _, spot in spots if spot.ending is not SpotEnding.NOT_RUN]
-    passed = ran.count(SpotEnding.STANDS)
+    cells = [(line, results.cells[line.name, method.name]) for line in lines]
+    ran = [result.ending for _, result in cells if result.ending is not CellEnding.NOT_RUN]
+    passed = ran.count(CellEnding.STANDS)
     _, css = _NOT if not ran else _GOOD if passed == len(ran) else _WAY if passed else _BAD
-    signs = "".join(_sign(line, spot) for line, spot in spots)
+    signs = "".join(_sign(line, result) for line, result in cells)
     of = f" of {len(ran)}" if len(ran) < len(lines) else ""
     return Cell(f"{passed}{of}", short=signs, css=css, style=_STYLES[css], title=signs)
 
 
-def _sign(line: Line, spot: Spot) -> str:
+def _sign(line: StressTest, result: CellResult) -> str:
     """Return the character of a test: passed, not run, or the tenths of the axis that were passed."""
-    depth = line.depth(spot)
+    depth = line.depth(result)
     if depth is None:
         return _NOT[0]
-    return _GOOD[0] if spot.ending is SpotEnding.STANDS else str(min(9, int(10 * depth)))
+    return _GOOD[0] if result.ending is CellEnding.STANDS else str(min(9, int(10 * depth)))
 
 
-def _sentence(results: StressResults, lines: list[Line], method: Method, *, short: bool = False) -> str:
+def _sentence(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
     """Describe the number of stress tests that a method passes, and the method's first failure: size and axis."""
-    endings = [results.spots[line.name, method.name].ending for line in lines]
-    ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
+    endings = [results.cells[line.name, method.name].ending for line in lines]
+    ran = len(endings) - endings.count(CellEnding.NOT_RUN)
     name = method.phrase
     if not ran:
         return f"{name}: none of {formatting.count(len(lines), WORDS['attack'])} could be run."
     unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) and not short else ""
-    passes = f"{name}: passes {endings.count(SpotEnding.STANDS)} of {ran}{unrun}"
+    passes = f"{name}: passes {endings.count(CellEnding.STANDS)} of {ran}{unrun}"
     first = _weakest(results, lines, method).text
     if short:
         return f"{passes}; first failure: {first}." if first else f"{passes}."
@@ -185,42 +168,44 @@ def _sentence(results: StressResults, lines: list[Line], method: Method, *, shor
     return f"{passes}; first failure: {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
 
 
-def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
+def _weakest(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return a cell with the stress test that a method fails after the smallest part of its axis."""
-    spots = [(line, results.spots[line.name, method.name]) for line in lines]
+    cells = [(line, results.cells[line.name, method.name]) for line in lines]
     fallen = [
-        (depth, line, spot)
-        for line, spot in spots
-        if spot.ending is not SpotEnding.STANDS and (depth := line.depth(spot)) is not None
+        (depth, line, result)
+        for line, result in cells
+        if result.ending is not CellEnding.STANDS and (depth := line.depth(result)) is not None
     ]
     if not fallen:
         return Cell("")
-    _, line, spot = min(fallen, key=lambda one: one[0])
-    said = _said(spot) if spot.ending is SpotEnding.NEVER_STOOD else f"at {_said(spot)}"
-    return Cell(f"{line.name} {said}", title=spot.reason, link=f"#{_anchor(line, method)}")
+    _, line, result = min(fallen, key=lambda one: one[0])
+    said = _said(result) if result.ending is CellEnding.NEVER_STOOD else f"at {_said(result)}"
+    return Cell(f"{line.name} {said}", title=result.reason, link=f"#{_anchor(line, method)}")
 
 
-def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
+def _group(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
     """Yield the table of all lines of one kind, and the evidence for its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
-        Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # on a page, the axis is shown with the evidence
+        Column(
+            "axis", lambda line: line.axis, only=Media.MARKDOWN | Media.DETAIL
+        ),  # on a page, the axis is shown with the evidence
     ]
     columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
-    table = Table(columns, lines, note=NOTES[kind], css="grid", only=IN_FULL)
-    yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", PAGE)))
+    table = Table(columns, lines, note=NOTES[kind], css="grid", only=Media.IN_FULL)
+    yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
     why = tuple(said for line in lines for said in _why(results, line))
-    yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, DETAIL),), level=3)
+    yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, Media.DETAIL),), level=3)
     yield Section(f"{HEADINGS[kind]}: evidence", tuple(_evidence(results, line) for line in lines), level=3)
 
 
-def _why(results: StressResults, line: Line) -> Iterator[str]:
+def _why(results: StressResults, line: StressTest) -> Iterator[str]:
     """Yield the reasons of a line's results, each with its methods."""
-    found = formatting.group_by((spot.reason, method.name) for method, spot in _spots(results, line))
+    found = formatting.group_by((result.reason, method.name) for method, result in _cells_of(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
-def _evidence(results: StressResults, line: Line) -> Table:
+def _evidence(results: StressResults, line: StressTest) -> Table:
     """Return a table with the evidence for each cell of a line: result, scene, and command."""
     columns = (
         Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
@@ -235,16 +220,16 @@ def _evidence(results: StressResults, line: Line) -> Table:
     thread = f" {line.link}" if line.link else ""
     return Table(
         columns,
-        _spots(results, line),
+        _cells_of(results, line),
         title=f"{line.name}: {line.axis}",
         note=f"{formatting.capitalised(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
         folded=f"{line.name}: {line.axis}",
         css="cells",
-        only=ON_PAPER,
+        only=Media.ON_PAPER,
     )
 
 
-def _anchor(line: Line, method: Method) -> str:
+def _anchor(line: StressTest, method: Method) -> str:
     """Return the anchor of a cell's evidence within the page."""
     return quote(f"{line.name}/{method.name}")
 
@@ -253,60 +238,60 @@ def _number(value: float | None) -> str:
     return "" if value is None else formatting.number(value, 4)
 
 
-def _command(method: Method, spot: Spot) -> str:
-    if not spot.scenes or spot.ending is SpotEnding.NOT_RUN:
+def _command(method: Method, result: CellResult) -> str:
+    if not result.scenes or result.ending is CellEnding.NOT_RUN:
         return ""
-    return shlex.join(("carom", "run", *spot.scenes, "-e", engine_argument(method.engine), "-p", method.profile))
+    return shlex.join(("carom", "run", *result.scenes, "-e", engine_argument(method.engine), "-p", method.profile))
 
 
-def _spots(results: StressResults, line: Line) -> list[tuple[Method, Spot]]:
-    return [(method, results.spots[line.name, method.name]) for method in results.methods]
+def _cells_of(results: StressResults, line: StressTest) -> list[tuple[Method, CellResult]]:
+    return [(method, results.cells[line.name, method.name]) for method in results.methods]
 
 
-def _said(spot: Spot) -> str:
+def _said(result: CellResult) -> str:
     """Return a cell's text: a word or a number."""
-    value = "" if spot.value is None else formatting.number(spot.value)
-    match spot.ending:
-        case SpotEnding.STANDS:
+    value = "" if result.value is None else formatting.number(result.value)
+    match result.ending:
+        case CellEnding.STANDS:
             return f"to {value}"
-        case SpotEnding.NEVER_STOOD if spot.status in {Status.TIMED_OUT, Status.CRASHED}:
-            return f"{spot.status.value} at {value}"  # the result is unknown
-        case SpotEnding.NEVER_STOOD:
+        case CellEnding.NEVER_STOOD if result.status in {Status.TIMED_OUT, Status.CRASHED}:
+            return f"{result.status.value} at {value}"  # the result is unknown
+        case CellEnding.NEVER_STOOD:
             return f"from {value}"
-        case SpotEnding.NOT_RUN:
-            return spot.status.value
-        case SpotEnding.STILL_DOES | SpotEnding.DOES_NOT:
-            return f"{'seen' if spot.ending is SpotEnding.STILL_DOES else 'not seen'} {value}".rstrip()
+        case CellEnding.NOT_RUN:
+            return result.status.value
+        case CellEnding.STILL_DOES | CellEnding.DOES_NOT:
+            return f"{'seen' if result.ending is CellEnding.STILL_DOES else 'not seen'} {value}".rstrip()
         case _:
-            return value or spot.reason.partition(":")[0]
+            return value or result.reason.partition(":")[0]
 
 
-def _cell(results: StressResults, method: Method, line: Line) -> Cell:
-    spot = results.spots[line.name, method.name]
-    symbol, css = _SHOWN[spot.ending]
+def _cell(results: StressResults, method: Method, line: StressTest) -> Cell:
+    result = results.cells[line.name, method.name]
+    symbol, css = _SHOWN[result.ending]
     return Cell(
-        _said(spot),
-        "" if spot.error is None else formatting.number(spot.error),
-        title=spot.reason,
+        _said(result),
+        "" if result.error is None else formatting.number(result.error),
+        title=result.reason,
         css=css,
         symbol=symbol,
         link=f"#{_anchor(line, method)}",
-        part=line.depth(spot),
+        part=line.depth(result),
     )
 
 
-def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[str]:
+def _summary(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[str]:
     asked = [formatting.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
     attacked = kinds["attack"] if len(results.methods) <= SENTENCES else ()
     yield from (_sentence(results, kinds["attack"], method) for method in results.methods if attacked)
-    for kind, good, does in (("attack", SpotEnding.STANDS, "passed"), ("relation", SpotEnding.HOLDS, "kept")):
+    for kind, good, does in (("attack", CellEnding.STANDS, "passed"), ("relation", CellEnding.HOLDS, "kept")):
         if attacked and kind == "attack":
             continue
         passed: dict[int, list[str]] = {}
         partly: list[str] = []  # methods that could not run every test are not ranked
         for method in results.methods:
-            endings = [results.spots[line.name, method.name].ending for line in kinds[kind]]
-            ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
+            endings = [results.cells[line.name, method.name].ending for line in kinds[kind]]
+            ran = len(endings) - endings.count(CellEnding.NOT_RUN)
             name = method.phrase
             if ran and ran == len(endings):
                 passed.setdefault(endings.count(good), []).append(name)
@@ -339,14 +324,14 @@ def _named(methods: list[str]) -> str:
     return formatting.join_words(methods) if len(methods) <= FEW else f"{len(methods)} methods"
 
 
-def _complaints(results: StressResults, complaints: list[Line]) -> str:
+def _complaints(results: StressResults, complaints: list[StressTest]) -> str:
     """Describe how many reported bugs are still seen on the engine that they concern."""
     still: list[str] = []
     not_any_more: list[str] = []
     for line in complaints:
-        own = [spot.ending for method, spot in _spots(results, line) if method.engine == line.about]
-        if any(ending is not SpotEnding.NOT_RUN for ending in own):
-            (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
+        own = [result.ending for method, result in _cells_of(results, line) if method.engine == line.about]
+        if any(ending is not CellEnding.NOT_RUN for ending in own):
+            (still if CellEnding.STILL_DOES in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {formatting.join_words(still)}" if 0 < len(still) <= FEW else ""
     of = f"{formatting.count(len(complaints), WORDS['complaint'])}: {here} concern one of these engines"
     return f"{of}; {len(still)} are still seen{seen}."
@@ -357,10 +342,10 @@ def _json(results: StressResults) -> str:
     return as_json(
         "stress",
         results,
-        leave_out=("engines", "spots"),
+        leave_out=("engines", "cells"),
         methods=[
             {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
             for method, engine in zip(results.methods, engines, strict=True)
         ],
-        lines=[{**asdict(line), "cells": [spot for _, spot in _spots(results, line)]} for line in results.lines],
+        lines=[{**asdict(line), "cells": [result for _, result in _cells_of(results, line)]} for line in results.lines],
     )

@@ -11,7 +11,7 @@ from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
-from carom.studies.stress.result import STRESS, FoundSpot, Spot, SpotEnding
+from carom.studies.stress.result import STRESS, CellEnding, CellResult, UnsavedResult
 
 #: The bisection ends at this ratio of the failing value to the passing value.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
@@ -41,7 +41,7 @@ class _Tried(NamedTuple):
         return not self.judgement.broken
 
 
-def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> FoundSpot:
+def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
     """Return the result of an attack on a method, with the scene that shows its number."""
     runs = 0
     stood: _Tried | None = None
@@ -62,19 +62,21 @@ def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick:
         while stood and fell and (middle := attack.between(stood.value, fell.value, resolution)) is not None:
             tries(middle)
     except NotRunError as error:
-        ended = SpotEnding.NOT_RUN
-        spot = Spot("attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status)
-        return FoundSpot(spot)
+        ended = CellEnding.NOT_RUN
+        result = CellResult(
+            "attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status
+        )
+        return UnsavedResult(result)
     shown = fell or stood
     assert shown is not None  # noqa: S101 - a ladder has a first rung
     shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if fell else 'passes'}."
     scene = named_scene(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows)
-    broke = SpotEnding.GIVES_WAY if stood else SpotEnding.NEVER_STOOD
-    spot = Spot(
+    broke = CellEnding.GIVES_WAY if stood else CellEnding.NEVER_STOOD
+    result = CellResult(
         "attack",
         attack.name,
         method.name,
-        broke if fell else SpotEnding.STANDS,
+        broke if fell else CellEnding.STANDS,
         value=shown.value,
         stands_at=stood.value if stood else None,
         error=stood.judgement.error if stood and math.isfinite(stood.judgement.error) else None,
@@ -82,7 +84,7 @@ def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick:
         runs=runs,
         status=shown.judgement.status,
     )
-    return FoundSpot(spot, (scene,))
+    return UnsavedResult(result, (scene,))
 
 
 def named_scene(name: str, scene: Scene, shows: str) -> Scene:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 from decimal import Decimal
 from typing import Any
 
@@ -12,8 +11,8 @@ from carom.catalogue.classics_walled import edges
 from carom.catalogue.closed_forms import disc
 from carom.model.scene import Chain, Scene, Wall
 from carom.model.walls import Leg, drive_of
-from carom.studies.stress.attack import Attack, Trial, attack, closed_form_judge, velocity_judge
-from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_BEFORE, attacked
+from carom.studies.stress.attack import Attack, Trial, attack_at_phases, closed_form_judge, velocity_judge
+from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, attacked
 from carom.studies.stress.true_motion import true_motion
 from carom.support.formatting import metres, number
 
@@ -26,18 +25,6 @@ _HALF_LENGTH_M = 4.0
 #: Initial distance of a disc from a corner, and its speed. The disc is back after 30 steps. In each step the disc moves
 #: an eighth of its radius.
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * _DT_S)
-
-_HEAD_ON = "the normal is known without rounding, and the velocity along it is reversed"
-_VELOCITY = (
-    "a final velocity is wrong by more than a tenth of the change by the impact; a miss is wrong by the whole change"
-)
-
-
-def _met(
-    axis: str, ends: tuple[float, float], truth: str, gives_way: str = _VELOCITY, **more: Any
-) -> Callable[[Callable[..., Any]], Attack]:
-    """Return a decorator that turns a function for one impact into an attack at every phase."""
-    return attack(axis, ends, truth, gives_way, phases=PHASES, **more)
 
 
 def _upright(**fields: Any) -> Chain:
@@ -60,7 +47,7 @@ def _until(phase: float) -> float:
     return (STEPS_BEFORE + phase) * _DT_S
 
 
-@_met("path of a disc per step over its radius, at a wall without thickness", (0.01, 1e4), _HEAD_ON)
+@attack_at_phases
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     scene = _scene(
@@ -74,11 +61,7 @@ def _thin_wall(value: float, phase: float) -> Trial:
     return _once(scene, complex(-speed))
 
 
-@_met(
-    "path per step of a driven wall without thickness over the radius of a disc at rest",
-    (0.01, 1e4),
-    "Newton's law relative to the wall: a disc at rest gets twice the wall's velocity",
-)
+@attack_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     scene = _scene(
@@ -92,7 +75,7 @@ def _paddle(value: float, phase: float) -> Trial:
     return _once(scene, complex(2.0 * speed))
 
 
-@_met("half width of a wall, metres", (0.1, 1e-12), _HEAD_ON, last=0.0)
+@attack_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
     scene = _scene(
         "wall-width",
@@ -105,12 +88,7 @@ def _wall_width(value: float, phase: float) -> Trial:
     return _once(scene, complex(-_SPEED_M_S))
 
 
-@_met(
-    "1 - b/R, the relative distance from a miss of the wall's end",
-    (0.1, 1e-15),
-    "the normal points from the wall's end to the centre; for an offset s, the velocity becomes (2 s² - 1, 2 s "
-    "√(1 - s²)); 28 decimal digits from the stored scene",
-)
+@attack_at_phases
 def _wall_end(value: float, phase: float) -> Trial:
     """Make a trial of a disc that passes the end of a wall.
 
@@ -131,13 +109,7 @@ def _wall_end(value: float, phase: float) -> Trial:
     return _once(scene, after)
 
 
-@_met(
-    "number of pieces of a floor of 8 m",
-    (2.0, 1000.0),
-    "a seam between two pieces has no effect, so the velocity is mirrored at the floor",
-    f"{_VELOCITY}; an engine that catches at a seam deflects the disc",
-    whole=True,
-)
+@attack_at_phases
 def _seam(value: float, phase: float) -> Trial:
     pieces = int(value)
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
@@ -153,12 +125,7 @@ def _seam(value: float, phase: float) -> Trial:
     return _once(scene, velocity.conjugate())
 
 
-@_met(
-    "angle of a corner in degrees",
-    (90.0, 1.0),
-    "the half-planes through the corner's sides, with 240 decimal digits; the disc can't reach the apex",
-    "a final velocity is wrong by more than a tenth of the greatest change by one impact",
-)
+@attack_at_phases
 def _corner(value: float, phase: float) -> Trial:
     """Make a trial of a disc thrown into a corner past its apex.
 
@@ -185,12 +152,7 @@ def _corner(value: float, phase: float) -> Trial:
     return Trial(scene, velocity_judge(true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene))
 
 
-@_met(
-    "number of legs of a driven wall's path",
-    (1.0, 1000.0),
-    "Newton's law relative to the wall on its last leg: a disc at rest gets twice the wall's velocity",
-    whole=True,
-)
+@attack_at_phases
 def _legs(value: float, phase: float) -> Trial:
     """Make a trial of a wall that moves three steps forwards and one back, and strikes a disc on its last leg.
 

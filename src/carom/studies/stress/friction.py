@@ -15,20 +15,14 @@ from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import disc
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector
-from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Trial, attack, closed_form_judge
-from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_BEFORE, attacked
+from carom.studies.stress.attack import PHASES, TOLERANCE, Attack, Judge, Judgement, Trial, attack, closed_form_judge
+from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, attacked
 from carom.support.formatting import number
 
 _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
 #: A coefficient at which no impact of these attacks slides. Every engine supports this coefficient.
 _GRIP = 10.0
-
-_MOTION = "a final velocity or rim speed is wrong by more than a tenth of the change by the impact"
-_LAW = (
-    "the law of sticking and sliding on a wall, and of two equal discs head-on (Cross, Am. J. Phys. 70 (2002) 1093; "
-    "Foerster et al., Phys. Fluids 6 (1994) 1108)"
-)
 
 
 def spin_judge(
@@ -96,9 +90,7 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
     return Trial(scene, spin_judge(scene, final, rims, [max(speed, impulse / k)] * 2))
 
 
-@attack(
-    "coefficient of friction", (0.01, 1e19), _LAW, f"{_MOTION}; friction beyond the value that sticks changes nothing"
-)
+@attack
 def _friction(value: float) -> list[Trial]:
     shows = (
         f"With friction of {number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits another "
@@ -108,18 +100,13 @@ def _friction(value: float) -> list[Trial]:
     return walls + [_head_on("friction", shows, phase, value, 5.0) for phase in PHASES]
 
 
-@attack(
-    "spin in rad/s",
-    (1.0, 1e12),
-    _LAW,
-    f"{_MOTION}; engines that limit the rotation in a step fail",
-)
+@attack
 def _spin(value: float) -> list[Trial]:
     shows = f"A disc that spins at {number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
     return [_head_on("spin", shows, phase, 0.1, value) for phase in PHASES]
 
 
-@attack("moment of inertia over m R²", (0.5, 1e-6), _LAW, _MOTION)
+@attack
 def _inertia(value: float) -> list[Trial]:
     shows = (
         f"A disc with a moment of inertia of {number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and leaves "
@@ -128,15 +115,7 @@ def _inertia(value: float) -> list[Trial]:
     return [_on_wall("inertia", shows, phase, _GRIP, value) for phase in PHASES]
 
 
-@attack(
-    "number of impacts of a superball between two rough plates",
-    (2, 1e3),
-    "two impacts rotate (v, √k R w) by the angle whose cosine is ((1 - k)² - 4 k)/(1 + k)² = -7/9 (Broomhead and "
-    "Gutkin, Physica D 67 (1993) 188)",
-    _MOTION,
-    quick_absurd=100,
-    whole=True,
-)
+@attack
 def _grip_chain(value: float) -> list[Trial]:
     """Make a trial of a number of bounces of a superball between two plates, a dozen steps apart."""
     rounds = max(1, round(value / 2))
@@ -152,12 +131,7 @@ def _grip_chain(value: float) -> list[Trial]:
     return [Trial(scene, spin_judge(scene, final, rim, [2.0], 2 * rounds))]
 
 
-@attack(
-    "restitution of a disc that bounces on a rough floor until it rolls",
-    (0.9, 1e-3),
-    "angular momentum about the floor is conserved, so the disc finally rolls at v / (1 + k)",
-    _MOTION,
-)
+@attack
 def _rolling(value: float) -> list[Trial]:
     """Make a trial of a disc that is thrown along a floor, and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5

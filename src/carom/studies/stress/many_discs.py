@@ -12,6 +12,7 @@ from carom.catalogue.classics_walled import box_walls
 from carom.catalogue.closed_forms import disc
 from carom.model.scene import Disc, Scene, Wall
 from carom.studies.stress.attack import (
+    PHASES,
     Attack,
     Judge,
     Trial,
@@ -21,7 +22,7 @@ from carom.studies.stress.attack import (
     pressure_judge,
     velocity_judge,
 )
-from carom.studies.stress.pairs import PHASES, RATE_HZ, attacked
+from carom.studies.stress.pairs import RATE_HZ, attacked
 from carom.studies.stress.true_motion import TrueMotion, UndecidedError, true_motion
 from carom.support.formatting import metres, number
 
@@ -32,14 +33,6 @@ CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
 _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
 _TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle spreads directions evenly, and no two are equal
-
-_DIGITS = "brute force with 240 decimal digits from the stored scene"
-_ELASTIC = "conservation of energy in elastic impacts"
-_VELOCITY = "a final velocity is wrong by more than a tenth of the change by an impact"
-_ENERGY = (
-    "a tenth of the energy is gained or lost, or a disc is a radius deep in another disc or a wall; elastic "
-    "impacts conserve energy in any order"
-)
 
 
 def _trial(
@@ -68,13 +61,7 @@ def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after
     return _trial(name, shows, discs, (5 + steps_after) * dt)
 
 
-@attack(
-    "gap between the discs of Newton's cradle in metres; 0 by convention",
-    (0.1, 1e-15),
-    f"{_DIGITS}; for a gap of 0, the limit of small gaps, one pair at a time",
-    f"{_VELOCITY}: only the last disc leaves",
-    last=0.0,
-)
+@attack
 def _cradle_gap(gap: float) -> list[Trial]:
     shows = f"Newton's cradle of five discs with gaps of {metres(gap)}: only the last disc must leave."
     # The scene is twice as long as needed, for methods that are late.
@@ -82,14 +69,7 @@ def _cradle_gap(gap: float) -> list[Trial]:
     return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
 
 
-@attack(
-    "number of impacts in one step, along a row of discs",
-    (1, 64),
-    _DIGITS,
-    f"{_VELOCITY}: only the last disc leaves",
-    quick_absurd=32,
-    whole=True,
-)
+@attack
 def _crowded_frame(impacts: float) -> list[Trial]:
     count = round(impacts)
     # All impacts are within half a step of the first impact, whose phase is below one half. The scene is long enough
@@ -99,14 +79,7 @@ def _crowded_frame(impacts: float) -> list[Trial]:
     return [_row("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
 
 
-@attack(
-    "pairs that meet at one instant",
-    (1, 128),
-    "each pair separately, with 240 decimal digits",
-    _VELOCITY,
-    quick_absurd=32,
-    whole=True,
-)
+@attack
 def _at_once(pairs: float) -> list[Trial]:
     """Make a trial of distant pairs that all meet at exactly the same instant: quarter turns of the same meeting."""
     count = round(pairs)
@@ -126,13 +99,7 @@ def _at_once(pairs: float) -> list[Trial]:
     return [_trial("at-once", shows, discs, 48 * dt, lambda scene: closed_form_judge(scene, final, count, change))]
 
 
-@attack(
-    "gap over diameter in a hexagonal packing of 9 discs (packing 0.907 / (1 + gap)²)",
-    (1.0, 1e-3),
-    _ELASTIC,
-    _ENERGY,
-    quick_absurd=1e-2,
-)
+@attack
 def _packing(gap: float) -> list[Trial]:
     columns, rows, radius = 3, 3, 0.1
     pitch = 2 * radius * (1 + gap)
@@ -149,7 +116,7 @@ def _packing(gap: float) -> list[Trial]:
     return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=box_walls(width, height))]
 
 
-@attack("approximate number of impacts", (10, 1e4), _ELASTIC, _ENERGY, quick_absurd=300)
+@attack
 def _duration(impacts: float) -> list[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
     gas = boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
@@ -171,14 +138,7 @@ PACKING = 0.3
 COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
 
 
-@attack(
-    "path per step over radius in a hard-disc gas at packing 0.3",
-    (0.05, 2.0),
-    "the ten-term virial series of the hard-disc fluid: Z = 2.0632 (Clisby and McCoy, 2006); walls reduce it by "
-    "about 6 % for 144 discs",
-    "p V / N k T, from the impulses of the disc impacts (the virial), is wrong by more than a tenth",
-    full_only=True,
-)
+@attack
 def _gas_pressure(advance: float) -> list[Trial]:
     """Make a trial of a hard-disc gas with known pressure. `advance` is the mean path in a step, in radii."""
     side, radius, speed = 12, 0.05, 1.0
@@ -200,12 +160,7 @@ def _gas_pressure(advance: float) -> list[Trial]:
     return [_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=box_walls(width, width))]
 
 
-@attack(
-    "restitution; inelastic collapse begins at 7 - 4 √3 = 0.0718",
-    (0.9, 0.01),
-    f"{_DIGITS} above 7 - 4 √3; below it, the discs end moving with their centre of mass (McNamara and Young, 1992)",
-    _VELOCITY,
-)
+@attack
 def _restitution(restitution: float) -> list[Trial]:
     discs = [disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
 
@@ -223,13 +178,7 @@ def _restitution(restitution: float) -> list[Trial]:
     return [_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
 
 
-@attack(
-    "mass ratio of Galperin's billiard (100^k: floor(10^k π) impacts)",
-    (1.0, 1e8),
-    "Galperin's unfolding of the motion in a wedge (G. Galperin, 2003)",
-    _VELOCITY,
-    quick_absurd=1e4,
-)
+@attack
 def _galperin(mass_ratio: float) -> list[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
     shows = f"A disc of {number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
@@ -252,26 +201,13 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     ]
 
 
-@attack(
-    "bounces between two immovable discs along a slanted axis",
-    (1, 24),
-    _DIGITS,
-    f"{_VELOCITY}; an error across the axis grows 5.8 times at each bounce, so 53 bits suffice for about twenty",
-    whole=True,
-    # In every method, the disc finally leaves the axis in nearly the same direction. The error is visible only in a few
-    # bounces before, so every number of bounces is tried.
-    rungs=40,
-)
+@attack
 def _unstable_orbit(bounces: float) -> list[Trial]:
     count = round(bounces)
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
     shows = f"A disc bounces {count} times between two immovable ones along a slanted axis."
-    discs = [
-        disc(-half, 0j, 0.3, math.inf),
-        disc(half, 0j, 0.3, math.inf),
-        disc(-0.1 * axis, 2.0 * axis, 0.2),
-    ]
+    discs = [disc(-half, 0j, 0.3, math.inf), disc(half, 0j, 0.3, math.inf), disc(-0.1 * axis, 2.0 * axis, 0.2)]
     # The disc moves a fifteenth of the contact distance per step.
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 

@@ -22,7 +22,7 @@ from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
 from carom.studies.stress.failure_search import NotRunError, named_scene
-from carom.studies.stress.result import FoundSpot, Spot, SpotEnding
+from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
 from carom.support.formatting import number
 
 #: Largest deviation at which a relation holds. Three impacts multiply rounding by a few hundred, and sums over a few
@@ -304,7 +304,7 @@ def relations() -> list[Relation]:
     ]
 
 
-def relation_spot(relation: Relation, method: Method, runner: TaskRunner) -> FoundSpot:
+def run_relation(relation: Relation, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Return the result of a relation and a method, with both scenes."""
     used: list[Scene] = []
 
@@ -326,17 +326,21 @@ def relation_spot(relation: Relation, method: Method, runner: TaskRunner) -> Fou
         value = relation.deviation(relation.base(), run)
         reason = "" if value <= HOLDS else f"it deviates by {number(value)} of the scene's length or speed"
     except NotRunError as error:
-        ended = SpotEnding.NOT_RUN
-        return FoundSpot(Spot("relation", relation.name, method.name, ended, reason=str(error), status=error.status))
+        ended = CellEnding.NOT_RUN
+        return UnsavedResult(
+            CellResult("relation", relation.name, method.name, ended, reason=str(error), status=error.status)
+        )
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
         reason = (
             f"no second scene: a run can't start from the final state of the first one ({str(error).splitlines()[0]})"
         )
-    ending = SpotEnding.FAILS if reason else SpotEnding.HOLDS
-    spot = Spot("relation", relation.name, method.name, ending, value, reason=reason, runs=len(used), status=status)
-    return FoundSpot(spot, _named_scenes(relation, method, used))
+    ending = CellEnding.FAILS if reason else CellEnding.HOLDS
+    result = CellResult(
+        "relation", relation.name, method.name, ending, value, reason=reason, runs=len(used), status=status
+    )
+    return UnsavedResult(result, _named_scenes(relation, method, used))
 
 
 class _StoppedError(Exception):

@@ -28,7 +28,7 @@ _EARLIER = {
 }
 
 
-class SpotEnding(StrEnum):
+class CellEnding(StrEnum):
     """Outcome of a cell. The value is the phrase shown."""
 
     GIVES_WAY = "fails at this size"
@@ -41,13 +41,13 @@ class SpotEnding(StrEnum):
     NOT_RUN = "not run"
 
     @classmethod
-    def _missing_(cls, value: object) -> SpotEnding | None:
+    def _missing_(cls, value: object) -> CellEnding | None:
         """Return the ending for a phrase of an earlier version."""
         return cls(_EARLIER[value]) if isinstance(value, str) and value in _EARLIER else None
 
 
 @dataclass(frozen=True)
-class Spot:
+class CellResult:
     """A cell of the table: one attack, relation or complaint, and one method.
 
     Attributes:
@@ -68,7 +68,7 @@ class Spot:
     kind: str
     line: str
     method: str
-    ending: SpotEnding
+    ending: CellEnding
     value: float | None = None
     stands_at: float | None = None
     error: float | None = None
@@ -84,28 +84,28 @@ class Spot:
 
 
 @dataclass(frozen=True)
-class FoundSpot:
+class UnsavedResult:
     """A cell before its scenes are saved.
 
     Attributes:
-        spot: The cell without file names.
+        result: The cell without file names.
         scenes: The scenes that show the cell's number.
     """
 
-    spot: Spot
+    result: CellResult
     scenes: tuple[Scene, ...] = ()
 
-    def save(self, folder: Path) -> Spot:
+    def save(self, folder: Path) -> CellResult:
         """Save the scenes into the folder of results, and return the cell with their file names."""
         files = {f"{SCENES}/{file_name(scene.name.removeprefix(STRESS))}.toml": scene for scene in self.scenes}
         for file, scene in files.items():
             (folder / SCENES).mkdir(parents=True, exist_ok=True)
             save_scene(scene, folder / file)
-        return replace(self.spot, scenes=tuple(files))
+        return replace(self.result, scenes=tuple(files))
 
 
 @dataclass(frozen=True)
-class Line:
+class StressTest:
     """A line of the table: an attack, relation or complaint.
 
     Attributes:
@@ -130,18 +130,18 @@ class Line:
     about: str = ""
     group: str = ""
 
-    def depth(self, spot: Spot) -> float | None:
+    def depth(self, result: CellResult) -> float | None:
         """Return the fraction of the ladder's decades that a method passed; None if nothing was tested.
 
         A last value that has no logarithm, such as a gap of 0, is counted as an additional decade.
         """
-        if not self.ladder or spot.ending is SpotEnding.NOT_RUN:
+        if not self.ladder or result.ending is CellEnding.NOT_RUN:
             return None
-        if spot.ending is SpotEnding.STANDS or spot.stands_at is None:
-            return float(spot.ending is SpotEnding.STANDS)
+        if result.ending is CellEnding.STANDS or result.stands_at is None:
+            return float(result.ending is CellEnding.STANDS)
         rungs = [value for value in self.ladder if value > 0]
         beyond = len(self.ladder) - len(rungs)
-        return abs(math.log10(spot.stands_at / rungs[0])) / (abs(math.log10(rungs[-1] / rungs[0])) + beyond)
+        return abs(math.log10(result.stands_at / rungs[0])) / (abs(math.log10(rungs[-1] / rungs[0])) + beyond)
 
 
 @dataclass(frozen=True)
@@ -152,17 +152,17 @@ class StressResults:
         lines: Attacks, relations and complaints, in the order of the table.
         methods: The methods, which are the columns of the table.
         engines: Descriptions of the methods' engines, by name.
-        spots: The cells, by name of line and method.
+        cells: The cells, by name of line and method.
         environment: Machine and versions.
         command: The command that repeats the campaign.
         quick: Whether this is the quick form.
         elapsed_s: Elapsed seconds, without the time before a resumption.
     """
 
-    lines: tuple[Line, ...]
+    lines: tuple[StressTest, ...]
     methods: tuple[Method, ...]
     engines: Mapping[str, EngineInfo]
-    spots: Mapping[tuple[str, str], Spot]
+    cells: Mapping[tuple[str, str], CellResult]
     environment: Environment
     command: str
     quick: bool

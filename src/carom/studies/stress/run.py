@@ -20,7 +20,7 @@ from carom.execution.plan import select_profiles
 from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.studies.stress.attack import Attack
-from carom.studies.stress.bug_reports import complaint_spot
+from carom.studies.stress.bug_reports import run_complaint
 from carom.studies.stress.contact import contact_attacks
 from carom.studies.stress.failure_search import breaking_point
 from carom.studies.stress.finite_walls import wall_attacks
@@ -28,8 +28,8 @@ from carom.studies.stress.friction import rough_attacks
 from carom.studies.stress.many_discs import crowd_attacks
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.pairs import RATE_HZ, pair_attacks
-from carom.studies.stress.relations import HOLDS, relation_spot, relations
-from carom.studies.stress.result import FoundSpot, Line, Spot, SpotEnding, StressResults
+from carom.studies.stress.relations import HOLDS, relations, run_relation
+from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest, UnsavedResult
 from carom.support.escaping import named_hints
 from carom.support.folders import claimed
 
@@ -42,13 +42,13 @@ JOURNAL = "journal.jsonl"
 DT_S = 1.0 / RATE_HZ
 
 #: Identity of a cell: kind and name of its line, and its method.
-SpotKey = tuple[str, str, str]
+CellKey = tuple[str, str, str]
 
 #: Opens the journal of a campaign.
-stress_journal = partial(Journal[SpotKey, Spot], "spots", JournalEntry[SpotKey, Spot])
+stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[CellKey, CellResult])
 
 #: A line of the table, and the function that computes its cell for a method.
-StressTask = tuple[Line, Callable[[Method, TaskRunner], FoundSpot]]
+StressTask = tuple[StressTest, Callable[[Method, TaskRunner], UnsavedResult]]
 
 
 #: Groups of attacks, with a description of each.
@@ -73,7 +73,7 @@ def attacks() -> list[tuple[str, Attack]]:
     ]
 
 
-def list_lines(*, quick: bool = False) -> list[Line]:
+def list_lines(*, quick: bool = False) -> list[StressTest]:
     """Return all lines of the table: attacks, relations and complaints."""
     return [line for line, _ in _all_tasks(quick)]
 
@@ -119,17 +119,17 @@ def stress(
         ]
         held.enter_context(claimed(out, PURPOSE))
         journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
-        spots: dict[tuple[str, str], Spot] = {}
+        cells: dict[tuple[str, str], CellResult] = {}
         for subject, answer in run_tasks(asks, pool, journal):
-            assert answer.value is not None  # noqa: S101 - a cell that could not run also has a spot
-            spots[subject] = answer.value
-            progress(len(spots), len(asks), " on ".join(subject))
+            assert answer.value is not None  # noqa: S101 - a cell that could not run also has a result
+            cells[subject] = answer.value
+            progress(len(cells), len(asks), " on ".join(subject))
     elapsed_s = time.perf_counter() - started
-    return StressResults(lines, tuple(columns), methods.infos, spots, here, command, asked.quick, elapsed_s)
+    return StressResults(lines, tuple(columns), methods.infos, cells, here, command, asked.quick, elapsed_s)
 
 
 @dataclass(frozen=True)
-class TableCell(DependentTasks[Spot]):
+class TableCell(DependentTasks[CellResult]):
     """Computes a cell of the table, from the line's kind and name and a method, and saves its scenes into `out`."""
 
     kind: str
@@ -143,22 +143,22 @@ class TableCell(DependentTasks[Spot]):
         """Name of the adapter."""
         return self.method.engine
 
-    def run(self, runner: TaskRunner) -> Answer[FoundSpot]:
+    def run(self, runner: TaskRunner) -> Answer[UnsavedResult]:
         """Return the cell with its scenes."""
         find = next(find for line, find in _all_tasks(self.quick) if (line.kind, line.name) == (self.kind, self.name))
         return Answer(Status.RAN, value=find(self.method, runner))
 
-    def complete(self, answer: Answer[FoundSpot]) -> Answer[Spot]:
+    def complete(self, answer: Answer[UnsavedResult]) -> Answer[CellResult]:
         """Save the scenes, and return the cell with their file names."""
         assert answer.value is not None  # noqa: S101 - `run` returns one
         return Answer(answer.status, value=answer.value.save(self.out))
 
 
-def _ask(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], SpotKey, Spot]:
+def _ask(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
     known, subject = None, (cell.name, cell.method.name)
     if refused is not None:
-        spot = Spot(cell.kind, *subject, SpotEnding.NOT_RUN, reason=refused.said, status=refused.status)
-        known = Answer(Status.RAN, value=spot)
+        result = CellResult(cell.kind, *subject, CellEnding.NOT_RUN, reason=refused.said, status=refused.status)
+        known = Answer(Status.RAN, value=result)
     return TaskRequest(subject, (cell.kind, *subject), cell, known)
 
 
@@ -169,28 +169,25 @@ def _all_tasks(quick: bool) -> list[StressTask]:
         if quick and attack.full_only:
             continue
         ladder = tuple(attack.ladder(quick))
-        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
+        line = StressTest("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
         tasks.append((line, partial(breaking_point, attack, quick=quick)))
     truth = "not needed, because the two runs of the method are compared with each other"
     fails = f"the deviation is above {HOLDS:g}; rounding multiplied by three impacts is smaller"
     tasks += [
-        (
-            Line("relation", relation.name, relation.states, truth, fails),
-            partial(relation_spot, relation),
-        )
+        (StressTest("relation", relation.name, relation.states, truth, fails), partial(run_relation, relation))
         for relation in relations()
     ]
     tasks += [
-        (_complaint_line(entry), partial(complaint_spot, entry))
+        (_complaint_line(entry), partial(run_complaint, entry))
         for entry in all_scenes().values()
         if isinstance(entry, Complaint)
     ]
     return tasks
 
 
-def _complaint_line(entry: Complaint) -> Line:
+def _complaint_line(entry: Complaint) -> StressTest:
     seen = f"{entry.symptom.value}; errors below {100 * entry.at_least:g} % do not count. {entry.made}"
-    return Line(
+    return StressTest(
         "complaint",
         entry.name.partition("/")[2],
         f"{entry.about}: {entry.reported}",
@@ -201,7 +198,7 @@ def _complaint_line(entry: Complaint) -> Line:
     )
 
 
-def _chosen(names: Sequence[str], quick: bool) -> tuple[Line, ...]:
+def _chosen(names: Sequence[str], quick: bool) -> tuple[StressTest, ...]:
     everything = list_lines(quick=quick)
     if not names:
         return tuple(everything)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,8 @@ from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
 from carom.execution.plan import resolve_scenes
 from carom.model.scene import Scene
-from carom.report.notebook_picture import axes_of, with_picture
-from carom.report.render.terminal import plain_text
+from carom.report.document import Document
+from carom.report.notebook_picture import ShownResult
 from carom.report.svg import plain_number
 from carom.studies.tune.document import FOUND, tune_document
 from carom.studies.tune.objective import Judged
@@ -27,25 +27,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class ShownTuning(Tuning):
-    """Result of a search that can be printed, shown in a notebook and plotted."""
+class ShownTuning(ShownResult, Tuning):
+    """Result of a search that can be printed, shown in a notebook and plotted.
 
-    def __repr__(self) -> str:
-        return plain_text(tune_document(self, [scene.name for scene in self.scenes]))
+    The plot has each scene's error over PIT's with the first profile and with the best settings.
+    """
 
-    def _repr_html_(self) -> str | None:
-        """Return the result as HTML, with a picture; None if the extra `report` is missing."""
-        return with_picture(partial(_draw, self), f"Error by scene, settings of {self.engine}", repr(self))
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw each scene's error over PIT's with the first profile and with the best settings, and return the axes.
-
-        Raises:
-            MissingExtraError: The extra `report` is not installed.
-        """
-        axes = axes_of(ax)
-        _draw(self, axes)
-        return axes
+    def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
+        document = tune_document(self, [scene.name for scene in self.scenes])
+        return document, f"Error by scene, settings of {self.engine}", partial(_draw, self)
 
 
 def tune(
@@ -80,7 +70,7 @@ def tune(
         asked,
         progress=progress or no_progress,
     )
-    return ShownTuning(**{field.name: getattr(found, field.name) for field in fields(found)})
+    return ShownTuning.of(found)
 
 
 def _draw(found: Tuning, axes: Axes) -> None:

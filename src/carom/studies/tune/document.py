@@ -16,7 +16,7 @@ from carom.engines.registry import engine_argument
 from carom.execution.job import Method
 from carom.model.trace import setting_text
 from carom.report import formatting
-from carom.report.document import IN_FULL, Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
+from carom.report.document import Cell, Code, Column, Document, Headline, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
 from carom.report.provenance import making
 from carom.report.render.markdown import markdown
@@ -224,5 +224,5 @@ def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
         ]
     )
     toml = tomli_w.dumps({"profiles": {FOUND: {"description": said, "settings": constant}}})
-    yield Section("Profile in Python", (Code(python, IN_FULL),))
-    yield Section("Profile in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying]), IN_FULL),))
+    yield Section("Profile in Python", (Code(python, Media.IN_FULL),))
+    yield Section("Profile in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying]), Media.IN_FULL),))

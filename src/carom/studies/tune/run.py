@@ -90,7 +90,7 @@ def tune(
     *,
     notes: MemoryJournal[JobKey, Judged] | None = None,
     progress: Progress = no_progress,
-    told: Callable[[Found], None] | None = None,
+    on_improvement: Callable[[Found], None] | None = None,
     command: str = "",
 ) -> Tuning:
     """Search for an engine's settings with the best results on scenes, over the knobs that its adapter declares.
@@ -101,7 +101,7 @@ def tune(
         options: Options of the search.
         notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what) after each trial.
-        told: Called with the best settings so far, whenever they improve.
+        on_improvement: Called with the best settings so far, whenever they improve.
         command: The command that repeats the search, for the result.
 
     Raises:
@@ -125,7 +125,7 @@ def tune(
         steps = {scene: asked.step_of(scene) for scene in able}
         jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
         space = Space({name: values_of(knob) for name, knob in info.knobs.items()})
-        search = KnobSearch(Method(engine, asked.profile), space, able, jury, progress, told)
+        search = KnobSearch(Method(engine, asked.profile), space, able, jury, progress, on_improvement)
         best = search.run(asked.trials, asked.seed)
         own, _ = _settings(pool, engine, asked.profile, (), steps[able[0]])
         settings, varying = _settings(pool, engine, asked.profile, best.tried, steps[able[0]])

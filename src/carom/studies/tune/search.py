@@ -80,7 +80,7 @@ class KnobSearch:
         scenes: Scenes of the search.
         jury: Evaluates methods on scenes.
         progress: Called with (done, all, what) after each trial.
-        told: Called with the best settings so far, whenever they improve.
+        on_improvement: Called with the best settings so far, whenever they improve.
 
     Attributes:
         trials: Number of different tested settings, without the first profile.
@@ -94,13 +94,13 @@ class KnobSearch:
         scenes: Sequence[Scene],
         jury: Jury,
         progress: Progress = no_progress,
-        told: Callable[[Found], None] | None = None,
+        on_improvement: Callable[[Found], None] | None = None,
     ) -> None:
         if not space.values:
             raise InputError(f"the adapter of {first.engine} declares no knobs, so there is nothing to tune")
         self.method, self.space, self.scenes, self.jury = first, space, tuple(scenes), jury
         self.trials, self.given_up = 0, 0
-        self._progress, self._told = progress, told
+        self._progress, self._on_improvement = progress, on_improvement
         self._whole: list[Found] = []
         self._seen: dict[SettingOverrides, tuple[Merit, bool]] = {}
         self._order: list[int] = []
@@ -220,8 +220,8 @@ class KnobSearch:
         judged = tuple(found[k] for k in range(len(self.scenes)))
         whole = Found(tried, merit_of(judged, first.judged), judged, self.trials)
         self._whole.append(whole)
-        if whole.rank < best.rank and self._told is not None:
-            self._told(whole)
+        if whole.rank < best.rank and self._on_improvement is not None:
+            self._on_improvement(whole)
         return whole.merit, False
 
 

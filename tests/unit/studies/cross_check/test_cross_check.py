@@ -27,7 +27,7 @@ from carom.execution.pool import InProcessPool
 from carom.execution.timing import TIMING_RUNS, TimeTask
 from carom.model.trace import Outcome, Trace
 from carom.studies.cross_check import run as execute
-from carom.studies.cross_check.journal import observed_journal
+from carom.studies.cross_check.run import observed_journal
 
 pytestmark = pytest.mark.usefixtures("hostile")
 

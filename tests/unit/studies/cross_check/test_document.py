@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from carom.cli import app
 from carom.execution.results import Results
-from carom.report.document import Document, Medium, Table, Text
+from carom.report.document import Document, Media, Table, Text
 from carom.report.results_file.file import read_records, records
 from carom.studies.cross_check import run_sections, scene_sections
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
@@ -27,11 +27,11 @@ def tables(document: Document) -> dict[str, list[list[list[str]]]]:
     """Return the lines of all tables of a page by the heading of their section, without the step in it."""
     return {
         section.heading.partition(", a")[0]: [
-            [[cell.line for cell in row] for row in block.shown(Medium.PAGE)[1]]
-            for block in section.shown(Medium.PAGE)
+            [[cell.line for cell in row] for row in block.shown(Media.PAGE)[1]]
+            for block in section.shown(Media.PAGE)
             if isinstance(block, Table)
         ]
-        for section in document.shown(Medium.PAGE)
+        for section in document.shown(Media.PAGE)
     }
 
 

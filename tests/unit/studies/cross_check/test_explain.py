@@ -18,7 +18,7 @@ from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.execution.time_saved import measure_pic_saving, measure_pit_saving
-from carom.report.document import Figures, Medium, Table
+from carom.report.document import Figures, Media, Table
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.grid import build_grid
@@ -82,7 +82,7 @@ def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
     assert list(found.skipped) == ["classics/gas"]
     section = skipping_section(build_grid(found))
     (table,) = [block for block in section.blocks if isinstance(block, Table)]
-    _, ((scene, *_),) = table.shown(Medium.MARKDOWN)
+    _, ((scene, *_),) = table.shown(Media.MARKDOWN)
     assert scene.text == "classics/gas"
     (figures,) = [block for block in section.blocks if isinstance(block, Figures)]
     assert "classics/gas" in figures.items[0].draw(False)

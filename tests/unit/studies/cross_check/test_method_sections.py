@@ -12,7 +12,7 @@ from carom.catalogue import find_scenes
 from carom.comparator import Grade
 from carom.execution.job import Status
 from carom.execution.results import Results, Row
-from carom.report.document import Cell, Medium, Table
+from carom.report.document import Cell, Media, Table
 from carom.report.outcome_marks import Mark
 from carom.studies.cross_check.grid import build_grid, compute_standing
 from carom.studies.cross_check.method_sections import methods_section
@@ -27,7 +27,7 @@ def results() -> Results:
     return cross_checked([*find_scenes(["paper"]), *own], ["pic", "pit"], dts=[1 / 24], profiles=["tuned"])
 
 
-def tables(results: Results, medium: Medium) -> list[tuple[list[str], list[list[Cell]]]]:
+def tables(results: Results, medium: Media) -> list[tuple[list[str], list[list[Cell]]]]:
     """Return headings and rows of the first section's tables."""
     section = methods_section(build_grid(results))
     found = [block.shown(medium) for block in section.shown(medium) if isinstance(block, Table)]
@@ -36,13 +36,13 @@ def tables(results: Results, medium: Medium) -> list[tuple[list[str], list[list[
 
 def test_a_group_counts_its_own_scenes(results: Results) -> None:
     """Each group is a column and counts its scenes; scenes without a group are together."""
-    ((heads, _),) = tables(results, Medium.PAGE)
+    ((heads, _),) = tables(results, Media.PAGE)
     assert heads[4:-1] == ["paper 4 scenes", "others 2 scenes"]
 
 
 def test_a_cell_counts_what_is_right_and_leads_to_the_worst_scene(results: Results) -> None:
     """PIT is right in none of the paper's cases and misses impacts in two: a mark says so, and the worst is played."""
-    ((heads, rows),) = tables(results, Medium.PAGE)
+    ((heads, rows),) = tables(results, Media.PAGE)
     paper, others = rows[0][heads.index("paper 4 scenes")], rows[0][heads.index("others 2 scenes")]
     assert (paper.text, paper.corner) == ("0 of 4", Mark.WRONG.symbol)
     assert paper.title.startswith("an impact is missed in 2 scenes")
@@ -53,7 +53,7 @@ def test_a_cell_counts_what_is_right_and_leads_to_the_worst_scene(results: Resul
 
 def test_a_method_is_a_line_with_its_own_numbers(results: Results) -> None:
     """Missed impacts are summed over all scores of a method; PIC, the reference of the others, has no line."""
-    (heads, rows) = tables(results, Medium.DETAIL)[0]
+    (heads, rows) = tables(results, Media.DETAIL)[0]
     missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
     lines = {row[0].line: [cell.text for cell in row] for row in rows}
     assert lines["PIT"][heads.index("impacts - +")] == f"-{missed}"
@@ -62,7 +62,7 @@ def test_a_method_is_a_line_with_its_own_numbers(results: Results) -> None:
 
 def test_a_terminal_counts_the_scenes_of_each_grade(results: Results) -> None:
     """The counts are those of the grid, a method a row, and each row's numbers add up to the scenes."""
-    (heads, rows) = tables(results, Medium.TERMINAL)[0]
+    (heads, rows) = tables(results, Media.TERMINAL)[0]
     ((name, *counts),) = [[cell.text for cell in row] for row in rows]
     marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.column.engine == "pit"]
     assert name == "PIT"
@@ -73,7 +73,7 @@ def test_a_terminal_counts_the_scenes_of_each_grade(results: Results) -> None:
 def test_one_scene_is_told_in_physical_units() -> None:
     """PIT finds paper/late .9 of a step of 1/24 s late, which is 37.5 ms, and .6 of one of 1/96 s, 6.25 ms."""
     found = cross_checked(find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96])
-    coarse, fine, *_ = tables(found, Medium.TERMINAL)
+    coarse, fine, *_ = tables(found, Media.TERMINAL)
     (heads, ((*cells,),)) = coarse
     shown = dict(zip((head.split()[0] for head in heads), (cell.text for cell in cells), strict=True))
     assert (shown["method"], shown["impacts"], shown["time"], shown["energy"]) == (
@@ -94,9 +94,9 @@ def several() -> Results:
 
 def test_terminal_and_report_have_one_order(several: Results) -> None:
     """Methods are ordered by the mean grade of the shown counts, from exact to wrong."""
-    (heads, counted), *_ = tables(several, Medium.TERMINAL)
+    (heads, counted), *_ = tables(several, Media.TERMINAL)
     orders = [[row[0].line for row in counted]]
-    orders += [[row[0].line for row in tables(several, medium)[0][1]] for medium in (Medium.PAGE, Medium.MARKDOWN)]
+    orders += [[row[0].line for row in tables(several, medium)[0][1]] for medium in (Media.PAGE, Media.MARKDOWN)]
     assert orders[0] == orders[1] == orders[2]
     assert orders[0][0] == "pymunk located"
     assert len(orders[0]) == 4
@@ -121,8 +121,8 @@ def test_of_one_scene_terminal_and_report_have_one_order(several: Results, scene
     """Where one scene was run, its table of physical errors and the report's table of methods begin with the same."""
     rows = tuple(row for row in several.rows if row.job.scene.name == scene)
     alone = replace(several, rows=rows)
-    (_, terminal), *_ = tables(alone, Medium.TERMINAL)
-    (_, page), *_ = tables(alone, Medium.PAGE)
+    (_, terminal), *_ = tables(alone, Media.TERMINAL)
+    (_, page), *_ = tables(alone, Media.PAGE)
     assert [row[0].line for row in terminal] == [row[0].line for row in page]
     assert len(page) == 4
 
@@ -152,6 +152,6 @@ def test_pic_stands_once_in_the_table_of_every_scene(several: Results) -> None:
     grid = build_grid(several)
     assert [column.name for column in grid.columns.values()][:2] == ["PIC frame-by-frame", "PIC event-driven"]
     section = scenes_section(grid)
-    (table,) = (block for block in section.shown(Medium.PAGE) if isinstance(block, Table))
-    heads = [column.line for column in table.shown(Medium.PAGE)[0]]
+    (table,) = (block for block in section.shown(Media.PAGE) if isinstance(block, Table))
+    heads = [column.line for column in table.shown(Media.PAGE)[0]]
     assert heads == ["scene", "PIC", "PIT", "pymunk default", "pymunk tuned", "pymunk located"]

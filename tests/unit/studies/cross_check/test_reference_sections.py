@@ -8,7 +8,7 @@ from tests.stage import cross_checked, disc_at, staged, wall_at
 
 from carom.catalogue import all_scenes
 from carom.execution.results import Results
-from carom.report.document import Lines, Medium
+from carom.report.document import Lines, Media
 from carom.report.render.markdown import markdown
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grid import build_grid
@@ -36,7 +36,7 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
         duration_s=2.0,
     )
     results = cross_checked([ball], ["pic", "pit"], dts=[1 / 24])
-    lines = [b.items for b in reference_section(build_grid(results)).shown(Medium.TERMINAL) if isinstance(b, Lines)]
+    lines = [b.items for b in reference_section(build_grid(results)).shown(Media.TERMINAL) if isinstance(b, Lines)]
     assert any("runs are compared up to 0.5 s of 2 s, when a disc comes to rest" in line for (line,) in lines)
     assert [section.heading for section in (steps_section(build_grid(results)),) if section.blocks]
 
@@ -45,5 +45,5 @@ def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
     """Discs that roll from the start, of which one strikes the other: no word says that the reference is in doubt."""
     scene = all_scenes()["contact/struck"].scene
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
-    told = [b.items for b in reference_section(build_grid(results)).shown(Medium.TERMINAL) if isinstance(b, Lines)]
+    told = [b.items for b in reference_section(build_grid(results)).shown(Media.TERMINAL) if isinstance(b, Lines)]
     assert told == [("contact/struck: runs are compared up to 0 s of 3 s, when a disc rolls along a wall.",)]

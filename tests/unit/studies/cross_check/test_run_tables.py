@@ -10,7 +10,7 @@ from carom.comparator import Errors
 from carom.execution.phases import PhaseSpread
 from carom.execution.results import Results, Row
 from carom.report import formatting
-from carom.report.document import Cell, Medium, Section, Table
+from carom.report.document import Cell, Media, Section, Table
 from carom.report.render.markdown import markdown
 from carom.report.results_file.file import records
 from carom.report.results_file.lines_as_json import OF_SPINS
@@ -22,14 +22,14 @@ from carom.studies.cross_check.run_sections import cells_section, run_time_secti
 def rows_of(section: Section) -> list[list[Cell]]:
     """The rows of a section's one table, as a page shows them."""
     (table,) = (block for block in section.blocks if isinstance(block, Table))
-    return table.shown(Medium.PAGE)[1]
+    return table.shown(Media.PAGE)[1]
 
 
 def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
     """Each field of `Errors` is a column of the table of every cell; JSON lines have all except those of spins."""
     (table,) = cells_section(build_grid(results)).blocks
     assert isinstance(table, Table)
-    columns, _ = table.shown(Medium.PAGE)
+    columns, _ = table.shown(Media.PAGE)
     head, *rows = (json.loads(line) for line in records(results).splitlines())
     assert head["rows"] == len(rows)
     for metric in fields(Errors):

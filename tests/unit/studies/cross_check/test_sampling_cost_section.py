@@ -18,7 +18,7 @@ from carom.comparator import compare
 from carom.execution.job import Method
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
-from carom.report.document import Column, Document, Headline, Medium, Section, Table
+from carom.report.document import Column, Document, Headline, Media, Section, Table
 from carom.report.formatting import number
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
@@ -71,7 +71,7 @@ def price_of(results: Results) -> Section:
 
 def of_toy(results: Results) -> dict[str, str]:
     """What the table of prices says of the toy engine, by heading."""
-    columns, rows = table_of(price_of(results)).shown(Medium.PAGE)
+    columns, rows = table_of(price_of(results)).shown(Media.PAGE)
     (row,) = (row for row in rows if row[0].text == "toy tuned")
     return {column.head: cell.line for column, cell in zip(columns, row, strict=True)}
 
@@ -166,7 +166,7 @@ def test_the_price_is_one_number_wherever_it_stands() -> None:
     of_all = replace(found, rows=rows)
     grid = build_grid(of_all)
     tables = [block for block in methods_section(grid).blocks if isinstance(block, Table)]
-    heads, lines = tables[-1].shown(Medium.MARKDOWN)
+    heads, lines = tables[-1].shown(Media.MARKDOWN)
     (line,) = (line for line in lines if line[0].line == "toy tuned")
     shown = line[[head.line for head in heads].index("error / PIT's")].text
     assert shown == of_toy(of_all)["error / PIT's, median"].split()[0]

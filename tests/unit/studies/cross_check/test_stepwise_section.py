@@ -14,7 +14,7 @@ from carom.comparator import Grade, Verdict
 from carom.comparator.verdict import Finding
 from carom.execution.job import Job, Method
 from carom.execution.results import Results, Row
-from carom.report.document import Medium, Section, Table, Text
+from carom.report.document import Media, Section, Table, Text
 from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.stepwise_section import steps_section
 
@@ -42,7 +42,7 @@ def with_rows(results: Results, rows: Mapping[str, Mapping[str, Any]], **score: 
     return replace(results, rows=tuple(ran(results, name, steps, beyond) for name, steps in rows.items()))
 
 
-def table(section: Section, medium: Medium) -> tuple[list[str], list[list[str]]]:
+def table(section: Section, medium: Media) -> tuple[list[str], list[list[str]]]:
     """Return headings and cells of a section's table in a medium."""
     (found,) = (block for block in section.shown(medium) if isinstance(block, Table))
     columns, rows = found.shown(medium)
@@ -51,11 +51,11 @@ def table(section: Section, medium: Medium) -> tuple[list[str], list[list[str]]]
 
 def ranked(results: Results) -> list[str]:
     """Return the engines in the order of the terminal's table."""
-    _, shown = table(steps_section(build_grid(results)), Medium.TERMINAL)
+    _, shown = table(steps_section(build_grid(results)), Media.TERMINAL)
     return [row[0].split()[0] for row in shown]
 
 
-def texts(section: Section, medium: Medium) -> str:
+def texts(section: Section, medium: Media) -> str:
     """Return all paragraphs of a section in a medium."""
     return "\n".join(block.text for block in section.shown(medium) if isinstance(block, Text))
 
@@ -107,9 +107,9 @@ def test_both_counts_of_misses_stand_together(plain: Results) -> None:
     """A miss that PIT has from the same state is said to be that, on paper and on a terminal."""
     results = with_rows(plain, {"engine": {"missed": 3, "missed_by_pit": 2, "invented": 4}})
     section = steps_section(build_grid(results))
-    heads, (row,) = table(section, Medium.TERMINAL)
+    heads, (row,) = table(section, Media.TERMINAL)
     assert row[heads.index("impacts - (PIT's) +")] == "-3 (2) +4"
-    heads, (row,) = table(section, Medium.MARKDOWN)
+    heads, (row,) = table(section, Media.MARKDOWN)
     assert row[heads.index("missed (PIT's)")] == "3 (2)"
     assert row[heads.index("invented")] == "4"
 
@@ -118,8 +118,8 @@ def test_a_parted_run_says_when_it_parted_and_when_pit_did(plain: Results) -> No
     """One sentence has the times of the run and of PIT; the steps have their own grade in the column of the steps."""
     results = with_rows(plain, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5)
     section = steps_section(build_grid(results))
-    assert "0.25 s; PIT diverged at 0.5 s" in texts(section, Medium.TERMINAL)
-    heads, (row,) = table(section, Medium.MARKDOWN)
+    assert "0.25 s; PIT diverged at 0.5 s" in texts(section, Media.TERMINAL)
+    heads, (row,) = table(section, Media.MARKDOWN)
     assert row[heads.index("grade")].endswith("parted inaccurate")
     assert row[heads.index("steps")].endswith("inaccurate")
     assert "parted" not in row[heads.index("steps")]
@@ -133,6 +133,6 @@ def test_a_suite_gains_no_line_on_a_terminal(plain: Results) -> None:
     references = {**results.references, "other": results.references[GRAZE.name]}
     results = replace(results, rows=(row, other), references=references)
     section = steps_section(build_grid(results))
-    assert not section.shown(Medium.TERMINAL)
-    heads, shown = table(section, Medium.MARKDOWN)
+    assert not section.shown(Media.TERMINAL)
+    heads, shown = table(section, Media.MARKDOWN)
     assert [row[heads.index("scene")] for row in shown] == [GRAZE.name, "other"]

@@ -23,7 +23,7 @@ from carom.execution.results import Results, Row
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 from carom.report import formatting
-from carom.report.document import Lines, Medium
+from carom.report.document import Lines, Media
 from carom.report.junit import junit
 from carom.report.outcome_marks import Mark
 from carom.report.paths import exact_paths, observed_paths
@@ -69,8 +69,8 @@ def test_every_cell_that_was_not_run_has_its_reason(
     """Each cell has its reason, and the list below the grid has it once for all cells that share it."""
     grid = build_grid(results)
     section = next(s for s in cross_check_document(results).sections if s.heading == "Runs without a score")
-    (block,) = section.shown(Medium.PAGE)
-    (short,) = section.shown(Medium.TERMINAL)
+    (block,) = section.shown(Media.PAGE)
+    (short,) = section.shown(Media.TERMINAL)
     assert isinstance(block, Lines)
     assert isinstance(short, Lines)
     lines = block.items

@@ -17,7 +17,7 @@ from tests.processes import ended, noted
 from carom.errors import InputError
 from carom.studies.history import clients
 from carom.studies.history.clients import ClientError, Npm, Pip
-from carom.studies.history.release_cache import Kept, kept_releases
+from carom.studies.history.release_cache import ReleaseCache, kept_releases
 
 
 def program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> None:
@@ -160,7 +160,7 @@ class Breaks:
 
 def test_what_is_broken_off_is_no_release(tmp_path: Path) -> None:
     """Ctrl-C while a release is installed leaves nothing behind that could be taken for one."""
-    kept = Kept(tmp_path)
+    kept = ReleaseCache(tmp_path)
     with pytest.raises(KeyboardInterrupt):
         kept.made(Breaks(), "npm", "@a/toy", "2")
     assert kept.has("npm", "@a/toy", "2") is None
@@ -176,7 +176,7 @@ def test_what_is_used_last_is_kept_within_the_bound(tmp_path: Path) -> None:
         assert kept.has("pip", "toy", "1") is not None
     with kept_releases(2.5e3, tmp_path):
         pass
-    assert sorted(Kept(tmp_path).names("pip", "toy")) == ["1", "4"]
+    assert sorted(ReleaseCache(tmp_path).names("pip", "toy")) == ["1", "4"]
 
 
 def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
@@ -188,13 +188,13 @@ def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
         assert kept.names("pip", "toy") == ("1",)
     with kept_releases(1.0, tmp_path):
         pass
-    assert Kept(tmp_path).names("pip", "toy") == ()
+    assert ReleaseCache(tmp_path).names("pip", "toy") == ()
 
 
 @each("instead", ["a file", "a link", "a list that nests"])
 def test_what_is_in_the_place_of_a_release_is_replaced(instead: str, tmp_path: Path) -> None:
     """A file, a link to another folder or a list that can't be read is no release, and the release is installed."""
-    kept, other = Kept(tmp_path / "root"), tmp_path / "other"
+    kept, other = ReleaseCache(tmp_path / "root"), tmp_path / "other"
     place = kept.made(Breaks(), "pip", "toy", "1")
     other.mkdir()
     if instead == "a list that nests":

@@ -11,11 +11,11 @@ from tests.lengths import each
 
 from carom.errors import CaromError
 from carom.execution.job import Answer, Status
-from carom.studies.history.compare_cells import PLACES, Moved, Ran, SeenCell, change_of
-from carom.studies.history.releases import in_order, selected
+from carom.studies.history.compare_cells import PLACES, ChangeKind, ReleaseRun, SeenCell, change_of
+from carom.studies.history.run import in_order, selected
 
 PHASES = 8
-RAN = Ran(
+RAN = ReleaseRun(
     digest="a",
     settings=(("dt_s", "0.1"),),
     grade="SAMPLED",
@@ -33,7 +33,7 @@ RAN = Ran(
 )
 
 
-def seen(*runs: Ran) -> SeenCell:
+def seen(*runs: ReleaseRun) -> SeenCell:
     """Return a release in one cell, with its own phase first."""
     own, *others = (Answer(Status.RAN, value=run) for run in runs)
     return SeenCell(own, tuple(others))
@@ -57,38 +57,38 @@ def places(low: float, high: float, **fields: Any) -> SeenCell:
 @each(
     "old, new, moved",
     [
-        (seen(RAN), seen(RAN), Moved.NOTHING),
-        (seen(RAN), seen(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), Moved.NOTHING),
-        (seen(RAN), seen(replace(RAN, digest="b", velocity=0.25 + 1e-14)), Moved.ROUNDING),
-        (seen(RAN), seen(replace(RAN, digest="b", off_m_s=(0.25 + 1e-14, 0.0))), Moved.ROUNDING),
-        (over(0.1, 0.2), over(0.3, 0.4, digest="c"), Moved.WORSE),
-        (over(0.3, 0.4), over(0.1, 0.2, digest="c"), Moved.BETTER),
-        (over(0.1, 0.3), over(0.2, 0.4, digest="c"), Moved.OVERLAP),
-        (over(0.1, 0.2), over(0.2, 0.4, digest="c"), Moved.OVERLAP),  # they touch
-        (over(0.1, 0.2), over(0.22, 0.32, digest="c"), Moved.OVERLAP),  # a phase between may fill a gap of 0.02
-        (over(0.1, 0.2), over(0.23, 0.33, digest="c"), Moved.WORSE),
-        (over(0.1, 0.2), over(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), Moved.ASKED),
-        (over(0.1, 0.2), over(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), Moved.UNSEEN),
-        (over(0.1, 0.2, verdicts=("TURNS",)), over(0.3, 0.4, digest="c"), Moved.UNSEEN),
-        (over(0.1, 0.2, grade="UNGRADED"), over(0.3, 0.4, digest="c"), Moved.OTHERWISE),
+        (seen(RAN), seen(RAN), ChangeKind.NOTHING),
+        (seen(RAN), seen(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), ChangeKind.NOTHING),
+        (seen(RAN), seen(replace(RAN, digest="b", velocity=0.25 + 1e-14)), ChangeKind.ROUNDING),
+        (seen(RAN), seen(replace(RAN, digest="b", off_m_s=(0.25 + 1e-14, 0.0))), ChangeKind.ROUNDING),
+        (over(0.1, 0.2), over(0.3, 0.4, digest="c"), ChangeKind.WORSE),
+        (over(0.3, 0.4), over(0.1, 0.2, digest="c"), ChangeKind.BETTER),
+        (over(0.1, 0.3), over(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
+        (over(0.1, 0.2), over(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),  # they touch
+        (over(0.1, 0.2), over(0.22, 0.32, digest="c"), ChangeKind.OVERLAP),  # a phase between may fill a gap of 0.02
+        (over(0.1, 0.2), over(0.23, 0.33, digest="c"), ChangeKind.WORSE),
+        (over(0.1, 0.2), over(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), ChangeKind.ASKED),
+        (over(0.1, 0.2), over(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNSEEN),
+        (over(0.1, 0.2, verdicts=("TURNS",)), over(0.3, 0.4, digest="c"), ChangeKind.UNSEEN),
+        (over(0.1, 0.2, grade="UNGRADED"), over(0.3, 0.4, digest="c"), ChangeKind.OTHERWISE),
         # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), Moved.TOLD),
-        (over(0.1, 0.3, lost=2), over(0.2, 0.4, digest="c"), Moved.TOLD),
-        (over(0.1, 0.2, lost=2), over(0.3, 0.4, digest="c"), Moved.WORSE),
-        (over(0.1, 0.3), over(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"), Moved.TOLD),
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", late_steps=0.6), Moved.TOLD),
-        (seen(RAN), seen(replace(RAN, digest="b", velocity=math.nan)), Moved.OVERLAP),
+        (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), ChangeKind.TOLD),
+        (over(0.1, 0.3, lost=2), over(0.2, 0.4, digest="c"), ChangeKind.TOLD),
+        (over(0.1, 0.2, lost=2), over(0.3, 0.4, digest="c"), ChangeKind.WORSE),
+        (over(0.1, 0.3), over(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"), ChangeKind.TOLD),
+        (over(0.1, 0.2), over(0.1, 0.2, digest="c", late_steps=0.6), ChangeKind.TOLD),
+        (seen(RAN), seen(replace(RAN, digest="b", velocity=math.nan)), ChangeKind.OVERLAP),
         # Places: before the end, too, and where they are on the other side of the right one.
-        (places(1.1, 1.2), places(1.3, 1.4, digest="c"), Moved.WORSE),
-        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), Moved.OTHERWISE),
-        (places(0.1, 0.3), places(0.2, 0.4, digest="c"), Moved.OVERLAP),
-        (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), Moved.WORSE),  # it ended before
-        (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), Moved.ROUNDING),
+        (places(1.1, 1.2), places(1.3, 1.4, digest="c"), ChangeKind.WORSE),
+        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), ChangeKind.OTHERWISE),
+        (places(0.1, 0.3), places(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
+        (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), ChangeKind.WORSE),  # it ended before
+        (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), ChangeKind.ROUNDING),
         # Velocities are nearer and places farther: nobody can say which is better.
-        (over(0.3, 0.4), over(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), Moved.OTHERWISE),
+        (over(0.3, 0.4), over(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), ChangeKind.OTHERWISE),
     ],
 )
-def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell, moved: Moved) -> None:
+def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
     """Settings must be equal, every contact seen, and a number of the motion apart at every phase."""
     assert change_of(old, new).moved is moved
 
@@ -102,13 +102,13 @@ def test_where_discs_are_elsewhere_is_said() -> None:
 def test_fewer_phases_say_nothing() -> None:
     """However far apart, what ran at seven phases alone is no change of the engine's; at eight it is."""
     low, high = ([replace(RAN, digest=f"{v}", off_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
-    assert change_of(seen(*low), seen(*high[1:])).moved is Moved.OVERLAP
-    assert change_of(seen(*low), seen(*high)).moved is Moved.WORSE
+    assert change_of(seen(*low), seen(*high[1:])).moved is ChangeKind.OVERLAP
+    assert change_of(seen(*low), seen(*high)).moved is ChangeKind.WORSE
 
 
 def test_ranges_that_part_by_rounding_do_not_part() -> None:
     """In 32-bit floats a gap of a millionth is rounding; in 64 bits it is a change."""
-    for bits, moved in ((32, Moved.TOLD), (64, Moved.WORSE)):
+    for bits, moved in ((32, ChangeKind.TOLD), (64, ChangeKind.WORSE)):
         old = seen(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
         own = replace(RAN, digest="b", float_bits=bits, off_m_s=(0.1 + 1e-6, 0.0))
         new, later = [replace(own, verdicts=("LATE", "EARLY"))], [own]
@@ -119,7 +119,7 @@ def test_what_one_of_the_two_did_not_run_is_said() -> None:
     """The reason is that of the one that did not."""
     refused = SeenCell(Answer(Status.UNSUPPORTED, "no gravity"))
     change = change_of(seen(RAN), refused)
-    assert (change.moved, change.why) == (Moved.NOT_RUN, "unsupported: no gravity")
+    assert (change.moved, change.why) == (ChangeKind.NOT_RUN, "unsupported: no gravity")
 
 
 def test_no_impact_told_though_velocities_change_is_no_contact_seen() -> None:

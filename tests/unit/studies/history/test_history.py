@@ -16,10 +16,10 @@ from carom.engines.registry import adapter_points
 from carom.errors import InputError, UnknownNameError
 from carom.execution.job import UnavailableError
 from carom.report.render.markdown import markdown
-from carom.studies.history.compare_cells import Moved, history_journal
+from carom.studies.history.compare_cells import ChangeKind, history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.release_cache import Kept
+from carom.studies.history.release_cache import ReleaseCache
 from carom.studies.history.run import bisect_change, history
 
 PAIR = staged("pair", disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, 0.125, r=0.25), duration_s=2.0, frame_rate_hz=20.0)
@@ -40,7 +40,7 @@ def asked(*versions: str, **options: object) -> HistoryOptions:
 @pytest.mark.release
 def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> None:
     """Same bits, worse, better, asked otherwise, half seen, too old and not to be had: each by construction."""
-    found = history("toy", [PAIR], Kept(tmp_path / "kept"), asked())
+    found = history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked())
     assert [release.version for release in found.releases] == [
         *("0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0")
     ]
@@ -50,12 +50,12 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
     assert [reason for version, reason in reasons.items() if version not in {"0.9", "2.0"}] == [""] * 7
     moved = {step.new.version: next(iter(step.changes.values())) for step in found.transitions}
     assert {version: change.moved for version, change in moved.items()} == {
-        "1.1": Moved.NOTHING,
-        "1.2": Moved.WORSE,
-        "1.3": Moved.NOTHING,
-        "1.4": Moved.BETTER,
-        "1.5": Moved.ASKED,
-        "1.6": Moved.UNSEEN,
+        "1.1": ChangeKind.NOTHING,
+        "1.2": ChangeKind.WORSE,
+        "1.3": ChangeKind.NOTHING,
+        "1.4": ChangeKind.BETTER,
+        "1.5": ChangeKind.ASKED,
+        "1.6": ChangeKind.UNSEEN,
     }
     assert moved["1.5"].why == "slop 0.0 → 0.1"
     assert [release.version for release in found.releases if release.unseen] == ["1.6"]
@@ -72,7 +72,7 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
 @pytest.mark.release
 def test_only_what_differs_is_run_at_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
     """A cell of the same bits is run once, and a changed one also at each phase."""
-    found = history("toy", [PAIR], Kept(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
+    found = history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
     counts = [len(seen.ran) for release in found.releases for seen in release.seen.values()]
     assert counts == [1, 10, 10]
 
@@ -80,7 +80,7 @@ def test_only_what_differs_is_run_at_phases(registry: Toys, tmp_path: Path) -> N
 @pytest.mark.release
 def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> None:
     """What a journal holds is not run again, what is kept is not installed again, and the result is equal."""
-    kept, results = Kept(tmp_path / "kept"), []
+    kept, results = ReleaseCache(tmp_path / "kept"), []
     for resume in (False, True):
         with history_journal(tmp_path / "journal.jsonl", resume=resume) as notes:
             results.append(history("toy", [PAIR], kept, asked("1.1", "1.2"), notes=notes))
@@ -93,7 +93,7 @@ def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> Non
 @pytest.mark.release
 def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -> None:
     """Releases that are kept and named are run; a list that is not to be had is said, with what is kept."""
-    kept = Kept(tmp_path / "kept")
+    kept = ReleaseCache(tmp_path / "kept")
     first = history("toy", [PAIR], kept, asked("1.0", "1.2"))
     registry.reached = False
     assert history("toy", [PAIR], kept, asked("1.0,1.2")).releases == first.releases
@@ -114,21 +114,21 @@ def test_the_release_that_changed_a_cell_is_found(
     first: str,
 ) -> None:
     """It is the first that does not as the oldest does."""
-    found = sure(bisect_change("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked(*versions)))
+    found = sure(bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), asked(*versions)))
     assert (found.last, found.first) == (last, first)
 
 
 @pytest.mark.release
 def test_where_nothing_changed_no_release_is_found(registry: Toys, tmp_path: Path) -> None:
     """Two releases are asked, and no more."""
-    assert bisect_change("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked("1.2", "1.3")) is None
+    assert bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), asked("1.2", "1.3")) is None
     assert registry.installed == ["1.2", "1.3"]
 
 
 @pytest.mark.release
 def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) -> None:
     """An engine of no registry, a profile, a release: nothing is installed before it is refused."""
-    kept = Kept(tmp_path / "kept")
+    kept = ReleaseCache(tmp_path / "kept")
     with pytest.raises(InputError, match="pit has no registry"):
         history("pit", [PAIR], kept, HistoryOptions(profiles=("tuned",)))
     with pytest.raises(UnknownNameError, match="toy has no profile 'best'"):

@@ -13,7 +13,7 @@ from carom.execution.pool import InProcessPool
 from carom.studies.stress import run as campaign
 from carom.studies.stress.document import write_stress
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.result import SpotEnding, StressResults
+from carom.studies.stress.result import CellEnding, StressResults
 from carom.studies.stress.run import JOURNAL, list_lines, stress
 
 #: What is asked of Carom's own two methods.
@@ -37,24 +37,24 @@ def results(folder: Path) -> StressResults:
 @pytest.mark.long
 def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
     """No cell is empty: it has a number and the file that shows it, or a reason for having none."""
-    assert len(results.spots) == len(results.lines) * len(results.methods)
-    for spot in results.spots.values():
-        assert spot.value is not None or spot.reason
-        assert spot.value is None or spot.scenes
+    assert len(results.cells) == len(results.lines) * len(results.methods)
+    for result in results.cells.values():
+        assert result.value is not None or result.reason
+        assert result.value is None or result.scenes
 
 
 def test_the_methods_are_told_apart(results: StressResults) -> None:
     """PIC passes any speed, PIT fails between one and a few radii a step, and gravity is a reason."""
-    cells = results.spots
-    assert cells["tunnelling", "pic/event-driven"].ending is SpotEnding.STANDS
+    cells = results.cells
+    assert cells["tunnelling", "pic/event-driven"].ending is CellEnding.STANDS
     fell = cells["tunnelling", "pit/tuned"]
-    assert fell.ending is SpotEnding.GIVES_WAY
+    assert fell.ending is CellEnding.GIVES_WAY
     assert fell.value is not None
     # Head-on, the approaching half of the chord is two radii: beyond that there may be no frame.
     assert 1.0 < fell.value <= 10.0
-    assert cells["reversal", "pic/event-driven"].ending is SpotEnding.HOLDS
-    assert cells["mujoco-441", "pic/event-driven"].ending is SpotEnding.DOES_NOT
-    assert cells["mujoco-441", "pit/tuned"].ending is SpotEnding.STILL_DOES
+    assert cells["reversal", "pic/event-driven"].ending is CellEnding.HOLDS
+    assert cells["mujoco-441", "pic/event-driven"].ending is CellEnding.DOES_NOT
+    assert cells["mujoco-441", "pit/tuned"].ending is CellEnding.STILL_DOES
     falling = cells["rapier-97", "pic/event-driven"]
     assert "gravity" in falling.reason or falling.value is not None
 
@@ -62,7 +62,7 @@ def test_the_methods_are_told_apart(results: StressResults) -> None:
 @pytest.mark.long
 def test_a_number_can_be_had_again_from_its_file(results: StressResults, folder: Path) -> None:
     """Running the file next to PIT's number shows the miss that the cell reports."""
-    scene = load_scene(folder / results.spots["tunnelling", "pit/tuned"].scenes[0])
+    scene = load_scene(folder / results.cells["tunnelling", "pit/tuned"].scenes[0])
     assert len(run(scene, "pit", dt=1.0 / scene.frame_rate_hz).impacts) == 0
 
 
@@ -73,7 +73,7 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
     monkeypatch.setattr(campaign.TableCell, "run", lambda *_: pytest.fail("a finished cell was run again"))
     names = [line.name for line in results.lines]
     again = stress(names, BOTH, out=folder, resume=True, command="carom stress")
-    assert again.spots == results.spots
+    assert again.cells == results.cells
     with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
         stress(names, replace(BOTH, quick=False), out=folder, resume=True)
 
@@ -128,12 +128,12 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
 @each(
     "phrase, ending",
     [
-        ("gives way", SpotEnding.GIVES_WAY),
-        ("stands to the end", SpotEnding.STANDS),
-        ("gives way at the harmless end", SpotEnding.NEVER_STOOD),
-        ("fails at this size", SpotEnding.GIVES_WAY),
+        ("gives way", CellEnding.GIVES_WAY),
+        ("stands to the end", CellEnding.STANDS),
+        ("gives way at the harmless end", CellEnding.NEVER_STOOD),
+        ("fails at this size", CellEnding.GIVES_WAY),
     ],
 )
-def test_a_journal_of_earlier_words_is_read(phrase: str, ending: SpotEnding) -> None:
+def test_a_journal_of_earlier_words_is_read(phrase: str, ending: CellEnding) -> None:
     """How a cell ended is known by the phrase of today and by those that earlier journals have."""
-    assert SpotEnding(phrase) is ending
+    assert CellEnding(phrase) is ending

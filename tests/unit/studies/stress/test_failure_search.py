@@ -21,7 +21,7 @@ from carom.model.trace import Outcome
 from carom.studies.stress.attack import Attack
 from carom.studies.stress.bug_reports import shows
 from carom.studies.stress.failure_search import RESOLUTION, breaking_point
-from carom.studies.stress.result import SpotEnding
+from carom.studies.stress.result import CellEnding
 from carom.studies.stress.run import attacks
 
 METHOD = Method("pic", "tuned")
@@ -48,31 +48,31 @@ class Answering(InProcessPool):
 @pytest.mark.parametrize("threshold", [3.0, 4.2e5, 9.9e11])
 def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path: Path) -> None:
     """Whatever the threshold of a method, it is between the largest size that passed and the one that failed."""
-    spot = breaking_point(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
-    assert spot.ending is SpotEnding.GIVES_WAY
-    assert sure(spot.stands_at) <= threshold < sure(spot.value)
-    assert sure(spot.value) / sure(spot.stands_at) <= RESOLUTION
-    assert spot.reason == "crashed: signal 11"
-    scene = load_scene(tmp_path / spot.scenes[0])  # the file next to a number shows where the method failed
-    assert scene.discs[1].mass_kg == sure(spot.value)
+    result = breaking_point(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
+    assert result.ending is CellEnding.GIVES_WAY
+    assert sure(result.stands_at) <= threshold < sure(result.value)
+    assert sure(result.value) / sure(result.stands_at) <= RESOLUTION
+    assert result.reason == "crashed: signal 11"
+    scene = load_scene(tmp_path / result.scenes[0])  # the file next to a number shows where the method failed
+    assert scene.discs[1].mass_kg == sure(result.value)
 
 
-@pytest.mark.parametrize(("threshold", "ending"), [(math.inf, SpotEnding.STANDS), (0.5, SpotEnding.NEVER_STOOD)])
-def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, ending: SpotEnding) -> None:
+@pytest.mark.parametrize(("threshold", "ending"), [(math.inf, CellEnding.STANDS), (0.5, CellEnding.NEVER_STOOD)])
+def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, ending: CellEnding) -> None:
     """A method that passes is shown at the absurd end, with its error there; one that never passed at the other."""
-    spot = breaking_point(attack, METHOD, Answering(threshold), quick=True).spot
-    stands = ending is SpotEnding.STANDS
-    assert (spot.ending, spot.value) == (ending, attack.absurd if stands else attack.harmless)
-    assert spot.stands_at is None or stands
-    assert not stands or (spot.reason == "" and 0.0 <= (spot.error if spot.error is not None else 1.0) < 1e-12)
+    result = breaking_point(attack, METHOD, Answering(threshold), quick=True).result
+    stands = ending is CellEnding.STANDS
+    assert (result.ending, result.value) == (ending, attack.absurd if stands else attack.harmless)
+    assert result.stands_at is None or stands
+    assert not stands or (result.reason == "" and 0.0 <= (result.error if result.error is not None else 1.0) < 1e-12)
 
 
 @pytest.mark.usefixtures("hostile")
 def test_an_unavailable_engine_is_a_reason_and_no_number(attack: Attack) -> None:
     """An engine that is not installed has no breaking point, and its cell says why."""
-    spot = breaking_point(attack, Method("missing", "tuned"), InProcessPool(), quick=True).spot
-    assert (spot.ending, spot.value) == (SpotEnding.NOT_RUN, None)
-    assert "unavailable: surely_not_installed is not installed" in spot.reason
+    result = breaking_point(attack, Method("missing", "tuned"), InProcessPool(), quick=True).result
+    assert (result.ending, result.value) == (CellEnding.NOT_RUN, None)
+    assert "unavailable: surely_not_installed is not installed" in result.reason
 
 
 COMPLAINTS = {entry.name: entry for entry in all_scenes().values() if isinstance(entry, Complaint)}

@@ -1,0 +1,255 @@
+"""Methods of the atlas: their rows in a cross-check, the figures of a row of the tables, and needs that a user has."""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from carom.catalogue import all_scenes
+from carom.model.trace import profile_shown
+from carom.report.formatting import number, percent
+
+#: The best grade first.
+GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
+#: Carom's own methods: what engines are compared with, and nothing to choose.
+OWN = ("pic", "pit")
+#: Profiles that no program can paste: their steps are cut by Carom.
+CUT = ("located",)
+#: Profiles that give a disc another shape: what they find is no answer for who has spheres.
+RESHAPED = ("cylinder", "cylinder-plain")
+#: Attacks of the stress campaign that the atlas tells of, with the heading of their column.
+ATTACKS = {
+    "tunnelling": "passes through discs from speed x dt / radius",
+    "slow": "slow impacts do not bounce below, m/s",
+    "mass-ratio": "mass ratio",
+    "grazing": "misses grazes from 1 - b/R",
+    "duration": "number of impacts before errors grow too large",
+}
+RIGHT_ANGLE = math.degrees(1.0)
+#: Chaotic within the run: what one start gives is one of many figures, so that it is shown as a range over starts.
+CHAOTIC = "engines/gas-of-25"
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Method:
+    """An engine with a profile, and its rows.
+
+    Attributes:
+        engine: Name of the adapter.
+        profile: Name of the profile.
+        rows: All its rows.
+        ratio: Run time over PIT's at the same step, median over the scenes that were timed; None where none was.
+        gas: Its figures over many starts of the scene `CHAOTIC`; None where there are none.
+    """
+
+    engine: str
+    profile: str
+    rows: tuple[Row, ...]
+    ratio: float | None
+    gas: Row | None = None
+
+    @property
+    def name(self) -> str:
+        """The name shown."""
+        return f"{self.engine} {profile_shown(self.engine, self.profile, {})}".rstrip()
+
+    @property
+    def coarse(self) -> list[Row]:
+        """Rows at each scene's own frame rate."""
+        return [row for row in self.rows if row["refinement"] == 0]
+
+
+@dataclass(frozen=True)
+class Need:
+    """Something that a user needs.
+
+    Attributes:
+        what: The need, in the user's words.
+        scenes: Patterns of the names of the scenes that show it.
+        met: Whether a row meets it.
+    """
+
+    what: str
+    scenes: Callable[[str], bool]
+    met: Callable[[Row], bool]
+
+
+def _of(*names: str) -> Callable[[str], bool]:
+    return lambda scene: scene.startswith(names)
+
+
+def _fast(scene: str) -> bool:
+    return "fast" in all_scenes()[scene].tags and "no-impact" not in all_scenes()[scene].tags
+
+
+def _whole(row: Row) -> bool:
+    return not row["missed"] and not row["spurious"]
+
+
+def _within(kind: str, limit: float) -> Callable[[Row], bool]:
+    return lambda row: _whole(row) and row["total"][kind] is not None and abs(row["total"][kind]) <= limit
+
+
+NEEDS = (
+    Need(
+        "times and velocities right except for rounding", _of("paper", "classics"), lambda row: row["grade"] == "exact"
+    ),
+    Need("directions right to one degree", _of("paper", "classics"), _within("direction_rad", math.radians(1.0))),
+    Need("no fast disc passes through another", _fast, _whole),
+    Need(
+        "slow impacts bounce, with errors of at most 1 % of the speed",
+        _of("engines/slow", "engines/crawl"),
+        _within("velocity", 0.01),
+    ),
+    Need("no impact is invented", _of("classics/miss", "engines/near-miss"), _whole),
+    Need(
+        "energy of many discs right to one in a million",
+        _of("classics/gas", "engines/gas-of-25"),
+        lambda row: _kept(row, 1e-6),
+    ),
+    Need("balls that fall and bounce", _of("gravity"), lambda row: row["grade"] in {"exact", "close", "sampled"}),
+)
+
+
+def _kept(row: Row, limit: float) -> bool:
+    return row["total"] is not None and row["total"]["energy"] is not None and abs(row["total"]["energy"]) <= limit
+
+
+def methods_of(rows: Sequence[Row], timed: Sequence[Row], hazards: Sequence[Row] = ()) -> list[Method]:
+    """Return the methods in the order of the rows, Carom's own among them."""
+    gas = {(row["engine"], row["profile"]): row for row in hazards if row["table"] == "gas" and "refused" not in row}
+    own: dict[tuple[str, str], list[Row]] = {}
+    ratios: dict[tuple[str, str], list[float]] = {}
+    for row in rows:
+        own.setdefault((row["engine"], row["profile"]), []).append(row)
+    for row in timed:
+        if row["time_ratio"] is not None:
+            ratios.setdefault((row["engine"], row["profile"]), []).append(row["time_ratio"])
+    return [
+        Method(*name, tuple(of), statistics.median(ratios[name]) if name in ratios else None, gas.get(name))
+        for name, of in own.items()
+    ]
+
+
+def numbers(rows: Sequence[Row], value: Callable[[Row], float | None]) -> list[float]:
+    """Return a number of the rows that found every impact, without nulls, which are numbers that are not finite."""
+    said = (value(row) for row in rows if row["total"] is not None)
+    return [one for one in said if one is not None]
+
+
+def spread(values: Sequence[float], say: Callable[[float], str] = number) -> str:
+    """Return median and largest."""
+    return f"{say(statistics.median(values))}, at most {say(max(values))}" if values else "-"
+
+
+def grades(method: Method) -> str:
+    """Return the numbers of scenes by grade at their own frame rate."""
+    tally = Counter(row["grade"] if row["status"] == "ran" else row["status"] for row in method.coarse)
+    named = {grade: grade.replace(" ", "_") for grade in GRADES}
+    known = [f"{tally.pop(name)} {grade}" for grade, name in named.items() if tally[name]]
+    return ", ".join(known + [f"{n} {word.replace('_', ' ')}" for word, n in tally.items() if n])
+
+
+def total(kind: str, over: Callable[[Row], float] = lambda _: 1.0) -> Callable[[Row], float | None]:
+    """Return the function from a row to the magnitude of one of its largest errors."""
+
+    def value(row: Row) -> float | None:
+        said = row["total"][kind]
+        return None if said is None else abs(said) / over(row)
+
+    return value
+
+
+def _conserves(row: Row) -> bool:
+    scene = all_scenes()[row["scene"]].scene
+    return not any(scene.gravity_m_s2) and scene.restitution == 1.0 == scene.wall_restitution
+
+
+def energy(method: Method) -> str:
+    """Return the largest loss and gain in a scene that keeps its energy and is not chaotic, as parts of the start's."""
+    kept = [row for row in method.coarse if _conserves(row) and row["scene"] != CHAOTIC]
+    change = numbers(kept, lambda row: row["total"]["energy"])
+    lost, gained = -min(change, default=0.0), max(change, default=0.0)
+    return f"{percent(max(lost, 0.0))} lost, {percent(max(gained, 0.0))} made" if change else "-"
+
+
+def gas(method: Method) -> str:
+    """Return by which part the energy of a gas changes, over many starts of it."""
+    if method.gas is None:
+        return "-"
+    return f"{percent(method.gas['least'])} to {percent(method.gas['most'])} in {method.gas['starts']} starts"
+
+
+def impacts(method: Method) -> str:
+    """Return the numbers of missed and invented impacts."""
+    scored = [row for row in method.coarse if row["missed"] is not None]
+    return f"{sum(len(row['missed']) for row in scored)} / {sum(len(row['spurious']) for row in scored)}"
+
+
+def speed(method: Method) -> str:
+    """Return the run time over PIT's."""
+    return "-" if method.ratio is None else f"{number(method.ratio)} x"
+
+
+def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
+    """Return the size at which a method fails a stress test of the campaign."""
+    lines = {line["name"]: line for line in stress["lines"]}
+    columns = [(one["engine"], one["profile"]) for one in stress["methods"]]
+    if attack not in lines or (method.engine, method.profile) not in columns:
+        return "-"
+    cell = lines[attack]["cells"][columns.index((method.engine, method.profile))]
+    value = "" if cell["value"] is None else number(cell["value"])
+    said = {"gives_way": value, "stands": f"passes to {value}", "never_stood": f"from {value}"}
+    return said.get(cell["ending"]) or str(cell["reason"]).partition(":")[0]
+
+
+def choices(need: Need, methods: Sequence[Method]) -> list[str]:
+    """Return in words, the best first, of each engine the method and step that meet a need in the most scenes.
+
+    Among equals the coarsest step comes first, then the least run time over PIT's.
+    """
+    found: dict[str, tuple[tuple[float, ...], str]] = {}
+    for method in methods:
+        for refinement in sorted({row["refinement"] for row in method.rows}):
+            rows = [row for row in method.rows if row["refinement"] == refinement and need.scenes(row["scene"])]
+            if not rows:
+                continue
+            met = sum(row["status"] == "ran" and row["total"] is not None and need.met(row) for row in rows)
+            rank = (-met, refinement, math.inf if method.ratio is None else method.ratio)
+            part = f"1/{4**refinement} frame" if refinement else "1 frame"
+            said = f"{method.name}, {part}: {met} of {len(rows)}, {speed(method)}"
+            if met and (method.engine not in found or rank < found[method.engine][0]):
+                found[method.engine] = (rank, said)
+    return [said for _, said in sorted(found.values())]
+
+
+def best(methods: Sequence[Method]) -> Method | None:
+    """Return the profile of an engine to paste: the fewest scenes wrong, then the most exact, close and sampled ones.
+
+    Among equals one that somebody tuned comes before what is shipped; None where each is cut or reshaped.
+    """
+
+    def rank(method: Method) -> tuple[int | bool, ...]:
+        tally = Counter(row["grade"] for row in method.coarse)
+        return (tally["wrong"], *(-tally[grade] for grade in GRADES[:3]), method.profile == "default")
+
+    pasted = [method for method in methods if method.profile not in (*CUT, *RESHAPED)]
+    return min(pasted, key=rank) if pasted else None
+
+
+def settings(method: Method) -> str:
+    """Return the settings that a profile used everywhere, and those that depend on the scene, as a table of TOML."""
+    used = [row["settings"] for row in method.coarse if row["settings"]]
+    names = dict.fromkeys(name for one in used for name in one if name != "dt_s")
+    values = {name: {json.dumps(one[name]) for one in used if name in one} for name in names}
+    return "\n".join(
+        f"{name} = {next(iter(said))}" if len(said) == 1 else f"# {name} depends on the scene and the step"
+        for name, said in values.items()
+    )

@@ -1,0 +1,200 @@
+"""Validates the observations that an adapter returns: states and contacts.
+
+A non-finite state is accepted, since the engine itself can produce it. Values that can't be scored are refused, such as
+a moving velocity of a static wall, or a number whose square overflows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, TypeGuard
+
+import numpy as np
+
+from carom.engines.api import Contact, Observation
+from carom.engines.api.checks import MANTISSA_BITS
+from carom.execution.state_rows import StateRows
+from carom.execution.validate_adapter import adapter_error, plain_text, value_text, whole_number, wrong_value
+from carom.model.scene import Scene
+from carom.model.trace import Vector, wall_index
+from carom.support.formatting import number
+from carom.support.limits import LARGEST, beyond
+
+_FLOAT64 = np.dtype(np.float64)
+
+
+class Validator:
+    """Validates the observations of one run.
+
+    Args:
+        scene: The scene of the run.
+        dt_s: Step of the run, seconds.
+        float_bits: Declared width of the method's floats.
+    """
+
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int) -> None:
+        arrays = scene.arrays
+        self._discs, self._walls, self._dt_s = len(scene.discs), len(scene.walls), dt_s
+        self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
+        self._movable = np.isfinite(arrays.mass_kg)
+        self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
+        # The tolerance is half of the method's digits. A normal whose length differs more from 1 is a mistake, not
+        # rounding.
+        self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
+
+    def read(self, found: object, rows: StateRows, row: int) -> bool:
+        """Copy the arrays of an observation to a row, and return whether each number is finite.
+
+        Raises:
+            AdapterError: A field has a wrong type or value.
+        """
+        if not isinstance(found, Observation):
+            raise adapter_error(f"observe() must return an Observation, got {value_text(found)}")
+        if found.spin_rad_s is not None:
+            _check_array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
+            rows.spin_rad_s[row] = found.spin_rad_s
+        elif self._needs_spins:
+            raise adapter_error(
+                f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none"
+            )
+        rows.has_spins = found.spin_rad_s is not None
+        _check_array(found.position_m, "position_m of an Observation", (self._discs, 2))
+        rows.position_m[row] = found.position_m
+        _check_array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2))
+        rows.velocity_m_s[row] = found.velocity_m_s
+        if found.warning != "":  # most steps have no warning
+            plain_text(found.warning, "the warning of an observation")
+        # If the sum of squares is within the limit, each number is. This fast check runs after every step.
+        numbers = rows.numbers[row]
+        if numbers.dot(numbers) <= LARGEST:
+            return True
+        finite = np.isfinite(numbers)
+        if (far := (np.abs(numbers) > LARGEST) & finite).any():
+            raise adapter_error(f"{rows.name_of(int(far.argmax()))} {beyond(0.0, LARGEST)}, got {numbers[far][0]:g}")
+        return bool(finite.all())
+
+    def contacts(self, found: object, begin_s: float, end_s: float) -> tuple[Contact, ...]:
+        """Return checked contacts of the step, or piece of a step, between two times.
+
+        Raises:
+            AdapterError: A field of a contact has a wrong type or value.
+        """
+        if not isinstance(found, Iterable):
+            raise wrong_value("contacts of an observation", "a tuple", found)
+        return tuple(self._contact(contact, begin_s, end_s) for contact in found)
+
+    def _wall_numbers(self) -> str:
+        if not self._walls:
+            return " (the scene has no walls)"
+        return f" or a wall, -1 - k of wall k (-1{f' to {-self._walls}' if self._walls > 1 else ''})"
+
+    def _contact(self, found: object, begin_s: float, end_s: float) -> Contact:
+        if not isinstance(found, Contact):
+            raise wrong_value("a contact", "a Contact", found)
+        first, second = (
+            whole_number(found.first, "first of a contact"),
+            whole_number(found.second, "second of a contact"),
+        )
+        if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
+            raise adapter_error(
+                f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
+                f"disc of a higher number{self._wall_numbers()}"
+            )
+        of = f"of a contact of bodies {first} and {second}"
+        time_s = _number(found.time_s, "time_s", of)
+        # Engines sum their own clocks. One more step on either side allows more than the rounding of that sum.
+        if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
+            step = f"{number(begin_s, 9)} to {number(end_s, 9)} s"
+            raise adapter_error(f"time_s {of} must be within the step that reports it, {step}, got {number(time_s, 9)}")
+        x, y = _vector(found.normal, "normal", of)
+        if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
+            raise adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")
+        optional: dict[str, Any] = {
+            name: None if (value := getattr(found, name)) is None else _number(value, name, of)
+            for name in ("impulse_n_s", "tangential_impulse_n_s")
+        }
+        acts = found.velocities is not None or any(optional.values())
+        if acts and not self._movable[first] and (second < 0 or not self._movable[second]):
+            raise adapter_error(
+                f"a contact is of bodies {first} and {second}, neither of which can move: they never collide"
+            )
+        if found.velocities is None:
+            return Contact(first, second, time_s, (x, y), **optional)
+        if self._needs_spins and found.spins_rad_s is None:
+            raise adapter_error(
+                f"a contact of bodies {first} and {second} has velocities but no spins_rad_s, in a scene whose discs "
+                "turn"
+            )
+        pairs = _items(found.velocities, f"velocities {of}", 4)
+        velocities: Any = tuple(_vector(pair, "velocities", of) for pair in pairs)
+        spins: Any = None
+        if found.spins_rad_s is not None:
+            spins = tuple(_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
+        if second < 0:
+            path = self._drives[wall_index(second)]
+            due_in_step = path.velocities_within(min(begin_s, time_s), max(end_s, time_s))
+            drive = min(due_in_step, key=lambda due: math.dist(due, velocities[1]))
+            of_wall = {"velocities": (*velocities[1], *velocities[3]), "spins_rad_s": (spins[1::2] if spins else ())}
+            for name, numbers in of_wall.items():
+                due = drive * 2 if name == "velocities" else (0.0, 0.0)
+                if any(abs(got - v) > self._rounding * abs(v) for got, v in zip(numbers, due, strict=False)):
+                    shown = ", ".join(f"{number:g}" for number in numbers)
+                    does = (
+                        "0 for a wall, which neither moves nor turns"
+                        if not any(due)
+                        else f"{drive[0]:g}, {drive[1]:g} before and after, the velocity of the driven wall"
+                    )
+                    raise adapter_error(f"{name} {of} must be {does}, got {shown}")
+            velocities = (velocities[0], drive, velocities[2], drive)
+        return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **optional)
+
+
+def _check_array(found: object, name: str, shape: tuple[int, ...]) -> None:
+    """Refuse anything except an array of numbers of a shape."""
+    if not isinstance(found, np.ndarray) or (found.dtype is not _FLOAT64 and found.dtype.kind not in "fiu"):
+        raise wrong_value(name, "an array of floats", found)
+    if found.shape != shape:
+        raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
+
+
+def _items(found: object, what: str, count: int) -> tuple[object, ...]:
+    items = tuple(found) if isinstance(found, tuple | list | np.ndarray) else ()
+    if len(items) != count:
+        raise adapter_error(f"{what} must have {count} items, got {value_text(found)}")
+    return items
+
+
+def _is_plain(found: object) -> TypeGuard[float]:
+    """Whether a value is a Python float within the limits, as nearly all numbers are."""
+    return type(found) is float and abs(found) <= LARGEST
+
+
+def _number(found: object, name: str, of: str) -> float:
+    if _is_plain(found):
+        return found
+    return _numbers((found,), f"{name} {of}", 1)[0]
+
+
+def _vector(found: object, name: str, of: str) -> Vector:
+    if type(found) is tuple and len(found) == 2:
+        x, y = found
+        if _is_plain(x) and _is_plain(y):
+            return x, y
+    x, y = _numbers(found, f"{name} {of}", 2)
+    return x, y
+
+
+def _numbers(found: object, what: str, count: int) -> list[float]:
+    items = _items(found, what, count)
+    try:
+        numbers = [float(item) for item in items if not isinstance(item, str | bytes)]  # type: ignore[arg-type] # anything else raises
+    except (TypeError, ValueError, OverflowError):
+        numbers = []
+    if len(numbers) != count:
+        raise wrong_value(what, "numbers", found)
+    if not all(map(math.isfinite, numbers)):
+        raise adapter_error(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+    if any(abs(number) > LARGEST for number in numbers):
+        raise adapter_error(f"{what} {beyond(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}")
+    return numbers
