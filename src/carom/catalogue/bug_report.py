@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 
 from carom.catalogue.entry import CatalogueScene
@@ -54,13 +53,33 @@ class Complaint(CatalogueScene):
 def load_complaints() -> Iterator[Complaint]:
     """Yield all complaints, in the order of ``bug_reports.json``.
 
-    The file has the names of modules, and the complaints whose scenes each module builds: `build` names a function of
-    the module, and a text in `arguments` is a complex number. By default, the function has the name of the scene, and
+    The file has the complaints whose scenes each module builds: `build` names a function of the module, and a text in
+    `arguments` is a complex number. By default, the function has the name of the scene, and
     its docstring is the description of the scene.
     """
+    # imported here: most commands need the suite only
+    from carom.catalogue import (
+        bug_reports_driven,
+        bug_reports_falling,
+        bug_reports_pairs,
+        bug_reports_rolling,
+        bug_reports_seams,
+        bug_reports_thin,
+        bug_reports_walled,
+    )
+
+    modules = {
+        "pairs": bug_reports_pairs,
+        "walled": bug_reports_walled,
+        "driven": bug_reports_driven,
+        "thin": bug_reports_thin,
+        "falling": bug_reports_falling,
+        "rolling": bug_reports_rolling,
+        "seams": bug_reports_seams,
+    }
     reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
-    for module, name, given in ((module, *item) for module, found in reports.items() for item in found.items()):
-        function = getattr(import_module(f"carom.catalogue.{module}"), given.pop("build", name.replace("-", "_")))
+    for group, name, given in ((group, *item) for group, found in reports.items() for item in found.items()):
+        function = getattr(modules[group], given.pop("build", name.replace("-", "_")))
         arguments = given.pop("arguments", {})
         vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
         shows = given.pop("shows", "") or " ".join(function.__doc__.split())

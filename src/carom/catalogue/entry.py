@@ -183,7 +183,8 @@ def scenes_of(module: ModuleType) -> Iterator[CatalogueScene]:
     """
     group = module.__name__.rpartition(".")[2].partition("_")[0]
     for name, build in vars(module).items():
-        if name.startswith("_") and getattr(build, "__annotations__", None) == {"return": "Staged"}:
+        hints = getattr(build, "__annotations__", None)
+        if name.startswith("_") and hints in ({"return": "Staged"}, {"return": Staged}):
             shows = " ".join((build.__doc__ or "").split())
             yield CatalogueScene(f"{group}/{name[1:].replace('_', '-')}", shows, build, _MARKS.get(build, ()))
 
