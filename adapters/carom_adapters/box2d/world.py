@@ -25,13 +25,12 @@ from carom.engines.api import (
     reach,
     require_supported,
     scaled,
-    unscaled,
     wall_body,
 )
 from carom_adapters.box2d.limits import CAPABILITIES, LARGEST_TURN_RAD, LONGEST_MOVE_M, WORLD_SETTINGS, require_usable
 from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
-from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.quiet_steps import QuietSteps, as_numbers
 from carom_adapters.shared.walls import thickness_of
 
 #: Collision categories of a disc's shapes for other discs, and for walls.
@@ -73,7 +72,7 @@ def _import_box2d() -> Any:  # untyped: a SWIG module without stubs
         return importlib.import_module("Box2D")
 
 
-class Box2dWorld:
+class Box2dWorld(QuietSteps):
     """One `b2World`."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -85,6 +84,7 @@ class Box2dWorld:
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
+        self.ordinary = min(LONGEST_MOVE_M, LARGEST_TURN_RAD) / float(settings["dt_s"])
         self._clock = StepClock(float(settings["dt_s"]) * self._time)
         self._world = self._box2d.b2World(gravity=scene.gravity_m_s2)
         for name in WORLD_SETTINGS:
@@ -231,14 +231,24 @@ class Box2dWorld:
         """
         if self._listener is None:
             self._listen()
-        states = [(body.position, body.linearVelocity) for body in self._bodies]
-        position, velocity = positions_and_velocities((p.x, p.y, v.x, v.y) for p, v in states)
+        numbers = as_numbers(self.read())
         contacts = self._contacts()
         self._solved.clear()
-        spin = np.array([body.angularVelocity for body in self._bodies], dtype=np.float64) if self._turns else None
-        seen = unscaled(Observation(position, velocity, contacts, spin_rad_s=spin), time=self._time)
+        seen = Observation(numbers[:, :2], numbers[:, 2:4], contacts, spin_rad_s=numbers[:, 4] if self._turns else None)
         warning = self._warning(seen)
         return replace(seen, warning=warning) if warning else seen
+
+    def read(self) -> list[tuple[float, ...]]:
+        """Return position, velocity and spin of each body. A velocity is per second of the scene."""
+        time, turns = self._time, self._turns
+        states = [(body, body.position, body.linearVelocity) for body in self._bodies]
+        return [
+            (p.x, p.y, v.x * time, v.y * time, body.angularVelocity * time if turns else 0.0) for body, p, v in states
+        ]
+
+    def has_contacts(self) -> bool:
+        """Whether Box2D solved a contact in the last step."""
+        return bool(self._solved)
 
     def _listen(self) -> None:
         solved, normals, belts = self._solved, self._normals, self._belts
@@ -261,13 +271,13 @@ class Box2dWorld:
         self._world.contactListener = self._listener
 
     def _contacts(self) -> tuple[Contact, ...]:
-        at_s = self._clock.step_began_s
+        at_s = self._clock.step_began_s / self._time
         found = []
         for a, b, (nx, ny), impulse, tangential in self._sum_contacts():
             length = math.hypot(nx, ny)  # a unit vector only to 32 bits
             # Box2D's tangent is the normal turned by -90 degrees.
-            along = -tangential if self._turns else None
-            found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse, along))
+            along = -tangential * self._time if self._turns else None
+            found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse * self._time, along))
         return tuple(found)
 
     def _sum_contacts(self) -> list[tuple[Any, Any, Point, float, float]]:

@@ -195,6 +195,25 @@ class MujocoWorld:
         contacts = sum_contacts(self._contacts(), self._pieced) if self._data.ncon else ()
         return Observation(position, velocity, contacts, self._warning(), spin)
 
+    def take_quiet_steps(
+        self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
+    ) -> int:
+        """Take steps until one may have contacts or a warning, see `carom.engines.api.QuietWorld`."""
+        data, steps, taken = self._data, len(position_m), 0
+        qpos, qvel = np.empty((steps, len(self._qpos))), np.empty((steps, len(self._qvel)))
+        for taken in range(1, steps + 1):
+            self.advance(1)
+            qpos[taken - 1], qvel[taken - 1] = self._qpos, self._qvel
+            if data.ncon or self._warning():
+                break
+        position_m[:taken], velocity_m_s[:taken] = self._position, self._velocity
+        position_m[:taken, self._movable] = qpos[:taken, self._at]
+        velocity_m_s[:taken, self._movable] = qvel[:taken, self._moves]
+        if self._turns:
+            spin_rad_s[:taken] = self._spin
+            spin_rad_s[:taken, self._turning] = qvel[:taken, self._about]
+        return taken
+
     def _contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
         found: list[Contact] = []

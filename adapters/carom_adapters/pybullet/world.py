@@ -35,8 +35,8 @@ from carom_adapters.pybullet.limits import (
     require_usable,
 )
 from carom_adapters.pybullet.model import Point, capsule_of, dynamics_of, moments_of, resistance_of, structure_of
-from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.quiet_steps import QuietSteps, as_numbers
 from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
 
 #: Type of a body with maximal coordinates, the second to last value of `getDynamicsInfo`. A multibody has type 2.
@@ -49,7 +49,7 @@ NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
-class PybulletWorld:
+class PybulletWorld(QuietSteps):
     """One PyBullet client, in this process and without a window."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -66,6 +66,9 @@ class PybulletWorld:
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
+        self._place, self._motion = self._bullet.getBasePositionAndOrientation, self._bullet.getBaseVelocity
+        if not self._asked.get("useMaximalCoordinates", False):
+            self.ordinary = min(SHIPPED_SPEED_CLAMP_M_S, SHIPPED_SPIN_CLAMP_RAD_S)
         self._key = structure_of(scene, settings)
         self._discs: list[int] = []
         self._movable: list[int] = []
@@ -231,15 +234,24 @@ class PybulletWorld:
 
         Bullet finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
-        bullet, client = self._bullet, self._client
-        places = [bullet.getBasePositionAndOrientation(body, client)[0] for body in self._discs]
-        motion = [bullet.getBaseVelocity(body, client) for body in self._discs]
-        position, now = positions_and_velocities(
-            (x, y, vx, vy) for (x, y, _), ((vx, vy, _), _) in zip(places, motion, strict=True)
-        )
-        spin = np.array([about[2] for _, about in motion], dtype=np.float64) if self._turns else None
+        numbers = as_numbers(self.read())
+        velocity, spin = numbers[:, 2:4], numbers[:, 4] if self._turns else None
         contacts = self._contacts_of_step()
-        return Observation(position, now, contacts, self._warning(now, spin), spin)
+        return Observation(numbers[:, :2], velocity, contacts, self._warning(velocity, spin), spin)
+
+    def read(self) -> list[tuple[float, ...]]:
+        """Return position, velocity and spin of each disc."""
+        place, motion, client = self._place, self._motion, self._client
+        states: list[tuple[float, ...]] = []
+        for body in self._discs:
+            (x, y, _), _ = place(body, client)
+            (vx, vy, _), (_, _, spin) = motion(body, client)
+            states.append((x, y, vx, vy, spin if self._turns else 0.0))
+        return states
+
+    def has_contacts(self) -> bool:
+        """Whether a contact point has a force after the last step."""
+        return any(point[9] > 0.0 for point in self._bullet.getContactPoints(physicsClientId=self._client))
 
     def _warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
         # When an impact or a fall has made a body too fast, it is too late to refuse the scene. Bullet clamps x and y

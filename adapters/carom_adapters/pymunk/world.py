@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from carom.engines.api import (
     Contact,
     Observation,
@@ -21,8 +19,8 @@ from carom.engines.api import (
 )
 from carom_adapters.pymunk.limits import NEIGHBORS, SPACE_SETTINGS, check_inputs
 from carom_adapters.pymunk.walls import Post, shapes_of_walls, surface_velocity
-from carom_adapters.shared.engine_adapter import positions_and_velocities
 from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.shared.quiet_steps import QuietSteps, as_numbers
 from carom_adapters.shared.walls import factored_walls
 
 if TYPE_CHECKING:
@@ -36,7 +34,7 @@ if TYPE_CHECKING:
 Pair = tuple[int, int]
 
 
-class PymunkWorld:
+class PymunkWorld(QuietSteps):
     """One `pymunk.Space` with the bodies of a scene."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -139,11 +137,19 @@ class PymunkWorld:
         for body in self._movable:
             body.each_arbiter(self._collect_impulse, impulses)
         contacts = [self._build_contact(pair, pair_impulses) for pair, pair_impulses in impulses.items()]
-        return Observation(
-            *positions_and_velocities((*body.position, *body.velocity) for body in self._bodies),
-            tuple(contacts),
-            spin_rad_s=np.array([body.angular_velocity for body in self._bodies]) if self._turns else None,
-        )
+        numbers = as_numbers(self.read())
+        spins = numbers[:, 4] if self._turns else None
+        return Observation(numbers[:, :2], numbers[:, 2:4], tuple(contacts), spin_rad_s=spins)
+
+    def read(self) -> list[tuple[float, ...]]:
+        """Return position, velocity and spin of each body."""
+        if self._turns:
+            return [(*body.position, *body.velocity, body.angular_velocity) for body in self._bodies]
+        return [(*body.position, *body.velocity, 0.0) for body in self._bodies]
+
+    def has_contacts(self) -> bool:
+        """Whether there is an arbiter after the last step."""
+        return bool(self._in_contact())
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
         """Add the impulse of an arbiter. The arbiter's first body is the one whose arbiters are being read."""

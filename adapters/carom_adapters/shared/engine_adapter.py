@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import chain
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from carom.engines.api import Accuracy, Capabilities, Engine, Imported, Knob, Profile, Scene, Setting
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from carom.engines.api import World
 
 Settings = Mapping[str, Setting]
@@ -60,15 +55,6 @@ class EngineAdapter:
             AdapterError: The engine does not support the scene or a setting.
         """
         return self.world(scene, settings)
-
-
-def positions_and_velocities(found: Iterable[Iterable[float]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the arrays of an `Observation` from x, y and both components of the velocity of each body.
-
-    The numbers are flattened into one array first, since NumPy takes twice as long for an array of small sequences.
-    """
-    rows = np.array([*chain.from_iterable(found)], dtype=np.float64).reshape(-1, 4)
-    return rows[:, :2], rows[:, 2:]
 
 
 def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:

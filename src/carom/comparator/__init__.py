@@ -1,6 +1,6 @@
 """Comparison of two traces of one scene: alignment, errors, verdicts and a grade."""
 
-from carom.comparator.compare import Score, compare
+from carom.comparator.compare import Score, Scorer, compare
 from carom.comparator.grade import Grade
 from carom.comparator.horizon import Horizon, horizon, horizon_of
 from carom.comparator.measure.errors import Errors, ImpactError
@@ -18,6 +18,7 @@ __all__ = [
     "LocalScore",
     "Scales",
     "Score",
+    "Scorer",
     "Verdict",
     "compare",
     "horizon",

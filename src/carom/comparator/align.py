@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.comparison_range import ComparedRun
-from carom.comparator.impact_matching import LATEST_STAMP_STEPS, Alignment, Pair, match_impacts
+from carom.comparator.comparison_range import Baseline, ComparedRun
+from carom.comparator.impact_matching import LATEST_STAMP_STEPS, Alignment, ComparisonRange, Pair, match_impacts
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace
 
@@ -56,9 +56,10 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
     edits, inverted = compare_order(reference, observed, alignment)
     pit_alignment = against_pit = pit_parted_s = None
     if pit is not None:
-        pit_alignment = match_impacts(reference, pit, compared.compared)
+        pit_alignment = compared.baseline.once(_align_pit, compared.compared)
         against_pit = match_impacts(pit, observed, compared.pit_range)
-        pit_parted_s = _find_parting(reference, pit, pit_alignment, ())
+        if pit_alignment is not None:
+            pit_parted_s = _find_parting(reference, pit, pit_alignment, ())
     return AlignedRun.of(
         compared,
         alignment=alignment,
@@ -69,6 +70,10 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
         parted_s=_find_parting(reference, observed, alignment, inverted),
         pit_parted_s=pit_parted_s,
     )
+
+
+def _align_pit(baseline: Baseline, compared: ComparisonRange) -> Alignment | None:
+    return None if baseline.pit is None else match_impacts(baseline.reference, baseline.pit, compared)
 
 
 def _find_parting(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import align_impacts
-from carom.comparator.comparison_range import find_range
+from carom.comparator.comparison_range import Baseline, find_range
 from carom.comparator.grade import Grade
 from carom.comparator.grade_run import GradedRun, grade_run
 from carom.comparator.measure.consistency import Consistency
@@ -163,71 +163,88 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         >>> score.missed  # the numbers of the impacts
         (0,)
     """
-    instance("reference", reference, Trace)
-    instance("observed", observed, Trace)
-    if sampling is not None:
-        instance("sampling", sampling, Trace)
-    scene = reference.scene
-    for what, trace in {"the observed trace": observed, "sampling": sampling}.items():
-        if trace is not None and trace.scene != scene:
-            message = f"the reference is of scene {scene.name!r}, {what} of {trace.scene.name!r}"
-            raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
-    for trace in (reference, observed, sampling):
-        if trace is not None:
-            require_sound(trace)
-    step_s, pit_s = observed.dt_s, sampling.dt_s if sampling else 0.0
-    if 0.0 < step_s < math.inf and pit_s and abs(step_s - pit_s) > THRESHOLDS.rounding * pit_s:
-        raise InputError(
-            f"the observed trace has a step of {step_s:g} s, but sampling has one of {pit_s:g} s: run PIT at the "
-            "step of the observed trace"
-        )
-    if non_finite := find_non_finite(reference):
-        raise InputError(f"{non_finite} in the reference: a reference must have finite numbers only")
-    if sampling is not None and find_non_finite(sampling):
-        sampling = None
-    # NaN and infinities have a verdict. NumPy's warnings would only repeat it.
-    with np.errstate(all="ignore"):
-        graded = _run_stages(reference, observed, sampling, horizon)
-        return Score(
-            expected=graded.compared.impacts,
-            errors=graded.measured.errors,
-            missed=graded.alignment.missed,
-            spurious=graded.alignment.spurious,
-            undecided=graded.alignment.undecided,
-            total=graded.measured.largest,
-            sampling=None if graded.sampling is None else graded.sampling.largest,
-            against_pit=None if graded.measured_against_pit is None else graded.measured_against_pit.largest,
-            pit_missed=None if graded.pit_alignment is None else graded.pit_alignment.missed,
-            price_paid=graded.price_paid,
-            findings=graded.findings,
-            grade=graded.grade,
-            float_bits=observed.float_bits,
-            scales=graded.scales,
-            equals_pit=graded.equals_pit,
-            edits=graded.edits,
-            beyond_horizon=len(reference.impacts) - graded.compared.impacts,
-            horizon_s=None if graded.compared.is_whole_run else graded.compared.until_s,
-            local=graded.local,
-            convention=graded.convention,
-            consistency=graded.consistency,
-            branches=graded.branches,
-            local_truth=graded.local_truth,
-            parted_s=graded.parted_s if graded.has_diverged_before_miss else None,
-            pit_parted_s=graded.pit_parted_s,
-            lucky_phase=graded.lucky_phase,
-            contact=graded.contact,
-        )
+    return Scorer(reference, sampling, horizon).score(observed)
 
 
-def _run_stages(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> GradedRun:
+class Scorer:
+    """Scores many runs against one reference and PIT at one step. The arguments are those of `compare`."""
+
+    def __init__(self, reference: Trace, sampling: Trace | None, horizon: float | None) -> None:
+        instance("reference", reference, Trace)
+        if sampling is not None:
+            instance("sampling", sampling, Trace)
+            _require_scene(reference, "sampling", sampling)
+            require_sound(sampling)
+        require_sound(reference)
+        if non_finite := find_non_finite(reference):
+            raise InputError(f"{non_finite} in the reference: a reference must have finite numbers only")
+        self._pit_s = sampling.dt_s if sampling else 0.0
+        self._horizon = horizon
+        self._baseline = Baseline(reference, None if sampling is None or find_non_finite(sampling) else sampling)
+
+    def score(self, observed: Trace) -> Score:
+        """Score an observed trace."""
+        instance("observed", observed, Trace)
+        reference, step_s, pit_s = self._baseline.reference, observed.dt_s, self._pit_s
+        _require_scene(reference, "the observed trace", observed)
+        require_sound(observed)
+        if 0.0 < step_s < math.inf and pit_s and abs(step_s - pit_s) > THRESHOLDS.rounding * pit_s:
+            raise InputError(
+                f"the observed trace has a step of {step_s:g} s, but sampling has one of {pit_s:g} s: run PIT at the "
+                "step of the observed trace"
+            )
+        # NaN and infinities have a verdict. NumPy's warnings would only repeat it.
+        with np.errstate(all="ignore"):
+            return _score_of(_run_stages(self._baseline, observed, self._horizon))
+
+
+def _require_scene(reference: Trace, what: str, trace: Trace) -> None:
+    """Raise an error if a trace is of another scene than the reference."""
+    if trace.scene != reference.scene:
+        message = f"the reference is of scene {reference.scene.name!r}, {what} of {trace.scene.name!r}"
+        raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
+
+
+def _score_of(graded: GradedRun) -> Score:
+    return Score(
+        expected=graded.compared.impacts,
+        errors=graded.measured.errors,
+        missed=graded.alignment.missed,
+        spurious=graded.alignment.spurious,
+        undecided=graded.alignment.undecided,
+        total=graded.measured.largest,
+        sampling=None if graded.sampling is None else graded.sampling.largest,
+        against_pit=None if graded.measured_against_pit is None else graded.measured_against_pit.largest,
+        pit_missed=None if graded.pit_alignment is None else graded.pit_alignment.missed,
+        price_paid=graded.price_paid,
+        findings=graded.findings,
+        grade=graded.grade,
+        float_bits=graded.observed.float_bits,
+        scales=graded.scales,
+        equals_pit=graded.equals_pit,
+        edits=graded.edits,
+        beyond_horizon=len(graded.reference.impacts) - graded.compared.impacts,
+        horizon_s=None if graded.compared.is_whole_run else graded.compared.until_s,
+        local=graded.local,
+        convention=graded.convention,
+        consistency=graded.consistency,
+        branches=graded.branches,
+        local_truth=graded.local_truth,
+        parted_s=graded.parted_s if graded.has_diverged_before_miss else None,
+        pit_parted_s=graded.pit_parted_s,
+        lucky_phase=graded.lucky_phase,
+        contact=graded.contact,
+    )
+
+
+def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> GradedRun:
     """Run the five stages of a comparison. Each stage extends the result of the previous one."""
-    compared = find_range(reference, observed, sampling, horizon)
+    compared = find_range(baseline, observed, horizon)
     aligned = align_impacts(compared)
     measured = measure_run(aligned)
     grade_before_tie = None
     if compared.before_tie_s is not None:  # grade the part before the tie alone: a fault there counts
-        unique = replace(reference, ambiguous=())
-        grade_before_tie = _run_stages(unique, observed, sampling, compared.before_tie_s).trajectory_grade
+        grade_before_tie = _run_stages(baseline.unique, observed, compared.before_tie_s).trajectory_grade
     judged = derive_verdicts(measured, grade_before_tie)
     return grade_run(judged)
 

@@ -8,8 +8,10 @@ the bounces.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Any, Self
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,34 @@ from carom.model.flights import free_flights
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Outcome, Trace, wall_index
 
+Result = TypeVar("Result")
+
+
+class Baseline:
+    """A reference and PIT's run at one step. What follows from them alone is computed once for all runs.
+
+    Attributes:
+        reference: The reference.
+        pit: PIT's run; None if it was not given.
+    """
+
+    def __init__(self, reference: Trace, pit: Trace | None) -> None:
+        self.reference, self.pit = reference, pit
+        self._known: dict[object, Any] = {}
+
+    @cached_property
+    def unique(self) -> Baseline:
+        """The baseline without instants at which the reference has no unique answer."""
+        return Baseline(replace(self.reference, ambiguous=()), self.pit)
+
+    def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
+        """Return the result of a function of this baseline and some arguments. Only the first call computes it."""
+        key = (function, arguments)
+        if key not in self._known:
+            self._known[key] = function(self, *arguments)
+        result: Result = self._known[key]
+        return result
+
 
 @dataclass(frozen=True)
 class ComparedRun:
@@ -33,6 +63,7 @@ class ComparedRun:
     Each stage of a comparison extends the result of the stage before.
 
     Attributes:
+        baseline: The reference and PIT, with results that runs share.
         pit: PIT at the same step; None if it was not given.
         compared: The range in which the run is compared with the reference.
         pit_range: The range in which the run is compared with PIT; None without PIT.
@@ -41,6 +72,7 @@ class ComparedRun:
             instant, or no impact before it.
     """
 
+    baseline: Baseline
     reference: Trace
     observed: Trace
     pit: Trace | None
@@ -92,18 +124,18 @@ class ComparedRun:
         return THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
 
 
-def find_range(reference: Trace, observed: Trace, pit: Trace | None, horizon: float | None) -> ComparedRun:
+def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> ComparedRun:
     """Find the range in which a run can be compared with its reference.
 
     Args:
-        reference: The reference.
+        baseline: The reference, and PIT at the same step.
         observed: The run.
-        pit: PIT at the same step, or None.
         horizon: As in `carom.compare`.
 
     Raises:
         InputError: The horizon is negative or not a number.
     """
+    reference, pit = baseline.reference, baseline.pit
     compared = clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit)
     truth, tie_s = observed.local_truth, None
     if reference.outcome is Outcome.CRUSHED and truth is not None:  # after it is crushed, a disc has no possible state
@@ -114,9 +146,12 @@ def find_range(reference: Trace, observed: Trace, pit: Trace | None, horizon: fl
         tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
         if not (tie_s < compared.until_s and np.any(times < tie_s)):
             tie_s = None
-    scales = compute_scales(reference.scene, reference)
     pit_range = None if pit is None else comparison_range(pit, compared.until_s)
-    return ComparedRun(reference, observed, pit, scales, compared, pit_range, truth, tie_s)
+    return ComparedRun(baseline, reference, observed, pit, baseline.once(_scales_of), compared, pit_range, truth, tie_s)
+
+
+def _scales_of(baseline: Baseline) -> Scales:
+    return compute_scales(baseline.reference.scene, baseline.reference)
 
 
 def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:

@@ -122,6 +122,11 @@ def median(values: Array) -> float:
     return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2
 
 
+def largest_of(values: Array) -> float:
+    """Return the value of the largest magnitude, like `largest`; NaN for an empty array."""
+    return float(values[np.abs(values).argmax()]) if len(values) else math.nan  # the first NaN counts as largest
+
+
 def largest(values: Iterable[float], default: float = math.nan) -> float:
     """Return the value of the largest magnitude, with its sign; NaN if one of them is NaN, which `max` ignores.
 

@@ -28,6 +28,7 @@ from carom.execution.validate_observation import Validator
 from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Samples, Trace, canonical_profile
+from carom.support.limits import LARGEST
 
 #: Largest number of discs for which states are kept if discs may come to rest, and largest number of such states.
 MOST_LOOKED_AT = 10
@@ -178,12 +179,13 @@ class _Run:
         straight = not (bends or self.scene.arrays.driven)
         takes_quiet_steps = cutter is None and hasattr(type(world), "take_quiet_steps")
         while self.taken < self.steps:
-            if takes_quiet_steps:
-                self._take_quiet_steps(world, flight.needed_from_s if straight else math.inf)
+            observed = None
+            if takes_quiet_steps and not self.collector.open:
+                observed = self._take_quiet_steps(world, flight.needed_from_s if straight else math.inf)
             step = self.taken + 1
-            pieces = (step * self.dt_s,) if takes_quiet_steps else _pieces(world, cutter, step, self.dt_s)
+            pieces = _pieces(world, cutter, step, self.dt_s) if observed is None else (step * self.dt_s,)
             for time_s in pieces:
-                if not self._add_state(world.observe(), time_s):
+                if not self._add_state(world.observe() if observed is None else observed, time_s):
                     return
                 if self.outcome is Outcome.STANDSTILL:
                     self.taken = step
@@ -201,20 +203,26 @@ class _Run:
             if is_needed and flight.begins(end_s, self.state):
                 return
 
-    def _take_quiet_steps(self, world: Any, until_s: float) -> None:
-        """Take steps until one has contacts or a warning, or is near a time.
+    def _take_quiet_steps(self, world: Any, until_s: float) -> Observation | None:
+        """Take steps until one has contacts or a warning, or is near a time. Return the observation of the last step.
 
-        Add the states of all these steps except the last.
+        Add the states of all these steps except the last. Return None if only one step is possible: none is then taken.
 
-        `world` is a `carom.engines.api.QuietWorld`. The contacts of such a world are impacts by themselves, so no
-        contact stays open.
+        `world` is a `carom.engines.api.QuietWorld`. No contact may be open.
         """
         if self.row + 1 == len(self.rows.time_s):
             self._begin_rows()
         rows, begin, first = self.rows, self.row + 1, self.taken + 1
-        count = int(min(self.steps - self.taken, max(1.0, until_s / self.dt_s - self.taken)))
+        count = int(min(self.steps - self.taken, len(rows.time_s) - begin, max(1.0, until_s / self.dt_s - self.taken)))
+        if count == 1:
+            return None
         part = slice(begin, begin + count)
         taken = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
+        numbers = rows.numbers[begin : begin + taken]
+        reliable = np.all(np.abs(numbers) <= LARGEST, axis=1)
+        is_last = bool(reliable[: taken - 1].all())
+        if not is_last:
+            taken = 1 + int(np.argmin(reliable))
         steps = range(first, first + taken - 1)
         rows.time_s[begin : begin + len(steps)] = np.array(steps) * self.dt_s
         if self.looks is not None:
@@ -225,6 +233,8 @@ class _Run:
             self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
         self.row += len(steps)
         self.taken += len(steps)
+        observed: Observation = world.observe() if is_last else rows.observation(begin + taken - 1)
+        return observed
 
     def _add_state(self, found: Observation, time_s: float) -> bool:
         """Add a state and its contacts. Return False, and add nothing, if the state is not reliable."""

@@ -54,8 +54,9 @@ class FreeFlight:
         self._scene = scene
         self._dt_s = dt_s
         self._unit = 2.0 ** -MANTISSA_BITS[float_bits]
-        #: The last instants and observations, between which the steps were quiet.
+        #: The last instants and observations, and the bits of velocities and spins.
         self._seen: deque[tuple[float, Observation]] = deque(maxlen=_QUIET_STEPS + 1)
+        self._motions: deque[bytes] = deque(maxlen=_QUIET_STEPS + 1)
         self._turns = scene.arrays.turns
         self._look_from_s = self.needed_from_s = 0.0
         self._pause_s = dt_s
@@ -75,6 +76,7 @@ class FreeFlight:
     def begins(self, time_s: float, now: Observation) -> bool:
         """Whether the rest of the run is free flight. Call this after every step that is needed."""
         self._seen.append((time_s, now))
+        self._motions.append(self._motion(now))
         if now.contacts:
             self._look_from_s, self._pause_s, self.needed_from_s = 0.0, self._dt_s, 0.0
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
@@ -88,11 +90,10 @@ class FreeFlight:
 
     def _is_quiet(self) -> bool:
         """Whether the last steps left every velocity and spin unchanged, and moved every disc by its velocity."""
-        (_, first), *later = self._seen
-        motion = self._motion(first)
-        if any(now.contacts or self._motion(now) != motion for _, now in later):
+        motion, (_, now) = self._motions[0], self._seen[-1]
+        if self._motions.count(motion) < len(self._motions) or any(now.contacts for _, now in [*self._seen][1:]):
             return False
-        return self._moved_straight_on(first.velocity_m_s)
+        return self._moved_straight_on(now.velocity_m_s)
 
     def _motion(self, now: Observation) -> bytes:
         """Return the bits of velocities, and of spins if discs turn."""

@@ -20,6 +20,8 @@ from carom.engines.registry import load_adapter
 from carom.errors import AdapterError
 from carom.execution.engine_run import observe_run
 from carom.model.scene import as_scene
+from carom.model.trace import Outcome
+from carom.support.limits import LARGEST
 
 DT = 0.25
 
@@ -132,18 +134,37 @@ class OneByOne:
         return getattr(self.world, "counts", {})
 
 
-@each("engine", ["pic", "pit"])
-@each(
-    "scene",
-    ["paper/missed", "gravity/box", "contact/drop"],
-)
+@each("engine", ["pic", "pit", "pymunk", "box2d", "mujoco", "pybullet"])
+@each("scene", ["paper/missed", "gravity/box", "contact/drop", "classics/bullet"])
 def test_quiet_steps_taken_at_once_change_nothing(engine: str, scene: str) -> None:
     """Many steps in one call give the trace of the same steps one by one, with its states, samples and counts."""
     adapter, scene_of = load_adapter(engine), as_scene(scene)
     dt_s = 0.25 / scene_of.frame_rate_hz
-    profile = [*adapter.profiles][-1]
-    world = OneByOne(adapter.prepare(scene_of, adapter.profiles[profile].settings(dt_s)))
+    world = OneByOne(adapter.prepare(scene_of, adapter.profiles["tuned"].settings(dt_s)))
     one_by_one: Any = Makes(world)
     one_by_one.name, one_by_one.capabilities, one_by_one.profiles = engine, adapter.capabilities, adapter.profiles
-    found = observe_run(adapter, scene_of, profile, dt_s, samples=True)
-    assert found == observe_run(one_by_one, scene_of, profile, dt_s, samples=True)
+    found = observe_run(adapter, scene_of, "tuned", dt_s, samples=True)
+    assert found == observe_run(one_by_one, scene_of, "tuned", dt_s, samples=True)
+
+
+class Lost(Still):
+    """A world that loses its disc in its third step, and takes more steps before it is observed."""
+
+    def take_quiet_steps(self, position_m: Any, velocity_m_s: Any, spin_rad_s: Any) -> int:
+        position_m[:], velocity_m_s[:], spin_rad_s[:] = 0.0, 0.0, 0.0
+        position_m[2] = self.lost
+        return len(position_m)
+
+    lost = math.nan
+
+
+def test_a_quiet_step_that_loses_a_disc_ends_the_run_before_it() -> None:
+    """Each state of quiet steps is checked like an observation."""
+    scene = staged("rest", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -1.0), duration_s=2.0)
+    trace = observe_run(Makes(Lost()), scene, "default", DT)
+    assert trace.outcome is Outcome.NON_FINITE
+    assert trace.counts["steps"] == 2
+    far = Lost()
+    far.lost = 1.25 * LARGEST
+    with pytest.raises(AdapterError, match="position_m of an Observation must be"):
+        observe_run(Makes(far), scene, "default", DT)

@@ -17,12 +17,14 @@ from tests.unit.execution.conftest import STANDING
 import carom
 from carom import Disc, Scene
 from carom import compare as score
+from carom.comparator import Score, Scorer
 from carom.errors import AdapterError
 from carom.execution.engine_run import ObserveTask
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Job, Method, Status
 from carom.execution.pool import InProcessPool, Lane
 from carom.execution.results import Results, Row
+from carom.model.trace import Trace
 from carom.studies.cross_check.document import report_of
 
 SOURCE = (
@@ -77,12 +79,22 @@ def test_a_row_that_can_not_be_scored_costs_no_other(
 ) -> None:
     """Whatever scoring raises, at the scene's own start or at a phase, is that row's reason, with where it came up."""
 
-    def compare(reference: Any, observed: Any, **given: Any) -> Any:
-        if observed.method == "sound" and ("sampling" in given) is (phases == 0):
+    def refuse(observed: Trace) -> None:
+        if observed.method == "sound":
             raise ZeroDivisionError("of no length")
+
+    def compare(reference: Trace, observed: Trace, **given: Any) -> Score:
+        refuse(observed)
         return score(reference, observed, **given)
 
-    monkeypatch.setattr("carom.studies.cross_check.run.compare", compare)
+    class Refusing(Scorer):
+        def score(self, observed: Trace) -> Score:
+            refuse(observed)
+            return super().score(observed)
+
+    replaced = {"compare": compare} if phases else {"Scorer": Refusing}
+    for name, instead in replaced.items():
+        monkeypatch.setattr(f"carom.studies.cross_check.run.{name}", instead)
     rows = by_engine(checked(scene, "sound", phases=phases))
     assert rows["sound"].status is Status.FAILED
     assert re.match(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.impact_matching import Alignment
 from carom.comparator.non_finite import finite_impacts
-from carom.comparator.scales import OwnScales, Scales, compute_own_scales, largest
+from carom.comparator.scales import OwnScales, Scales, compute_own_scales, largest_of
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import kinetic_energy
@@ -73,6 +73,10 @@ class ImpactError:
         return self.reported_time_s if math.isnan(self.effective_time_s) else self.effective_time_s
 
 
+#: Names of the errors of an impact. The first two fields are indices.
+_OF_IMPACT = tuple(one.name for one in fields(ImpactError))[2:]
+
+
 def _metric(name: str) -> float:
     """Declare a metric with its name in tables. The field's name contains the unit."""
     metric: float = field(metadata={"name": name})
@@ -112,7 +116,7 @@ class Errors:
     final_spin: float = _metric("final spin")
 
 
-_OF_IMPACTS = ("time_s", "reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
+_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
 
 
 @dataclass(frozen=True)
@@ -122,15 +126,27 @@ class Measured:
     A number that is NaN or infinite has an infinite error.
 
     Attributes:
+        of_impacts: Errors of the matched impacts by name: the fields of `ImpactError` and its `time_s`, shape ``(m,)``.
         ends: Errors of each disc's final position (metres), velocity and rim speed (metres a second), shape ``(3, n)``;
             NaN if they are not measured.
     """
 
     reference: Trace
     alignment: Alignment
-    errors: tuple[ImpactError, ...]
+    of_impacts: Mapping[str, Array]
     largest: Errors
     ends: Array
+
+    @cached_property
+    def errors(self) -> tuple[ImpactError, ...]:
+        """Errors of each matched impact."""
+        columns = zip(*(self.of_impacts[name].tolist() for name in _OF_IMPACT), strict=True)
+        return tuple(ImpactError(*pair, *errors) for pair, errors in zip(self.alignment.matched, columns, strict=True))
+
+    @property
+    def matched(self) -> list[int]:
+        """Indices of the reference's matched impacts."""
+        return [reference for reference, _ in self.alignment.matched]
 
     @cached_property
     def own(self) -> OwnScales:
@@ -148,14 +164,15 @@ def measure(reference: Trace, observed: Trace, alignment: Alignment, scales: Sca
         momentum, ends = _momentum_error(reference, observed, scales), _end_errors(reference, observed)
     # If impacts conserve energy, the final energy is known even if the reference's final state is not reliable.
     is_energy_known = ends_together or not reference.scene.needs & _NOT_CONSERVED
-    errors = tuple(_impact_errors(reference, observed, alignment, scales))
+    errors = _impact_errors(reference, observed, alignment, scales)
+    restitution = errors["restitution_error"]
     return Measured(
         reference=reference,
         alignment=alignment,
-        errors=errors,
+        of_impacts=errors,
         largest=Errors(
-            **{name: largest(getattr(error, name) for error in errors) for name in _OF_IMPACTS},
-            restitution=largest(e.restitution_error for e in errors if not math.isnan(e.restitution_error)),
+            **{name: largest_of(errors[name]) for name in ("time_s", *_OF_IMPACTS)},
+            restitution=largest_of(restitution[~np.isnan(restitution)]),
             energy=_energy_error(reference, observed, scales) if is_energy_known else 0.0,
             momentum=momentum,
             final_position=float(np.max(ends[0])) / scales.length_m,
@@ -235,9 +252,10 @@ def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
     return _infinite_if_nan(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
 
 
-def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Iterator[ImpactError]:
+def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> dict[str, Array]:
+    """Return the errors of the matched impacts: the fields of `ImpactError` and its `time_s`."""
     if not alignment.matched:
-        return
+        return dict.fromkeys(("time_s", *_OF_IMPACT), np.zeros(0))
     r, o = np.array(alignment.matched, dtype=np.intp).T
     expected, found, known = reference.impacts[r], observed.impacts[o], ~unknown_velocities(observed)[:, o]
     effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
@@ -258,9 +276,9 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
         restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
     )
     is_finite = finite_impacts(observed)[o]
-    errors = np.where(is_finite, columns, math.inf).T.tolist()
-    for k, (reference_index, observed_index) in enumerate(alignment.matched):
-        yield ImpactError(reference_index, observed_index, *errors[k])
+    errors = dict(zip(_OF_IMPACT, np.where(is_finite, columns, math.inf), strict=True))
+    reported, turned = errors["reported_time_s"], errors["effective_time_s"]
+    return errors | {"time_s": np.where(np.isnan(turned), reported, turned)}
 
 
 def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:

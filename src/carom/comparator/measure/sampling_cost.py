@@ -76,13 +76,12 @@ class SamplingCost:
     @classmethod
     def of(cls, dt_s: float, errors: Array, measured: Measured) -> SamplingCost:
         """Return the cost at one phase, from PIT's errors at that phase."""
-        worst, alignment = measured.largest, measured.alignment
+        worst, alignment, at = measured.largest, measured.alignment, measured.matched
         ends = (worst.final_position, worst.final_velocity, worst.final_spin)
         whole = not (alignment.missed or alignment.spurious or alignment.undecided)
-        late_s = largest((abs(error.time_s) for error in measured.errors), default=0.0) if whole else math.inf
+        late_s = (abs(worst.time_s) if at else 0.0) if whole else math.inf
         first_missed, off_s = min(alignment.missed, default=errors.shape[1]), np.zeros(errors.shape[1])
-        for error in measured.errors:
-            off_s[error.reference] = abs(error.time_s)
+        off_s[at] = np.abs(measured.of_impacts["time_s"])
         is_found = np.arange(len(off_s)) < first_missed
         found, found_off_s = np.where(is_found, errors, 0.0), np.where(is_found, off_s, 0.0)
         place, velocity, spin = (0.0 if math.isnan(error) else error for error in ends)
@@ -156,8 +155,8 @@ def measure_impact_errors(measured: Measured, scales: Scales, impacts: int) -> A
     The error of a missed impact is its whole change of velocity or spin. The errors of undecided impacts are 0.
     """
     found, missed = np.zeros((2, impacts)), list(measured.alignment.missed)
-    for error in measured.errors:
-        found[:, error.reference] = error.velocity, 0.0 if math.isnan(error.spin) else error.spin
+    velocity, spin = measured.of_impacts["velocity"], measured.of_impacts["spin"]
+    found[:, measured.matched] = velocity, np.where(np.isnan(spin), 0.0, spin)
     found[:, missed] = measure_changes(measured.reference, scales)[:, missed]
     return found
 

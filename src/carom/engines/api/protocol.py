@@ -98,7 +98,7 @@ class TimedWorld(World, Protocol):
 
 @runtime_checkable
 class QuietWorld(World, Protocol):
-    """A world that takes many steps at once, for methods whose contacts are impacts by themselves. Optional."""
+    """A world that takes many steps without contacts at once. Optional."""
 
     def take_quiet_steps(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]

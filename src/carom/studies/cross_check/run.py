@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from carom.catalogue import CatalogueScene, deviation
-from carom.comparator import Score, compare
+from carom.comparator import Score, Scorer, compare
 from carom.comparator.shifted_scenes import shifted_references
 from carom.engines.registry import require_named, resolve_engine
 from carom.errors import AdapterError
@@ -247,20 +247,25 @@ def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: 
     sampling = {_key(one): one for one in map(_pit_job, jobs)}
     pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
     rows: dict[Key, Row] = {}
+    scorers: dict[tuple[str, float], Scorer] = {}
     left = iter(pit)
-    scored: dict[tuple[str, str, float], list[Row]] = {}
+
+    def scored(job: Job, answer: Answer[Trace]) -> Row:
+        return _row(job, answer, usable, pit[_key(_pit_job(job))].value, scorers)
+
+    of_engine: dict[tuple[str, str, float], list[Row]] = {}
     for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
-        similar = scored.setdefault((job.scene.name, job.engine, job.dt_s), [])
+        similar = of_engine.setdefault((job.scene.name, job.engine, job.dt_s), [])
         same = next((row for row in similar if _is_same_run(row.trace, answer.value)), None)
         if same is None:
-            row = _row(job, answer, usable, pit[_key(_pit_job(job))].value)
+            row = scored(job, answer)
             similar.append(row)
         else:
             row = replace(same, job=job, trace=answer.value)
         rows[_key(job)] = row
         if answer.status is Status.RAN:  # score PIT while engines run
-            rows |= {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in islice(left, 1)}
-    return rows | {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in left}
+            rows |= {key: scored(sampling[key], pit[key]) for key in islice(left, 1)}
+    return rows | {key: scored(sampling[key], pit[key]) for key in left}
 
 
 def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
@@ -271,14 +276,23 @@ def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
     return replace(one, **settings) == other
 
 
-def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: Trace | None) -> Row:
-    """Return the row of a job. A trace is scored against the reference and PIT."""
+def _row(
+    job: Job,
+    answer: Answer[Trace],
+    usable: Mapping[str, Reference],
+    pit: Trace | None,
+    scorers: dict[tuple[str, float], Scorer],
+) -> Row:
+    """Return the row of a job. A trace is scored against the reference and PIT of its scene and step."""
     row = Row(job, answer.status, answer.reason, answer.value)
     if answer.value is None:
         return row
     try:
-        reference = usable[job.scene.name]
-        score = compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s)
+        at = (job.scene.name, job.dt_s)
+        if at not in scorers:
+            reference = usable[job.scene.name]
+            scorers[at] = Scorer(reference.trace, pit, reference.horizon_s)
+        score = scorers[at].score(answer.value)
     except Exception as error:  # noqa: BLE001 - one bad run must not affect other rows
         return _failed_row(job, error)
     return replace(row, score=score)

@@ -1,0 +1,63 @@
+"""Steps without contacts, taken in one loop: worlds that implement `carom.engines.api.QuietWorld` from one state."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+class QuietSteps(ABC):
+    """A world that reads its state as plain numbers after each step.
+
+    Attributes:
+        ordinary: If the root of the sum of squares of all numbers of a state is below this, `observe` has no warning.
+    """
+
+    ordinary = 1e9
+
+    @abstractmethod
+    def advance(self, steps: int) -> None:
+        """Take steps."""
+
+    @abstractmethod
+    def read(self) -> list[tuple[float, ...]]:
+        """Return x, y, both components of the velocity and the spin of each disc, in the scene's units."""
+
+    @abstractmethod
+    def has_contacts(self) -> bool:
+        """Whether the last step may have contacts."""
+
+    def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
+        """Take steps until one may have contacts or a warning, see `carom.engines.api.QuietWorld`."""
+        found: list[tuple[float, ...]] = []
+        for _ in range(len(position_m)):
+            self.advance(1)
+            state = self.read()
+            found += state
+            if self.has_contacts() or not math.hypot(*chain.from_iterable(state)) < self.ordinary:
+                break
+        discs: int = position_m.shape[1]
+        taken = len(found) // discs
+        numbers = as_numbers(found).reshape(taken, discs, 5)
+        position_m[:taken], velocity_m_s[:taken] = numbers[..., :2], numbers[..., 2:4]
+        spin_rad_s[:taken] = numbers[..., 4]
+        return taken
+
+
+def as_numbers(states: Iterable[Iterable[float]]) -> Array:
+    """Return the numbers of some states as rows.
+
+    The numbers are flattened into one array first, since NumPy takes twice as long for an array of small sequences.
+    """
+    return np.array([*chain.from_iterable(states)], dtype=np.float64).reshape(-1, 5)
