@@ -10,9 +10,9 @@ import sys
 #: Signals of a keyboard, of a closed terminal, and of a system that shuts down, if this system has them.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
-#: Number of new objects after which Python searches for cycles: more than a short command makes. Imported objects stay
-#: anyway. With the default of 700, the search takes a fifteenth of the processor time of a short command.
-_COLLECTED_FROM = 100_000
+#: Number of new objects after which Python searches for cycles: more than a short command with a report makes. Imported
+#: objects stay anyway. With the default of 700, the search takes a fifteenth of the processor time of a short command.
+_COLLECTED_FROM = 400_000
 
 #: Interval, seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle it
 #: takes only microseconds, but C code that called the interrupted function can drop the signal again.
@@ -40,6 +40,8 @@ def main() -> None:
     lost, sys.unraisablehook = sys.unraisablehook, _raise_again
     # Pydantic reads the entry points of all installed packages, and fails if those of one package are damaged.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    # NumPy's library OpenBLAS starts a thread per core, which waits for work by looping: a seventh of a short command.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from carom.cli import command
         from carom.execution.fork_server import allow_forking
