@@ -6,6 +6,8 @@ INSTALLED := $(VENV)/installed
 FOR_TESTS := $(VENV)/installed-for-tests
 FOR_REPORTS := $(VENV)/installed-for-reports
 BUILT := $(VENV)/built
+#: Not the pip of $(VENV), which would have to be installed first.
+PIP := $(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check
 REPORT ?= reports/latest
 #: Sources of the extension; each .pyx is a module of it.
 SOURCES := $(shell find src tests -name '*.pyx' -o -name '*.pxd' -o -name '*.h' -o -name '*.c')
@@ -36,7 +38,8 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 # What is imported is translated then: pip would translate all of Cython, NumPy and Matplotlib, one after the other.
-export PIP_NO_COMPILE := 1
+# To pip, 0 means yes here, as for each option that switches something off.
+export PIP_NO_COMPILE := 0
 
 .PHONY: help demo report test test-long release-check test-browser ci engines test-engines docs docs-bench docs-figures pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-memory bench-clones weight check changelog coverage coverage-compiled clean
 
@@ -261,14 +264,19 @@ cd $(VENV)/lib/python3.*/site-packages && rm -rf eglRenderer.*.so $(patsubst %,p
 endef
 
 # A report needs the engines, tests need pytest and a compiler's front end too, and the rest is for who works on it: each
-# target installs what it needs, and what has more needs nothing besides.
+# target installs what it needs, and what has more needs nothing besides. pip compiles Carom while a second one unpacks.
 define install
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Carom needs CPython 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + ": make PYTHON=python3.11 ...")'
 	@rm -rf build
 	@if command -v uv >/dev/null 2>&1; then \
 		uv venv --quiet --allow-existing --python $(PYTHON) $(VENV) && uv pip install --python $(BIN)/python --editable '.[$(1)]'; \
 	else \
-		$(PYTHON) -m venv $(VENV) && $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(1)]'; \
+		$(PYTHON) -m venv --without-pip $(VENV) && { \
+			$(PIP) --no-deps --editable . & compiling=$$!; \
+			$(PYTHON) build_backend/requirements.py $(1) >$(VENV)/requirements.txt && \
+				$(PIP) --requirement $(VENV)/requirements.txt pip; unpacked=$$?; \
+			wait $$compiling && exit $$unpacked; \
+		}; \
 	fi
 	@$(slim)
 	@touch $(2)

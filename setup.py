@@ -37,9 +37,6 @@ DIGEST = runpy.run_path("src/carom/core/extension.py")["compute_sources_digest"]
 #: Also without the backend, as ``python setup.py build_ext --inplace``.
 BACKEND = runpy.run_path("build_backend/carom_build.py")
 
-#: What Cython would add to each module that takes arrays, once for all of them.
-SHARED = "carom.core._cython"
-
 #: What tests alone need; what installs for a report says that it does without.
 PROBES = "tests."
 PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("probe*.pyx")
@@ -48,6 +45,11 @@ PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("te
 COVERAGE = os.environ.get("CAROM_COVERAGE") == "1"
 if COVERAGE:
     FLAGS = [*FLAGS, "-O0", "--coverage"]
+
+#: What Cython would add to each module that takes arrays, once for all of them. It is called once per call of the core,
+#: so optimising it would only double the time that it takes to compile.
+SHARED = "carom.core._cython"
+SHARED_FLAGS = [] if sys.platform == "win32" or COVERAGE else ["-O1"]
 
 #: Where Cython writes C: a module that has not changed is not translated again.
 TRANSLATED = "build/coverage/cython" if COVERAGE else "build/cython"
@@ -71,7 +73,7 @@ class BuildExtension(build_ext):
         super().build_extensions()
 
 
-def _extension(name: str, source: str, sources: list[str]) -> Extension:
+def _extension(name: str, source: str, sources: list[str], flags: list[str] = FLAGS) -> Extension:
     """Return a module, which is compiled again when one of its sources has changed.
 
     Cython finds the .pxd files that a .pyx uses, and the .c files that its first line names. Every module depends on
@@ -84,7 +86,7 @@ def _extension(name: str, source: str, sources: list[str]) -> Extension:
         [source],
         depends=[*(sources if stands_for_all else c_files), "setup.py"],
         include_dirs=["src"],
-        extra_compile_args=FLAGS,
+        extra_compile_args=flags,
         extra_link_args=["--coverage"] if COVERAGE else [],
         define_macros=[("Py_LIMITED_API", "0x030B0000"), *([("CAROM_SOURCES", DIGEST)] if stands_for_all else [])],
         py_limited_api=True,
@@ -106,7 +108,7 @@ extensions = [
 ]
 setup(
     ext_modules=cythonize(
-        [_extension(SHARED, "carom/core/_cython.c", []), *extensions],
+        [_extension(SHARED, "carom/core/_cython.c", [], [*FLAGS, *SHARED_FLAGS]), *extensions],
         compiler_directives=DIRECTIVES,
         nthreads=TRANSLATORS,
         include_path=["src"],

@@ -16,7 +16,6 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from setuptools import build_meta
 from setuptools.build_meta import (
     build_editable,
     build_sdist,
@@ -43,14 +42,14 @@ __all__ = [
 _ZIG = ("-mcpu=baseline", "-fPIC", "-fwrapv", "-DNDEBUG")
 
 
-def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
-    """Return the requirements of setuptools, and ziglang where there is no C compiler."""
-    return [*build_meta.get_requires_for_build_wheel(config_settings), *_compiler_requirements()]
+def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:  # noqa: ARG001 - the name is that of the interface
+    """Return ziglang where there is no C compiler. Setuptools would run setup.py to find that it requires nothing."""
+    return _compiler_requirements()
 
 
-def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
-    """Return the requirements of setuptools, and ziglang where there is no C compiler."""
-    return [*build_meta.get_requires_for_build_editable(config_settings), *_compiler_requirements()]
+def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:  # noqa: ARG001 - the name is that of the interface
+    """Return ziglang where there is no C compiler."""
+    return _compiler_requirements()
 
 
 def has_c_compiler() -> bool:

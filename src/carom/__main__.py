@@ -10,9 +10,9 @@ import sys
 #: Signals of a keyboard, of a closed terminal, and of a system that shuts down, if this system has them.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
-#: Number of new objects after which Python searches for cycles: more than a short command makes. Imported objects stay
-#: anyway. With the default of 700, the search takes a fifteenth of the processor time of a short command.
-_COLLECTED_FROM = 100_000
+#: Number of new objects after which Python searches for cycles: more than a short command with a report makes. Imported
+#: objects stay anyway. With the default of 700, the search takes a fifteenth of the processor time of a short command.
+_COLLECTED_FROM = 400_000
 
 #: Interval, seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle it
 #: takes only microseconds, but C code that called the interrupted function can drop the signal again.

@@ -154,7 +154,19 @@ class LimitOptions(DeclaredOptions):
         """Return a pool of worker processes on this machine with these limits."""
         from carom.execution.pool import LocalPool
 
+        _build_codecs()
         return LocalPool(jobs or self.jobs, self.time_limit_s, self.memory_limit_mb)
+
+
+def _build_codecs() -> None:
+    """Build the codecs of the most frequent tasks, so that the processes that a pool forks already have them."""
+    from carom.execution.describe_engines import DescribeTask
+    from carom.execution.engine_run import ObserveTask
+    from carom.execution.timing import TimeTask
+    from carom.execution.worker import codec_of
+
+    for task in (DescribeTask, ObserveTask, TimeTask):
+        codec_of(task)
 
 
 def _mapping(value: Any) -> dict[str, Any]:

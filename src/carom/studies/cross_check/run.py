@@ -172,7 +172,8 @@ def execute(
             rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
     skipped = {}
     if options.samples:  # needed for a report only
-        skipped = {job.scene.name: measure_skips(usable[job.scene.name].trace, job.dt_s) for job in timed}
+        steps = {job.scene.name: job.dt_s for job in timed}  # each scene once, although several jobs time it
+        skipped = {name: measure_skips(usable[name].trace, dt_s) for name, dt_s in steps.items()}
     found = _build_results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
     return replace(found, skipped=skipped)
 
