@@ -83,8 +83,8 @@ def each(names: str, values: Iterable[Any]) -> Callable[[Callable[..., None]], C
                     failed.append(exception)
             if failed[1:]:
                 raise BaseExceptionGroup(f"{len(failed)} of {len(own)} rows fail", failed)
-            for exception in failed or (skipped if len(skipped) == len(own) else []):
-                raise exception
+            for error in failed or (skipped if len(skipped) == len(own) else []):
+                raise error
 
         of_marks = f"rows_of_{'_'.join(wanted)}"
         signature = inspect.signature(test)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -328,7 +325,7 @@ def test_a_difference_is_saved_with_its_reason(
     """The command counts it, saves the scene, says how to see it again, and returns 1."""
     finding = Finding(Check.CERTIFIED, Kind.MISSED.value, "disc 0 and wall 1 meet at 0.5 s")
     monkeypatch.setattr(features, "check_scene", lambda _: CheckedScene(impacts=3, findings=[finding]))
-    assert features.main(["--scene", "5", "--out", str(tmp_path)]) == 1
+    assert features.CAMPAIGN.main(["--scene", "5", "--out", str(tmp_path)]) == 1
     printed = capsys.readouterr().out
     assert "python -m tests.campaign.features --scene 5" in printed
     assert "| certified run: missed impact | 1 |" in printed
@@ -336,57 +333,3 @@ def test_a_difference_is_saved_with_its_reason(
     saved = load_scene(path)
     assert saved.description == "certified run: missed impact: disc 0 and wall 1 meet at 0.5 s"
     assert saved.model_copy(update={"description": ""}) == draw_scene(5)
-
-
-@pytest.mark.release
-def test_counts_of_features_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A second call goes on with the next scene, and its table holds the scenes of both."""
-    state = tmp_path / "features.json"
-    for scenes in (2, 5):
-        arguments = ["--scenes", str(scenes), "--jobs", "2", "--state", str(state), "--out", str(tmp_path)]
-        assert features.main(arguments) == 0
-        tally = features.Tally.load(state)
-        assert (tally.scenes, tally.begun) == (scenes, scenes)
-        assert f"| all | {scenes} |" in capsys.readouterr().out
-    assert sum(count.impacts for count in tally.counts.values()) > 0
-
-
-@pytest.mark.release
-@pytest.mark.usefixtures("heard_interrupts")
-def test_ctrl_c_shows_the_scenes_that_were_checked(tmp_path: Path) -> None:
-    """Ctrl-C ends with the scene under way: the table and the file hold all that has been checked."""
-    state = tmp_path / "features.json"
-    arguments = ["--scenes", "100000", "--state", str(state), "--out", str(tmp_path)]
-    with subprocess.Popen(
-        [sys.executable, "-m", "tests.campaign.features", *arguments],
-        cwd=Path(__file__).parents[2],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        assert "scenes" in sure(process.stderr).readline()
-        process.send_signal(signal.SIGINT)
-        table = sure(process.stdout).read()
-        assert process.wait() in {features.INTERRUPTED, 1}
-    tally = features.Tally.load(state)
-    assert f"| all | {tally.scenes:,} |" in table
-    assert tally.begun == tally.scenes > 0
-
-
-@pytest.mark.release
-def test_a_process_that_hangs_or_ends_is_replaced(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Its scene is a finding, and the campaign goes on with the next one."""
-    monkeypatch.setattr(features, "HANGING_S", -1.0)
-    campaign = features.Campaign(features.Tally(), None, tmp_path)
-    assert campaign.run(2, 1, 10.0)
-    assert set(campaign.tally.differences) <= {"time limit: hangs"}
-    worker = features.Worker()
-    worker.check(0)
-    worker.process.kill()
-    assert [finding.kind for finding in worker.result().findings] == ["crash"]
-    worker.check(1)
-    assert worker.result().impacts >= 0
-    worker.end()
-    assert "scene" in capsys.readouterr().out or not campaign.tally.differences

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.campaign.gas_checks import run_of
 from tests.campaign.gases import Kind, draw
-from tests.campaign.run import run_of
 from tests.checker import RULES, Report, Stretch, check, watch
 from tests.checker.flights import flights_of, spans
 from tests.checker.passes import _closest, disc_overlaps
