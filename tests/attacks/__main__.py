@@ -18,9 +18,7 @@ from random import Random
 from tests.attacks import (
     clocks,
     clusters,
-    digests,
     disks,
-    hostile,
     imports,
     journals,
     kills,
@@ -128,12 +126,6 @@ ATTACKS = {
         30,
         clusters.attack,
     ),
-    "hostile": Attack(
-        "adapters that do harm",
-        "a true result for the adapter; other results do not change; no process and no file remains",
-        56,
-        hostile.attack,
-    ),
     "wild-numbers": Attack(
         "engines that return extreme numbers",
         "only this engine's result is affected, and the report is strict JSON",
@@ -181,12 +173,6 @@ ATTACKS = {
         "an exit code from 0 to 4, and a message",
         300,
         surroundings.attack,
-    ),
-    "digests": Attack(
-        "one study in this process, in 1 and 2 workers, and on Dask",
-        "the journals are bit-identical",
-        8,
-        digests.attack,
     ),
 }
 

@@ -18,7 +18,8 @@ from tests.campaign.certified_comparison import compare_with_certified, reliable
 from tests.campaign.comparison import Difference, Kind, Record, compare_with_envelope
 from tests.campaign.copies import Copies
 from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
-from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter, turn_quarter_back
+from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter_back
+from tests.rebuilt import turn_quarter
 
 from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
 from carom.core.resolution import clock_resolution

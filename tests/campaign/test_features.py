@@ -14,8 +14,9 @@ from tests.campaign.comparison import Kind, Record
 from tests.campaign.envelope import EnvelopeMode, compute_envelope
 from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_scene
 from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
-from tests.campaign.transformation import restore_record, rotate_scene, turn_by
+from tests.campaign.transformation import restore_record, rotate_scene
 from tests.lengths import each, release_after
+from tests.rebuilt import turn_by
 from tests.stage import sure
 
 from carom import Disc, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
 from tests.lengths import by_group, each, release_after
-from tests.rebuilt import Map, assert_seen, in_units, mirrored, quarter_turned, rebuilt
+from tests.rebuilt import Map, assert_transformed, in_units, mirror, transform_scene, turn_quarter
 from tests.unit.solvers.kinds import all_pairs
 from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, plain
 
@@ -323,12 +323,12 @@ each_symmetric = each("scenes", symmetric())
 
 
 @pytest.mark.parametrize("solver", ["pic", *release_after(0, ["framewise"])])
-@pytest.mark.parametrize("turn", [mirrored, quarter_turned])
+@pytest.mark.parametrize("turn", [mirror, turn_quarter])
 @each_symmetric
 def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene], turn: Map, solver: str) -> None:
     """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows no sign or axis."""
     for scene in scenes:
-        assert_seen(SOLVERS[solver](scene), SOLVERS[solver](rebuilt(scene, turn, turn, turn)), turn)
+        assert_transformed(SOLVERS[solver](scene), SOLVERS[solver](transform_scene(scene, turn, turn, turn)), turn)
 
 
 @pytest.mark.parametrize(
@@ -348,4 +348,4 @@ def test_a_scene_in_other_units_is_the_same_scene(
                 length, time = length // 3, time // 3  # noqa: PLW2901 - what the limits hold
             factors = {"length": 2.0**length, "time": 2.0**time}
             other = SOLVERS[solver](in_units(scene, **factors, mass=2.0**mass))
-            assert_seen(plain, other, length=factors["length"], time=factors["time"])
+            assert_transformed(plain, other, length=factors["length"], time=factors["time"])
