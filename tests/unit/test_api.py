@@ -41,7 +41,7 @@ EARLIER = {
 }
 
 
-@each("paths", [[*EARLIER], *release_after(0, [[path] for path in EARLIER])])
+@each("paths", [pytest.param([*EARLIER], marks=pytest.mark.long), *release_after(0, [[path] for path in EARLIER])])
 def test_an_import_path_of_an_earlier_version_has_the_same_objects(paths: list[str]) -> None:
     """Third-party adapters and programs import documented names, and get the same objects; `carom.scene` stays one."""
     lines = list[str]()

@@ -69,9 +69,9 @@ def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatc
 #: Documents of results from tests, since these studies need engines, or a clock.
 DOCUMENTS = {
     "advise-document": lambda: advice_document(advice()),
-    "bench-document": lambda: bench_document(bench("default", "tuned")),
+    "bench-document": lambda: bench_document(bench()),
     "grow-document": lambda: growth_document(growth()),
-    "stress-document": lambda: stress_document(campaign_results()),
+    "stress-document": lambda: stress_document(campaign_results(one_in=8)),
 }
 
 

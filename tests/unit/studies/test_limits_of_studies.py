@@ -152,13 +152,13 @@ def compare(_folder: Path, _how: How) -> None:
 
 #: Each study, and what starts workers for it: a comparison reads two files, and starts none.
 ALL: dict[str, list[Any]] = {
-    "advise": [advice],
-    "bench": [bench, grow],
-    "cross_check": [cross_check, timed],
+    "advise": [pytest.param(advice, marks=pytest.mark.long)],
+    "bench": [bench, pytest.param(grow, marks=pytest.mark.long)],
+    "cross_check": [cross_check, pytest.param(timed, marks=pytest.mark.long)],
     "diff": [],
     "history": [pytest.param(look_back, marks=pytest.mark.long)],
     "stress": [attack],
-    "tune": [search],
+    "tune": [pytest.param(search, marks=pytest.mark.long)],
 }
 #: Commands with a journal, which get `how` to open it.
 KEPT = {
