@@ -1,4 +1,4 @@
-"""PIC and PIT of the page, by the core in WebAssembly, have the bits of Python's: in node, over all kinds of scenes."""
+"""The page's core in WebAssembly is that of the sources, and its PIC and PIT have the bits of Python's, in node."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from tests.drawn import KINDS, TABLES, drawn, slowing, thrown
 from tests.lengths import each, release_after
+from tests.packaging import core_wasm
 from tests.processes import ran
 from tests.stage import crushed_rows
 from tests.unit.solvers.test_finite_walls import pushed, slid, wide
@@ -380,3 +381,18 @@ def test_a_damaged_block_is_refused(change: str) -> None:
     letters = {"length": block[:2] + "}}}}" + block[6:], "letter": block[:30] + "@" + block[31:], "end": block[:40]}
     done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=f"{block}\n{letters[change]}", check=False)
     assert "RangeError: this page is damaged" in done.stderr
+
+
+# `core.wasm`, the core that the page contains: it is of the sources next to it, and is rebuilt to the same bytes ------
+
+
+def test_it_is_of_the_sources() -> None:
+    """The digest inside is that of the sources, flags and compiler: ``make generated`` writes the file."""
+    assert core_wasm.sources_digest_of(core_wasm.CORE_WASM.read_bytes()) == core_wasm.sources_digest()
+
+
+@pytest.mark.release
+def test_a_build_in_another_folder_has_the_same_bytes(tmp_path: Path) -> None:
+    """The pinned compiler makes the committed file of the sources, wherever they are."""
+    shutil.copytree(core_wasm.ROOT / "src/carom/core", tmp_path / "src/carom/core")
+    assert core_wasm.build(tmp_path) == core_wasm.CORE_WASM.read_bytes()
