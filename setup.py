@@ -42,7 +42,7 @@ SHARED = "carom.core._cython"
 
 #: What tests alone need; what installs for a report says that it does without.
 PROBES = "tests."
-PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("probe*.pyx")
+PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("core_*functions.pyx")
 
 #: For `make coverage-compiled`: lines and branches of the sources are counted, and nothing is optimised away.
 COVERAGE = os.environ.get("CAROM_COVERAGE") == "1"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from tests.cases import each, release_after
 from tests.hazards.measures import CHAOTIC, ENGINES, FINDINGS, measured
 from tests.hazards.page import SHOWN_TO, lines_of, ranges
-from tests.lengths import each, release_after
-from tests.stage import Named
+from tests.scene_builders import Named
 
 from carom.execution.job import Method
 from carom.report.formatting import percent

@@ -14,8 +14,8 @@ import numpy as np
 import pymunk
 import pytest
 from tests.adapters.test_code import CORNER
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged, wall_at
 from typer.testing import CliRunner
 
 import carom

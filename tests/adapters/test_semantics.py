@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.adapters import bare
-from tests.adapters.shipped import OF_ALL, assert_default_is_shipped, worst_difference
-from tests.adapters.staged import width
-from tests.engines.shipped import OF_ENGINES
-from tests.lengths import each
-from tests.stage import Drive, Finish, Named, disc_at, staged
+from tests.adapters import bare_impacts
+from tests.adapters.engine_scenes import width
+from tests.adapters.shipped_settings import OF_ALL, assert_default_is_shipped, worst_difference
+from tests.cases import each
+from tests.engines.shipped_settings import OF_ENGINES
+from tests.scene_builders import Drive, Finish, Named, disc_at, staged
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter, AdapterError, Observation, unsupported_reason
@@ -41,18 +41,18 @@ def _restitution(end: Observation, closing_m_s: float) -> float:
 @each(
     "name, throw, expected",
     [
-        ("pymunk", bare.pymunk, 0.5 * 0.8),
-        ("pybullet", bare.pybullet, 0.5 * 0.8),
-        ("box2d", bare.box2d, max(0.5, 0.8)),
+        ("pymunk", bare_impacts.pymunk, 0.5 * 0.8),
+        ("pybullet", bare_impacts.pybullet, 0.5 * 0.8),
+        ("box2d", bare_impacts.box2d, max(0.5, 0.8)),
     ],
 )
 def test_restitutions_are_combined_as_the_pages_say(
-    named: Named, name: str, throw: Callable[[bare.Thrown], bare.Left], expected: float
+    named: Named, name: str, throw: Callable[[bare_impacts.Thrown], bare_impacts.Left], expected: float
 ) -> None:
     """Of coefficients 0.5 and 0.8 an engine itself makes the product or the larger."""
     named(name)
     for given in ((0.5, 0.8), (0.8, 0.5)):
-        _, leaves, _ = throw(bare.Thrown(velocity=(0.0, -2.0), restitutions=given))
+        _, leaves, _ = throw(bare_impacts.Thrown(velocity=(0.0, -2.0), restitutions=given))
         assert leaves / 2.0 == pytest.approx(expected, abs=1e-6)  # half a dozen roundings of 32 bits
 
 

@@ -19,6 +19,8 @@ from tests.attacks import (
     clocks,
     clusters,
     disks,
+    environments,
+    extreme_numbers,
     imports,
     journals,
     kills,
@@ -31,8 +33,6 @@ from tests.attacks import (
     results,
     scenes,
     sizes,
-    surroundings,
-    wild,
 )
 
 Tries = Callable[[Random, Path], Iterator[str]]
@@ -130,7 +130,7 @@ ATTACKS = {
         "engines that return extreme numbers",
         "only this engine's result is affected, and the report is strict JSON",
         2_000,
-        wild.attack,
+        extreme_numbers.attack,
     ),
     "disks": Attack(
         "a disk that is full from some byte on",
@@ -172,7 +172,7 @@ ATTACKS = {
         "closed streams, unusual arguments and environments, read-only and full disks, two commands in one folder",
         "an exit code from 0 to 4, and a message",
         300,
-        surroundings.attack,
+        environments.attack,
     ),
 }
 

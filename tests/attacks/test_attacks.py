@@ -14,8 +14,8 @@ from random import Random
 import pytest
 from tests.attacks import __main__ as campaign
 from tests.attacks.guard import HangError, shrunk, within
-from tests.clocks import Clock
-from tests.lengths import each
+from tests.cases import each
+from tests.fake_clock import Clock
 
 from carom.engines.registry import adapter_points
 

@@ -13,7 +13,7 @@ from benchmarks.arguments import count, parser, run
 from benchmarks.kinds import PIC_TARGETS
 from benchmarks.kinds_worker import KINDS, time_pic, time_pit
 from benchmarks.memory import CHANGED, write_copies
-from tests.lengths import each
+from tests.cases import each
 
 from carom.errors import InputError
 from carom.report.results_file.file import read_records

@@ -19,7 +19,7 @@ from tests.campaign.comparison import Difference, Kind, Record, compare_with_env
 from tests.campaign.copies import Copies
 from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
 from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter_back
-from tests.rebuilt import turn_quarter
+from tests.transformed_scenes import turn_quarter
 
 from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
 from carom.core.resolution import clock_resolution

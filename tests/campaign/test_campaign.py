@@ -18,9 +18,9 @@ from tests.campaign import campaign, gas_checks
 from tests.campaign.__main__ import CAMPAIGN as command  # noqa: N811 - called like a function
 from tests.campaign.campaign import Campaign, Checked, Finding, Tally
 from tests.campaign.gases import Gas, Kind, draw
+from tests.cases import each, release_after
 from tests.checker import RULES, Report, Violation
-from tests.lengths import each, release_after
-from tests.stage import sure
+from tests.scene_builders import sure
 
 from carom import DiscArrays
 from carom.model.trace import Outcome

@@ -15,9 +15,9 @@ from tests.campaign.envelope import EnvelopeMode, compute_envelope
 from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_scene
 from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
 from tests.campaign.transformation import restore_record, rotate_scene
-from tests.lengths import each, release_after
-from tests.rebuilt import turn_by
-from tests.stage import sure
+from tests.cases import each, release_after
+from tests.scene_builders import sure
+from tests.transformed_scenes import turn_by
 
 from carom import Disc, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
 from carom.solvers.pic import pic_run

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from tests.campaign.comparison import Record
-from tests.rebuilt import Map
+from tests.transformed_scenes import Map
 
 from carom import Chain, Disc, Scene, Wall
 from carom.model.walls import AnyWall, Leg

@@ -13,11 +13,11 @@ import pytest
 from numpy.typing import NDArray
 from tests.campaign.gas_checks import checked
 from tests.campaign.gases import Gas, Kind
+from tests.cases import each
 from tests.checker import Report, check, watch
 from tests.checker.laws import elastic_of
-from tests.drawn import jittered
-from tests.lengths import each
-from tests.unit.solvers.kinds import all_pairs
+from tests.random_scenes import jittered
+from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun

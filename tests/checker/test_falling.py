@@ -13,10 +13,10 @@ import pytest
 from tests.campaign import gas_checks
 from tests.campaign.gas_checks import checked
 from tests.campaign.gases import Gas, Kind
+from tests.cases import each, release_after
 from tests.checker import Report, Stretch, check
 from tests.checker.passes import _lowest
-from tests.drawn import jittered
-from tests.lengths import each, release_after
+from tests.random_scenes import jittered
 
 from carom import DiscArrays
 from carom.model.chain_geometry import Outline

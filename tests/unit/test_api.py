@@ -13,7 +13,7 @@ from typing import assert_type
 
 import grimp
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 import carom
 from carom.engines import api

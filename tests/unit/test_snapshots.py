@@ -7,8 +7,8 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.cases import each
 from tests.command import carom_command
-from tests.lengths import each
 from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import advice, bench, campaign_results, growth
 
@@ -20,7 +20,7 @@ from carom.studies.stress.document import stress_document
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "snapshots"
-RESULTS = "tests/kept/results-2.jsonl"
+RESULTS = "tests/earlier_formats/results-2.jsonl"
 
 COLUMNS = 80
 COMMANDS = {

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from tests.drawn import thrown
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each, release_after
+from tests.random_scenes import thrown
+from tests.scene_builders import disc_at, staged, wall_at
 from tests.validation import contact_runs, contact_scenes
-from tests.validation.enclosed import from_enclosures
+from tests.validation.certified_files import from_enclosures
 from tests.validation.mpmath_runs import outside
 
 from carom import CertifiedTrace, Chain, Mode, Scene, Trace, Wall, certify, solve_pic

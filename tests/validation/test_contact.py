@@ -7,9 +7,9 @@ from itertools import product
 
 import numpy as np
 import pytest
+from tests.cases import each, release_after
 from tests.checker.small_steps import Ends, stepped
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 from tests.validation import contact_scenes
 
 from carom import Disc, Outcome, Scene, Wall, certify, solve_pic

@@ -1,7 +1,7 @@
 """One table of equivalences: forms of a method that must give one another's bits, over every kind of scene drawn.
 
 Two algorithms and one answer, for PIC with and without friction and gravity, and for PIT; and what mirrors a scene, or
-measures it in other units, does just that to its answer. `tests/drawn.py` says what the kinds are for.
+measures it in other units, does just that to its answer. `tests/random_scenes.py` says what the kinds are for.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
-from tests.lengths import by_group, each, release_after
-from tests.rebuilt import Map, assert_transformed, in_units, mirror, transform_scene, turn_quarter
-from tests.unit.solvers.kinds import all_pairs
-from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, plain
+from tests.cases import by_group, each, release_after
+from tests.random_scenes import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
+from tests.transformed_scenes import Map, assert_transformed, in_units, mirror, transform_scene, turn_quarter
+from tests.unit.solvers.pit.run_forms import assert_identical, compiled_forms, plain
+from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import CatalogueScene, catalogue

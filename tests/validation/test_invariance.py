@@ -17,8 +17,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.lengths import each
-from tests.rebuilt import Map, identity, transform_scene, turn_by
+from tests.cases import each
+from tests.transformed_scenes import Map, identity, transform_scene, turn_by
 
 from carom import Scene, Trace, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, Tag, catalogue

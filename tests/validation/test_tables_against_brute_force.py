@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.validation import table_runs
 from tests.validation.random_tables import KINDS, draw
 from tests.validation.table_runs import Table, compare, scene_of

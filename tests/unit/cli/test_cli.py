@@ -22,12 +22,12 @@ from typing import Any
 import pytest
 import tomli_w
 import typer
+from tests.cases import each, release_after
 from tests.command import carom_command, told
-from tests.lengths import each, release_after
 from tests.processes import PATIENT_S, ended
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 from tests.unit.cli.test_options import STUDIES
-from tests.validation.enclosed import from_enclosures
+from tests.validation.certified_files import from_enclosures
 from typer.main import get_command
 from typer.testing import CliRunner
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from docs.figures.stages import ROOT, imported_names, package_of, stages
 from numpy.typing import NDArray
-from tests.lengths import each
+from tests.cases import each
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replayed
-from tests.stage import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Scene, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.stage import altered, disc_at, staged, wall_at
+from tests.scene_builders import altered, disc_at, staged, wall_at
 
 from carom import compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict

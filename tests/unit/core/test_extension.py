@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 import carom
 from carom.core import built, extension

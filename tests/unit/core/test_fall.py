@@ -8,7 +8,7 @@ from collections.abc import Callable
 from fractions import Fraction
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.unit.core import fall_oracle as oracle
 from tests.unit.core.fall_cases import (
     ENCOUNTERS,
@@ -27,7 +27,7 @@ from carom.core.exact_quartic import find_closings
 from carom.core.features import Arc, Face, Mover, Pair
 from carom.core.numbered import numbers_of
 
-core = pytest.importorskip("tests.probe_fall")
+core = pytest.importorskip("tests.core_fall_functions")
 
 NEVER = math.inf
 

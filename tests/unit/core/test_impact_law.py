@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.lengths import each
+from tests.cases import each
 from tests.validation.exact_impact import Body, Law, after_impact
 
 from carom.core import primitives

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.core.features import Face
 from carom.core.wall_features import are_decidable, features_of

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged, wall_at
 from tests.unit.execution.conftest import STANDING
 
 import carom

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.model.damping import Damping
 from carom.model.scene import Scene
@@ -22,7 +22,7 @@ from carom.solvers.rows import Rows
 from carom.solvers.run import Run, RunImpacts
 from carom.solvers.units import RunInUnits, units_of
 
-from .kinds import RUNS, of_frames
+from .run_kinds import RUNS, of_frames
 
 #: Disc 0 meets disc 1 after 2 s, which passes its motion on to disc 2 after 4 s. That meets the wall after 6 s, so no
 #: frame of 1/64 s is late. A frame at the instant itself does not include what comes later.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 import carom
 from carom import Chain, Disc, Scene, Wall

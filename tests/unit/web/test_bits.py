@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.drawn import KINDS, TABLES, drawn, slowing, thrown
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.packaging import core_wasm
 from tests.processes import ran
-from tests.stage import crushed_rows
+from tests.random_scenes import KINDS, TABLES, drawn, slowing, thrown
+from tests.scene_builders import crushed_rows
 from tests.unit.solvers.test_finite_walls import pushed, slid, wide
 from tests.validation.test_contact import held_in_its_landing
 

@@ -7,8 +7,8 @@ from fractions import Fraction
 from flint import arb
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.lengths import each
-from tests.stage import line
+from tests.cases import each
+from tests.scene_builders import line
 
 from carom.solvers.certified.impacts import BallEvent, BallImpact
 from carom.solvers.certified.recording import Recording

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
-from tests.rebuilt import in_units
+from tests.cases import each
+from tests.transformed_scenes import in_units
 
 from carom import Scene, certify
 from carom.catalogue import catalogue

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 from flint import arb, ctx
-from tests.lengths import each
-from tests.stage import disc_at, staged
+from tests.cases import each
+from tests.scene_builders import disc_at, staged
 
 from carom import Disc, Scene
 from carom.solvers.certified.ball_bodies import BallBodies

@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each, release_after
-from tests.stage import sure
+from tests.cases import each, release_after
+from tests.scene_builders import sure
 
 from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.rows import CONTACT_DTYPE
 from carom.studies.bench.gas import hard_disc_gas
 
-probe = pytest.importorskip("tests.probe")
+core_functions = pytest.importorskip("tests.core_functions")
 
 
 @each("name, dtype", [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)])
 def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
     """The structs that the kernel writes have the fields of the trace's arrays: their order, places and types."""
-    struct = probe.layouts()[name]
+    struct = core_functions.layouts()[name]
     assert struct.itemsize == dtype.itemsize
     kinds = [(kind.base, kind.shape, place) for kind, place in (struct.fields[name] for name in struct.names)]
     expected = [sure(dtype.fields)[name][:2] for name in sure(dtype.names)]
@@ -32,7 +32,7 @@ def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void
 @each("name, size", [("Disc", 64), ("Prediction", 32), ("Cell", 8)])
 def test_rows_fill_lines_of_a_cache(name: str, size: int) -> None:
     """A disc fills a cache line of 64 bytes, and of smaller rows a whole number does, without gaps."""
-    struct = probe.layouts()[name]
+    struct = core_functions.layouts()[name]
     assert struct.itemsize == size
     bit_fields = 4 if name == "Prediction" else 0
     assert bit_fields + sum(np.dtype(struct.fields[field][0]).itemsize for field in struct.names) == size
@@ -40,8 +40,6 @@ def test_rows_fill_lines_of_a_cache(name: str, size: int) -> None:
 
 # The event queue, compared with a plain list of times -----------------------------------------------------------------
 
-
-probe = pytest.importorskip("tests.probe")
 
 # Few different times, so that many are the same.
 TIMES = st.sampled_from([0.0, 1.0, 2.0, 3.0, math.inf])
@@ -53,7 +51,7 @@ changes = st.lists(st.tuples(st.integers(0, DISCS - 1), TIMES), min_size=1, max_
 @given(changes)
 def test_the_queue_knows_the_earliest_of_all_and_of_the_others(given_times: list[tuple[int, float]]) -> None:
     """After any changes it names a disc of the least time, the least of all but one or two, and every disc as early."""
-    queue = probe.EventQueue(DISCS)
+    queue = core_functions.EventQueue(DISCS)
     times = [math.inf] * DISCS
     for disc, time in given_times:
         queue.set_time(disc, time)
@@ -74,7 +72,7 @@ def test_the_queue_knows_the_earliest_of_all_and_of_the_others(given_times: list
 @each("discs", [1, 2, 7, 8, 9, 64, 65, 512, 513])
 def test_a_queue_of_any_length_names_each_disc_in_its_turn(discs: int) -> None:
     """Discs whose times are set in any order and taken off one by one come in the order of their times."""
-    queue = probe.EventQueue(discs)
+    queue = core_functions.EventQueue(discs)
     order = sorted(range(discs), key=lambda disc: (disc * 37) % 541)
     for disc in range(discs):
         queue.set_time(disc, float((disc * 37) % 541))
@@ -86,8 +84,6 @@ def test_a_queue_of_any_length_names_each_disc_in_its_turn(discs: int) -> None:
 # The cells of the kernel: whatever is put in is found, however crowded a cell is, and so is every wall in reach -------
 
 
-probe = pytest.importorskip("tests.probe")
-
 #: Discs that a scan looks at in one go, `BATCH` of core/state.h.
 BATCH = 64
 
@@ -96,7 +92,7 @@ GAS = hard_disc_gas(200, 0.3)
 
 def cells() -> Any:
     """Return the cells of a gas of 200 discs, with no disc in them."""
-    found = probe.Cells(GAS.position_m, GAS.radius_m, np.array(GAS.walls))
+    found = core_functions.Cells(GAS.position_m, GAS.radius_m, np.array(GAS.walls))
     assert found.grid[3] > 3
     return found
 
@@ -142,7 +138,7 @@ def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: flo
 
     nx, ny = math.cos(angle), math.sin(angle)
     wall = (6.0 - distance * ny, 7.0 + distance * nx, nx, ny)
-    grid = probe.Cells(GAS.position_m, GAS.radius_m, np.array([wall]))
+    grid = core_functions.Cells(GAS.position_m, GAS.radius_m, np.array([wall]))
     x0, y0, width, columns, rows = grid.grid
     qx, qy, mx, my = map(Fraction, wall)
     touched = 0
@@ -164,7 +160,7 @@ def test_each_of_many_walls_is_known_to_the_cells_in_which_a_disc_touches_it_and
     walls = np.array(
         [(middle[0] + 0.6 * side * n.real, middle[1] + 0.6 * side * n.imag, -n.real, -n.imag) for n in turned]
     )
-    grid = probe.Cells(GAS.position_m, GAS.radius_m, walls)
+    grid = core_functions.Cells(GAS.position_m, GAS.radius_m, walls)
     x0, y0, width, columns, rows = grid.grid
     known = {(row, column): grid.walls_near(1 + row, 1 + column) for row in range(rows) for column in range(columns)}
     touched = 0

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.drawn import jittered, scene_of
-from tests.lengths import each, long_until, release_after
-from tests.stage import disc_at, line, staged, sure, wall_at
-from tests.unit.solvers.kinds import all_pairs
+from tests.cases import each, long_until, release_after
+from tests.random_scenes import jittered, scene_of
+from tests.scene_builders import disc_at, line, staged, sure, wall_at
+from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import Disc, Outcome, Scene, solve_pic
 from carom.errors import InputError

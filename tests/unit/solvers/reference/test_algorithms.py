@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.drawn import KINDS, drawn
-from tests.lengths import each, release_after
-from tests.stage import line
+from tests.cases import each, release_after
+from tests.random_scenes import KINDS, drawn
+from tests.scene_builders import line
 
 from carom import Chain, solve_pit
 from carom.errors import InputError

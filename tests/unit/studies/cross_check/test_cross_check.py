@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.clocks import Clock
-from tests.lengths import each, release_after
-from tests.stage import cross_checked, disc_at, staged, sure, wall_at
+from tests.cases import each, release_after
+from tests.fake_clock import Clock
+from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
 from carom import Disc, Scene, Wall

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.stage import sure
+from tests.scene_builders import sure
 
 from carom import Trace, load_scene, solve_pic, solve_pit
 from carom.catalogue import Complaint, Symptom, all_scenes

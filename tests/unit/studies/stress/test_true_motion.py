@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged
+from tests.cases import each
+from tests.scene_builders import disc_at, staged
 
 from carom import Scene, Trace, solve_pic
 from carom.catalogue import CatalogueScene, Tag, catalogue
