@@ -145,7 +145,7 @@ def dotted() -> bytes:
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("kind", release_after(1, ["bomb", "dotted", "callback"]))
+@each("kind", release_after(1, ["bomb", "dotted", "callback"]))
 def test_what_is_no_part_of_a_space_is_refused_by_name_and_not_run(tmp_path: Path, kind: str) -> None:
     """A file that asks for anything else is refused with that name, from Python as by the command."""
     mark, path = tmp_path / "ran", tmp_path / "space.pkl"

@@ -116,8 +116,8 @@ def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: P
     assert {line["engine"]: line["status"] for line in lines[1:]} == {"pit": "ran", "sound": "failed"}
 
 
-@pytest.mark.parametrize(
-    ("act", "words"),
+@each(
+    "act, words",
     release_after(
         1,
         [

@@ -54,8 +54,8 @@ def test_a_collapse_has_no_true_motion() -> None:
         true_motion(staged("collapse", *discs, restitution=0.05, duration_s=2.0), most_impacts=50)
 
 
-@pytest.mark.parametrize(
-    ("named", "field"),
+@each(
+    "named, field",
     [
         ("gravity", {"gravity_m_s2": (0, -10)}),
         ("friction", {"friction": 0.3}),
