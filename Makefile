@@ -15,9 +15,7 @@ MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 
 # For campaign-pic: impacts in all (counts add up in reports/campaign-pic.json), and processes.
 IMPACTS ?= 1e6
-# For campaign-tables: tables in all; their counts add up in reports/campaign-tables.json.
-TABLES ?= 1000
-# For campaign-contact and campaign-features: scenes in all; of the latter counts add up in reports/campaign-features.json.
+# For campaign-features: scenes in all; counts add up in reports/campaign-features.json.
 SCENES ?= 10000
 # For mutants: faults in all; what was tried stands in reports/mutants.jsonl and is not tried again.
 FAULTS ?= 200
@@ -41,7 +39,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # To pip, 0 means yes here, as for each option that switches something off.
 export PIP_NO_COMPILE := 0
 
-.PHONY: help demo report test test-long release-check test-browser ci engines test-engines docs docs-bench docs-figures pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-memory bench-clones weight check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long release-check test-browser ci engines test-engines docs docs-bench docs-figures pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-features mutants arm wheels bench bench-memory bench-clones weight check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, and open a page on which you throw discs"
@@ -65,8 +63,6 @@ help:
 	@echo "make walls              measure thin walls, floors in pieces, ends and corners in the installed engines; write the tables of docs/results/walls.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/contributing/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check this many impacts of PIC, one by one"
-	@echo "make campaign-tables TABLES=20000: compare PIC with a search in 600-bit numbers, on random tables of finite walls"
-	@echo "make campaign-contact   SCENES=10000: compare PIC with a simulation in small steps, for discs in contact"
 	@echo "make campaign-features  SCENES=20000 JOBS=2: compare PIC with certified runs and with itself, in random scenes of all features"
 	@echo "make arm                compile the extension for ARM, run it in an emulator, and compare its results bit by bit"
 	@echo "make wheels             PYTHONS='python3.11 python3.12': build a wheel and test it with each of these; also build one for musl"
@@ -102,7 +98,7 @@ release-check: $(BUILT)
 	$(BIN)/python -m pytest -m release -n auto --dist loadfile
 	HYPOTHESIS_PROFILE=more $(BIN)/python -m pytest -m "hypothesis and not long and not release and not browser and not engines" -n auto --dist loadfile
 	$(MAKE) wheels arm
-	$(MAKE) campaign campaign-pic campaign-tables campaign-contact campaign-features SCENES=1000
+	$(MAKE) campaign campaign-pic campaign-features SCENES=1000
 
 test-browser: $(BUILT)
 	$(BIN)/python -m pytest -m browser tests/browser -n auto
@@ -180,14 +176,8 @@ walls: $(BUILT)
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
 
-campaign-contact: $(BUILT)
-	$(BIN)/python -m tests.campaign.contact --scenes $(SCENES)
-
 campaign-features: $(BUILT)
 	$(BIN)/python -m tests.campaign.features --scenes $(SCENES) --jobs $(JOBS) --state reports/campaign-features.json
-
-campaign-tables: $(BUILT)
-	$(BIN)/python -m tests.campaign.tables --tables $(TABLES) --state reports/campaign-tables.json
 
 # Downloads some 250 MB, once, into build/arm; needs apt-get and dpkg, not root.
 arm: $(BUILT)

@@ -39,7 +39,7 @@ BACKEND = runpy.run_path("build_backend/carom_build.py")
 
 #: What tests alone need; what installs for a report says that it does without.
 PROBES = "tests."
-PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("probe*.pyx")
+PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("core_*functions.pyx")
 
 #: For `make coverage-compiled`: lines and branches of the sources are counted, and nothing is optimised away.
 COVERAGE = os.environ.get("CAROM_COVERAGE") == "1"

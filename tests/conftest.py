@@ -13,7 +13,8 @@ import signal
 import socket
 import sys
 import tempfile
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ from typer.main import get_command
 from carom import Scene
 from carom.core import extension
 from carom.core.built import DIGEST
-from carom.engines.api import Adapter, Observation, Setting
+from carom.engines.api import Adapter, Observation, Setting, World
 from carom.engines.registry import load_adapter, why_unavailable
 from carom.execution.fork_server import PATIENCE_S, ForkServer
 from carom.web import page
@@ -165,6 +166,17 @@ pymunk, pybullet, mujoco, box2d = map(_engine, ("pymunk", "pybullet", "mujoco", 
 rapier, dart, drake, ode, newton = map(_engine, ("rapier", "dart", "drake", "ode", "newton"))
 
 
+@contextmanager
+def _world(
+    adapter: Adapter, scene: Scene, dt_s: float, profile: str, changes: Mapping[str, Setting]
+) -> Iterator[World]:
+    world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
+    try:
+        yield world
+    finally:
+        world.close()
+
+
 @pytest.fixture
 def drive() -> Callable[..., list[Observation]]:
     """Run a scene to its end, and give what was observed at the start and after every step."""
@@ -172,15 +184,12 @@ def drive() -> Callable[..., list[Observation]]:
     def run(
         adapter: Adapter, scene: Scene, dt_s: float, profile: str = "tuned", **changes: Setting
     ) -> list[Observation]:
-        world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
-        try:
+        with _world(adapter, scene, dt_s, profile, changes) as world:
             seen = [world.observe()]
             for _ in range(scene.step_count(dt_s)):
                 world.advance(1)
                 seen.append(world.observe())
-        finally:
-            world.close()
-        return seen
+            return seen
 
     return run
 
@@ -190,11 +199,8 @@ def finish() -> Callable[..., Observation]:
     """Run a scene to its end in one go, and give what is observed there."""
 
     def run(adapter: Adapter, scene: Scene, dt_s: float, profile: str = "tuned", **changes: Setting) -> Observation:
-        world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
-        try:
+        with _world(adapter, scene, dt_s, profile, changes) as world:
             world.advance(scene.step_count(dt_s))
             return world.observe()
-        finally:
-            world.close()
 
     return run

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from tests.stage import Named
+from tests.scene_builders import Named
 
 from carom.engines.api import Adapter
 from carom.engines.registry import load_adapter

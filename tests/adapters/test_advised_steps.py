@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.adapters.bare_runs import ENGINES, Body, Stage, Vector
-from tests.lengths import each
-from tests.stage import sure
+from tests.cases import each
+from tests.scene_builders import sure
 
 from carom import Scene
 from carom.catalogue import find_scenes

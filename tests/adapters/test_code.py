@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.adapters.staged import along_a_floor
+from tests.adapters.engine_scenes import along_a_floor
+from tests.cases import each, long_until, release_after
 from tests.hazards.measures import ENGINES
-from tests.lengths import each, long_until, release_after
-from tests.stage import Named, disc_at, staged, wall_at
+from tests.scene_builders import Named, disc_at, staged, wall_at
 
 import carom_adapters.npm
 from carom import Chain, Scene, Wall

@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 from tests.adapters.conftest import NAMES
-from tests.adapters.staged import break_, oblique
+from tests.adapters.engine_scenes import break_, oblique
+from tests.cases import each
 from tests.hazards.measures import ENGINES
-from tests.lengths import each
-from tests.stage import Named
+from tests.scene_builders import Named
 
 from carom import Scene
 from carom.engines.api import Adapter

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage
-from tests.adapters.drops import RADIUS_M, STARTS, G, on_a_floor, speeds_at_rest, take_offs
-from tests.lengths import each
-from tests.stage import Finish, Named, sure
+from tests.adapters.falling_balls import RADIUS_M, STARTS, G, on_a_floor, speeds_at_rest, take_offs
+from tests.cases import each
+from tests.scene_builders import Finish, Named, sure
 
 import carom
 from carom import Chain, Disc, Scene, compare, solve_pic, solve_pit

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.staged import width
-from tests.lengths import each
-from tests.stage import Finish, Named, disc_at, staged, sure
+from tests.adapters.engine_scenes import width
+from tests.cases import each
+from tests.scene_builders import Finish, Named, disc_at, staged, sure
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import Adapter, AdapterError

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.adapters.staged import oblique, rounded, width
-from tests.lengths import each, release_after
-from tests.stage import Finish, Named
+from tests.adapters.engine_scenes import oblique, rounded, width
+from tests.cases import each, release_after
+from tests.scene_builders import Finish, Named
 
 from carom import Disc, Scene, Wall, solve_pic, solve_pit
 from carom.engines.api import Adapter, AdapterError, Observation, Setting, unsupported_reason

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.adapters.staged import width
-from tests.lengths import each, release_after
-from tests.stage import Finish, Named, disc_at, staged, sure, wall_at
+from tests.adapters.engine_scenes import width
+from tests.cases import each, release_after
+from tests.scene_builders import Finish, Named, disc_at, staged, sure, wall_at
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.cases import each
 from tests.hazards.spread import starts_of
-from tests.lengths import each
 from tests.processes import ran
-from tests.stage import Named, disc_at, staged
+from tests.scene_builders import Named, disc_at, staged
 
 from carom import Scene
 from carom.catalogue import all_scenes

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.hazards.measures import CHAOTIC, ENGINES, FINDINGS, Figure, measured
-from tests.hazards.page import SHOWN_TO, lines_of, ranges, with_engines
-from tests.hazards.spread import Spread
-from tests.lengths import each, release_after
-from tests.stage import Named
+from tests.cases import each, release_after
+from tests.hazards.measures import CHAOTIC, ENGINES, FINDINGS, measured
+from tests.hazards.page import SHOWN_TO, lines_of, ranges
+from tests.scene_builders import Named
 
 from carom.execution.job import Method
 from carom.report.formatting import percent
@@ -57,18 +56,3 @@ def test_a_crowd_is_within_the_range_of_the_page(name: str, named: Named) -> Non
         elif figure.of in CHAOTIC:
             least, most = findings[f"{method}: {figure.of}"]
             assert least - SHOWN_TO <= figure.spread.median <= most + SHOWN_TO
-
-
-def test_an_engine_measured_alone_joins_the_page(named: Named) -> None:
-    """Its rows come in its place, with its version, and no row of another engine changes."""
-    text = PAGE.read_text(encoding="utf-8")
-    spread = Spread((0.5,) * 32, 0.0)
-    figures = [Figure("group", "engines/slow-pair", "pymunk", "default", spread)]
-    made = with_engines(text, figures, [named("pymunk")], {"pymunk": "99.1"})
-    assert "pymunk 99.1, " in made.splitlines()[4]
-    rows = [line for line in made.splitlines() if line.startswith("| pymunk ")]
-    assert rows[0].startswith("| pymunk default | 32 of 32: 0.5 | - |")
-    others = [[line for line in one.splitlines()[5:] if not line.startswith("| pymunk ")] for one in (text, made)]
-    assert others[0] == others[1]
-    before = [line.split()[1] for line in made.splitlines() if line.startswith("| ")]
-    assert before[: before.index("mujoco")] == ["method", "---", "pit", "pymunk", "pybullet"]

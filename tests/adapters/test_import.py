@@ -14,8 +14,8 @@ import numpy as np
 import pymunk
 import pytest
 from tests.adapters.test_code import CORNER
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged, wall_at
 from typer.testing import CliRunner
 
 import carom
@@ -145,7 +145,7 @@ def dotted() -> bytes:
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("kind", release_after(1, ["bomb", "dotted", "callback"]))
+@each("kind", release_after(1, ["bomb", "dotted", "callback"]))
 def test_what_is_no_part_of_a_space_is_refused_by_name_and_not_run(tmp_path: Path, kind: str) -> None:
     """A file that asks for anything else is refused with that name, from Python as by the command."""
     mark, path = tmp_path / "ran", tmp_path / "space.pkl"

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from tests.adapters.staged import along_a_floor, break_, cradle, oblique, width
-from tests.lengths import each
-from tests.stage import Finish, Named
+from tests.adapters.engine_scenes import along_a_floor, break_, cradle, oblique, width
+from tests.cases import each
+from tests.scene_builders import Finish, Named
 
 from carom import Disc, Scene
 from carom.catalogue import catalogue

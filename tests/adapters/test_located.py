@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.adapters.staged import width
-from tests.lengths import each, release_after
-from tests.stage import Named, disc_at, staged
+from tests.adapters.engine_scenes import width
+from tests.cases import each, release_after
+from tests.scene_builders import Named, disc_at, staged
 
 from carom import compare, solve_pic
 from carom.catalogue import catalogue

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
-from tests.lengths import each, release_after
-from tests.stage import Finish, Named, sure
+from tests.adapters.falling_balls import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
+from tests.cases import each, release_after
+from tests.scene_builders import Finish, Named, sure
 
 from carom import Disc
 from carom.engines.api import Adapter, AdapterError, Observation, Setting

@@ -1,4 +1,4 @@
-"""What each engine is declared to do is what it does: each value asked of the engine itself."""
+"""What adapters declare and observe: positions, velocities, spins, steps and motion on legs."""
 
 from __future__ import annotations
 
@@ -8,16 +8,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.adapters import bare
-from tests.adapters.shipped import OF_ALL, assert_default_is_shipped, worst_difference
-from tests.adapters.staged import width
-from tests.engines.shipped import OF_ENGINES
-from tests.lengths import each
-from tests.stage import Drive, Finish, Named, disc_at, staged
+from tests.adapters import bare_impacts
+from tests.adapters.engine_scenes import width
+from tests.adapters.shipped_settings import OF_ALL, assert_default_is_shipped, worst_difference
+from tests.cases import each
+from tests.engines.shipped_settings import OF_ENGINES
+from tests.scene_builders import Drive, Finish, Named, disc_at, staged
 
-from carom import Scene
+from carom import Disc, Scene
 from carom.engines.api import Adapter, AdapterError, Observation, unsupported_reason
 from carom.execution.plan import capabilities_of
+from carom.model.walls import Leg
+from carom_adapters.shared.legs import Legs
 
 
 def _head_on(closing_m_s: float, restitution: float = 1.0) -> Scene:
@@ -39,18 +41,18 @@ def _restitution(end: Observation, closing_m_s: float) -> float:
 @each(
     "name, throw, expected",
     [
-        ("pymunk", bare.pymunk, 0.5 * 0.8),
-        ("pybullet", bare.pybullet, 0.5 * 0.8),
-        ("box2d", bare.box2d, max(0.5, 0.8)),
+        ("pymunk", bare_impacts.pymunk, 0.5 * 0.8),
+        ("pybullet", bare_impacts.pybullet, 0.5 * 0.8),
+        ("box2d", bare_impacts.box2d, max(0.5, 0.8)),
     ],
 )
 def test_restitutions_are_combined_as_the_pages_say(
-    named: Named, name: str, throw: Callable[[bare.Thrown], bare.Left], expected: float
+    named: Named, name: str, throw: Callable[[bare_impacts.Thrown], bare_impacts.Left], expected: float
 ) -> None:
     """Of coefficients 0.5 and 0.8 an engine itself makes the product or the larger."""
     named(name)
     for given in ((0.5, 0.8), (0.8, 0.5)):
-        _, leaves, _ = throw(bare.Thrown(velocity=(0.0, -2.0), restitutions=given))
+        _, leaves, _ = throw(bare_impacts.Thrown(velocity=(0.0, -2.0), restitutions=given))
         assert leaves / 2.0 == pytest.approx(expected, abs=1e-6)  # half a dozen roundings of 32 bits
 
 
@@ -156,3 +158,20 @@ def test_default_uses_what_is_shipped_and_runs_as_the_bare_engine(name: str, nam
     shipped = (OF_ALL | OF_ENGINES)[name]()
     assert_default_is_shipped(adapter, shipped)
     assert worst_difference(adapter, shipped) <= shipped.roundings
+
+
+# Starts of the legs of engines' driven bodies -------------------------------------------------------------------------
+
+
+def test_steps_are_taken_together_once_no_leg_is_to_come() -> None:
+    """One step at a time while a leg may begin, the rest in one stretch, and all of them without legs."""
+    legs = Legs[str]()
+    assert [*legs.step_counts(5)] == [5]
+    path = (Leg(from_s=0.0, velocity_m_s=(1.0, 0.0)), Leg(from_s=2.0, velocity_m_s=(0.0, 1.0)))
+    legs.add("paddle", Disc(position_m=(0.0, 0.0), radius_m=1.0, mass_kg=float("inf"), driven=True, legs=path))
+    told, taken, now_s = list[tuple[str, tuple[float, float]]](), list[int](), 0.0
+    for count in legs.step_counts(5):
+        told += legs.start_due(now_s)
+        taken.append(count)
+        now_s += count
+    assert (taken, told) == ([1, 1, 1, 2], [("paddle", (0.0, 1.0))])

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage, States
-from tests.adapters.by_hand import Truth, turned_at, turns
-from tests.lengths import each
-from tests.stage import cross_checked
+from tests.adapters.exact_trajectories import Truth, turned_at, turns
+from tests.cases import each
+from tests.scene_builders import cross_checked
 
 from carom import Scene
 from carom.catalogue import all_scenes, find_scenes

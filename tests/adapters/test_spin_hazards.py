@@ -12,10 +12,10 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.adapters import bare
-from tests.adapters.bare import DT_S, LATE, RADIUS_M, Left, Thrown
-from tests.lengths import each, release_after
-from tests.stage import Named
+from tests.adapters import bare_impacts
+from tests.adapters.bare_impacts import DT_S, LATE, RADIUS_M, Left, Thrown
+from tests.cases import each, release_after
+from tests.scene_builders import Named
 from tests.validation.exact_impact import Body, Law, after_impact
 
 FLOOR = Body((0, 0), 0, math.inf, math.inf, (0, 0))
@@ -68,11 +68,11 @@ def test_each_engine_has_the_law_with_the_right_settings(
     product, pair = Thrown(spin=spin, restitution=restitution, friction=roots(friction)), listed(friction)
     expected = law(thrown, friction)
     found: dict[str, tuple[Callable[[], Left], float]] = {
-        "pymunk": (lambda: bare.pymunk(product), 1e-14),
-        "pybullet": (lambda: bare.pybullet(product), 1e-14),
-        "mujoco": (lambda: bare.mujoco(thrown, IN_TURN, pair), CLOSE),
+        "pymunk": (lambda: bare_impacts.pymunk(product), 1e-14),
+        "pybullet": (lambda: bare_impacts.pybullet(product), 1e-14),
+        "mujoco": (lambda: bare_impacts.mujoco(thrown, IN_TURN, pair), CLOSE),
         "box2d": (
-            lambda: bare.box2d(Thrown(spin=spin, restitution=restitution, friction=(friction, friction))),
+            lambda: bare_impacts.box2d(Thrown(spin=spin, restitution=restitution, friction=(friction, friction))),
             SINGLE,
         ),
     }
@@ -97,10 +97,10 @@ def test_frictions_are_combined_as_the_pages_say(
     """The impact shows one of two coefficients, by each engine's rule: friction's impulse over the push, sliding."""
     named(name)
     throw: Callable[[Thrown], Left] = {
-        "pymunk": bare.pymunk,
-        "pybullet": bare.pybullet,
-        "box2d": bare.box2d,
-        "mujoco": lambda thrown: bare.mujoco(thrown, IN_TURN),
+        "pymunk": bare_impacts.pymunk,
+        "pybullet": bare_impacts.pybullet,
+        "box2d": bare_impacts.box2d,
+        "mujoco": lambda thrown: bare_impacts.mujoco(thrown, IN_TURN),
     }[name]
     for late in LATES:
         # Along the floor at 100 m/s, so that it slides at any of these.
@@ -146,19 +146,19 @@ def test_pybullet_turns_no_multibody_whose_inertia_is_about_one_axis(named: Name
     named("pybullet")
     for late in LATES:
         thrown = Thrown(spin=5.0, friction=roots(0.1), late=late)
-        assert bare.pybullet(thrown, maximal=False, planar=True) == pytest.approx((1.4, 3.0, 5.0), abs=1e-14)
+        assert bare_impacts.pybullet(thrown, maximal=False, planar=True) == pytest.approx((1.4, 3.0, 5.0), abs=1e-14)
         expected = pytest.approx(law(thrown, 0.1), abs=1e-14)
-        assert bare.pybullet(thrown, maximal=False) == expected
-        assert bare.pybullet(thrown, maximal=True, planar=True) == expected
+        assert bare_impacts.pybullet(thrown, maximal=False) == expected
+        assert bare_impacts.pybullet(thrown, maximal=True, planar=True) == expected
 
 
 def test_pybullet_ignores_a_changed_inertia_in_the_first_step(named: Named) -> None:
     """With maximal coordinates a disc that touches in its first step has a sphere's inertia, 2/5; later its own."""
     named("pybullet")
     at_once, later = (Thrown(friction=roots(10.0), steps_before=steps) for steps in (0.0, 1.0))
-    assert bare.pybullet(at_once) == pytest.approx(law(at_once, 10.0, inertia=0.1), abs=1e-14)
-    assert bare.pybullet(later) == pytest.approx(law(later, 10.0), abs=1e-14)
-    assert bare.pybullet(at_once, maximal=False) == pytest.approx(law(at_once, 10.0), abs=1e-14)
+    assert bare_impacts.pybullet(at_once) == pytest.approx(law(at_once, 10.0, inertia=0.1), abs=1e-14)
+    assert bare_impacts.pybullet(later) == pytest.approx(law(later, 10.0), abs=1e-14)
+    assert bare_impacts.pybullet(at_once, maximal=False) == pytest.approx(law(at_once, 10.0), abs=1e-14)
 
 
 @pytest.mark.long
@@ -168,24 +168,24 @@ def test_pybullet_clamps_friction(named: Named) -> None:
     for asked, used in ((9.0, 9.0), (10.0, 10.0), (40.0, 10.0)):
         for late in LATES:
             thrown = Thrown(velocity=(200.0, -3.0), friction=(asked, 1.0), late=late)
-            assert bare.pybullet(thrown) == pytest.approx(law(thrown, used), abs=1e-11)
+            assert bare_impacts.pybullet(thrown) == pytest.approx(law(thrown, used), abs=1e-11)
 
 
 def test_box2d_needs_two_iterations_for_friction(named: Named) -> None:
     """It bounds friction by the push of the iteration before: with one there is none, with two it is right."""
     named("box2d")
-    assert bare.box2d(Thrown(), iterations=2) == pytest.approx((1.4, 3.0, -2.4), abs=SINGLE)
+    assert bare_impacts.box2d(Thrown(), iterations=2) == pytest.approx((1.4, 3.0, -2.4), abs=SINGLE)
     for late in LATES:
-        assert bare.box2d(Thrown(late=late), iterations=1) == (2.0, 3.0, 0.0)
-        assert bare.box2d(Thrown(late=late), iterations=2) == pytest.approx((1.4, 3.0, -2.4), rel=SHORTER)
+        assert bare_impacts.box2d(Thrown(late=late), iterations=1) == (2.0, 3.0, 0.0)
+        assert bare_impacts.box2d(Thrown(late=late), iterations=2) == pytest.approx((1.4, 3.0, -2.4), rel=SHORTER)
 
 
 def test_box2d_makes_nothing_of_a_friction_beyond_its_floats(named: Named) -> None:
     """At the greatest declared friction a disc grips the floor; at ten times that its velocity is no number."""
     greatest = named("box2d").capabilities.friction[1]
     thrown = Thrown(friction=(greatest, greatest))
-    assert bare.box2d(thrown) == pytest.approx(law(thrown, 1e3), abs=SINGLE)
-    assert all(map(math.isnan, bare.box2d(Thrown(friction=(10 * greatest, 10 * greatest)))))
+    assert bare_impacts.box2d(thrown) == pytest.approx(law(thrown, 1e3), abs=SINGLE)
+    assert all(map(math.isnan, bare_impacts.box2d(Thrown(friction=(10 * greatest, 10 * greatest)))))
 
 
 @each("velocity_scale", [1.0, 2.0**20])
@@ -193,10 +193,12 @@ def test_box2d_turns_a_body_by_a_quarter_at_most(named: Named, velocity_scale: f
     """A body slows down to pi/2 a step, 377 rad/s here, also in scaled time; at the declared limit it does not."""
     declared = named("box2d").capabilities.max_turn_rad
     far_above = Thrown(velocity=(0.0, 3.0), spin=500.0)
-    assert bare.box2d(far_above, velocity_scale=velocity_scale)[2] == pytest.approx(math.pi / 2 / DT_S, rel=1e-6)
+    assert bare_impacts.box2d(far_above, velocity_scale=velocity_scale)[2] == pytest.approx(
+        math.pi / 2 / DT_S, rel=1e-6
+    )
     assert declared == pytest.approx(math.pi / 2, rel=2e-6)
     below = Thrown(velocity=(0.0, 3.0), spin=declared / DT_S)
-    assert bare.box2d(below, velocity_scale=velocity_scale)[2] == pytest.approx(below.spin, rel=1e-7)
+    assert bare_impacts.box2d(below, velocity_scale=velocity_scale)[2] == pytest.approx(below.spin, rel=1e-7)
 
 
 @each("friction, restitution", release_after(1, [(0.2, 0.5), (0.1, 0.0), (0.1, 1.0)]))
@@ -207,13 +209,13 @@ def test_mujoco_lifts_what_slides(named: Named, solver: str, friction: float, re
     pair = listed(friction)
     for late in LATES:
         thrown = Thrown(velocity=(4.0, -3.0), restitution=restitution, late=late)
-        x, y, spin = bare.mujoco(thrown, f'cone="elliptic" solver="{solver}"', pair)
+        x, y, spin = bare_impacts.mujoco(thrown, f'cone="elliptic" solver="{solver}"', pair)
         slip = x + RADIUS_M * spin
         assert slip > 0.1
         # The slip is that at the shortened arm.
         assert y == pytest.approx(restitution * 3.0 + friction * slip, rel=1e-4, abs=SHORTER * friction * abs(spin))
     thrown = Thrown(velocity=(4.0, -3.0), restitution=restitution)
-    assert bare.mujoco(thrown, IN_TURN, pair) == pytest.approx(law(thrown, friction), abs=10 * CLOSE)
+    assert bare_impacts.mujoco(thrown, IN_TURN, pair) == pytest.approx(law(thrown, friction), abs=10 * CLOSE)
 
 
 @each("restitution", [0.5, 1.0])
@@ -221,11 +223,11 @@ def test_mujoco_makes_the_bounce_that_of_friction_too(named: Named, restitution:
     """Without solreffriction a gripped slip is given back as the push is: the tangential restitution is that across."""
     named("mujoco")
     thrown = Thrown(restitution=restitution)
-    left_out = bare.mujoco(thrown, IN_TURN, 'friction="10 10 0 0 0"')
+    left_out = bare_impacts.mujoco(thrown, IN_TURN, 'friction="10 10 0 0 0"')
     assert left_out == pytest.approx(law(thrown, 10.0, slip_kept=restitution), abs=1e-3)  # of its regularisation
-    assert bare.mujoco(thrown, IN_TURN, listed(10.0)) == pytest.approx(law(thrown, 10.0), abs=10 * CLOSE)
+    assert bare_impacts.mujoco(thrown, IN_TURN, listed(10.0)) == pytest.approx(law(thrown, 10.0), abs=10 * CLOSE)
     for late in LATES:
-        left_out = bare.mujoco(Thrown(restitution=restitution, late=late), IN_TURN, 'friction="10 10 0 0 0"')
+        left_out = bare_impacts.mujoco(Thrown(restitution=restitution, late=late), IN_TURN, 'friction="10 10 0 0 0"')
         # A shorter arm changes the slip that is given back by up to as large a part.
         expected = law(thrown, 10.0, slip_kept=restitution)
         assert left_out == pytest.approx(expected, abs=SHORTER * 2.0 * (1 + restitution))
@@ -251,15 +253,15 @@ def test_mujoco_loses_small_frictions_of_heavy_bodies(named: Named) -> None:
     """Where 3 friction^4 over the squared mass is below 1e-10 its cone gives none: 0.001 of 1 kg, 0.1 of 3 tons."""
     named("mujoco")
     for late in LATES:
-        assert bare.mujoco(Thrown(late=late), IN_TURN, listed(1e-3)) == (2.0, 3.0, 0.0)
-        assert bare.mujoco(Thrown(late=late), IN_TURN, listed(0.1), mass=3e3) == (2.0, 3.0, 0.0)
-    assert bare.mujoco(Thrown(), IN_TURN, listed(0.1), mass=1e3) == pytest.approx(law(Thrown(), 0.1), abs=CLOSE)
-    assert bare.mujoco(Thrown(), IN_TURN, listed(1e-2)) == pytest.approx(law(Thrown(), 1e-2), abs=CLOSE)
+        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, listed(1e-3)) == (2.0, 3.0, 0.0)
+        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, listed(0.1), mass=3e3) == (2.0, 3.0, 0.0)
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, listed(0.1), mass=1e3) == pytest.approx(law(Thrown(), 0.1), abs=CLOSE)
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, listed(1e-2)) == pytest.approx(law(Thrown(), 1e-2), abs=CLOSE)
 
 
 def test_mujoco_loses_frictions_beyond_its_floats(named: Named) -> None:
     """At the greatest declared friction a disc grips; at 1e80, whose fourth power is no float, there is none."""
     greatest = named("mujoco").capabilities.friction[1]
-    assert bare.mujoco(Thrown(), IN_TURN, listed(greatest)) == pytest.approx(law(Thrown(), 1e3), abs=10 * CLOSE)
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, listed(greatest)) == pytest.approx(law(Thrown(), 1e3), abs=10 * CLOSE)
     for late in LATES:
-        assert bare.mujoco(Thrown(late=late), IN_TURN, listed(1e80)) == (2.0, 3.0, 0.0)
+        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, listed(1e80)) == (2.0, 3.0, 0.0)

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.staged import oblique, width
-from tests.lengths import each, release_after
-from tests.stage import Drive, Finish, Named, disc_at, staged, sure, wall_at, with_discs
+from tests.adapters.engine_scenes import oblique, width
+from tests.cases import each, release_after
+from tests.scene_builders import Drive, Finish, Named, disc_at, staged, sure, wall_at, with_discs
 from tests.validation.exact_impact import Body, Law, after_impact
 
 from carom import Disc, Scene, solve_pit

@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 import pytest
-from tests.adapters.staged import bullet
-from tests.lengths import each, release_after
-from tests.stage import Named
+from tests.adapters.engine_scenes import bullet
+from tests.cases import each, release_after
+from tests.scene_builders import Named
 
 import carom
 from carom import Disc, Scene, compare, solve_pic

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.staged import (
+from tests.adapters.engine_scenes import (
     along_a_floor,
     assert_begun_late,
     at_a_belt,
@@ -20,8 +20,8 @@ from tests.adapters.staged import (
     at_a_thin_wall,
     with_a_late_leg,
 )
-from tests.lengths import each, long_until, release_after
-from tests.stage import Finish, Named, cross_checked
+from tests.cases import each, long_until, release_after
+from tests.scene_builders import Finish, Named, cross_checked
 
 from carom import Chain, Disc, Ring, Scene, Wall
 from carom.catalogue import all_scenes

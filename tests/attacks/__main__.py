@@ -18,9 +18,9 @@ from random import Random
 from tests.attacks import (
     clocks,
     clusters,
-    digests,
     disks,
-    hostile,
+    environments,
+    extreme_numbers,
     imports,
     journals,
     kills,
@@ -33,8 +33,6 @@ from tests.attacks import (
     results,
     scenes,
     sizes,
-    surroundings,
-    wild,
 )
 
 Tries = Callable[[Random, Path], Iterator[str]]
@@ -128,17 +126,11 @@ ATTACKS = {
         30,
         clusters.attack,
     ),
-    "hostile": Attack(
-        "adapters that do harm",
-        "a true result for the adapter; other results do not change; no process and no file remains",
-        56,
-        hostile.attack,
-    ),
     "wild-numbers": Attack(
         "engines that return extreme numbers",
         "only this engine's result is affected, and the report is strict JSON",
         2_000,
-        wild.attack,
+        extreme_numbers.attack,
     ),
     "disks": Attack(
         "a disk that is full from some byte on",
@@ -180,13 +172,7 @@ ATTACKS = {
         "closed streams, unusual arguments and environments, read-only and full disks, two commands in one folder",
         "an exit code from 0 to 4, and a message",
         300,
-        surroundings.attack,
-    ),
-    "digests": Attack(
-        "one study in this process, in 1 and 2 workers, and on Dask",
-        "the journals are bit-identical",
-        8,
-        digests.attack,
+        environments.attack,
     ),
 }
 

@@ -20,7 +20,7 @@ from tempfile import TemporaryDirectory
 from unittest import mock
 
 from tests.attacks.guard import HangError, within
-from tests.drawn import drawn
+from tests.random_scenes import drawn
 
 from carom.execution import cluster
 from carom.execution.cluster import ClusterError, ClusterPool

@@ -14,8 +14,8 @@ from random import Random
 import pytest
 from tests.attacks import __main__ as campaign
 from tests.attacks.guard import HangError, shrunk, within
-from tests.clocks import Clock
-from tests.lengths import each
+from tests.cases import each
+from tests.fake_clock import Clock
 
 from carom.engines.registry import adapter_points
 
@@ -37,9 +37,7 @@ SLOW = {
     "options": 8,
     "kills": 3,
     "clusters": 2,
-    "hostile": 2,
     "disks": 2,
-    "digests": 2,
     "programs": 20,
     "play": 10,
     "sizes": 2,
@@ -51,7 +49,7 @@ SLOW = {
 @each("name, tries", [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())])
 def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
     """What the campaign does for hours holds for a few tries, from the same seeds each time."""
-    if name in {"digests", "clusters"} and importlib.util.find_spec("distributed") is None:
+    if name == "clusters" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     known, path = set(adapter_points()), [*sys.path]
     assert [*islice(campaign.ATTACKS[name].tries(Random(name), tmp_path), tries)] == [""] * tries

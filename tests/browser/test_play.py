@@ -13,7 +13,7 @@ import pytest
 from docs.figures import walkthrough
 from playwright.sync_api import Browser, Page
 from tests.browser.conftest import Window
-from tests.stage import sure
+from tests.scene_builders import sure
 
 import carom
 from carom.catalogue import all_scenes

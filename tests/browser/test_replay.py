@@ -15,7 +15,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Locator, Page
 from tests.browser.conftest import HOSTILE, Window
-from tests.stage import sure
+from tests.scene_builders import sure
 
 from carom.support.escaping import visible
 

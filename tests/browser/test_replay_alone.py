@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from tests.browser.conftest import Window, hostile_scenes
-from tests.stage import sure
+from tests.scene_builders import sure
 
 import carom
 from carom.catalogue import find_scenes

@@ -16,7 +16,8 @@ import numpy as np
 from tests.campaign.comparison import Record
 from tests.campaign.envelope import UNIT
 from tests.campaign.events import NEAR_LANDING, Event, Floats, Name, events_of, is_in_landing
-from tests.campaign.transformation import restore_record, rotate_scene, turn_by
+from tests.campaign.transformation import restore_record, rotate_scene
+from tests.transformed_scenes import turn_by
 
 from carom import Disc, Outcome, Scene, Trace
 from carom.core.resolution import clock_resolution

@@ -18,7 +18,9 @@ from tests.campaign.certified_comparison import compare_with_certified, reliable
 from tests.campaign.comparison import Difference, Kind, Record, compare_with_envelope
 from tests.campaign.copies import Copies
 from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
-from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter, turn_quarter_back
+from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter_back
+from tests.transformed_scenes import turn_quarter
+from tests.unit.solvers.run_kinds import bits_of
 
 from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
 from carom.core.resolution import clock_resolution
@@ -243,24 +245,6 @@ def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
 
 
 # Bits -----------------------------------------------------------------------------------------------------------------
-
-
-def bits_of(run: Run, outcome: Outcome) -> dict[str, object]:
-    """Return all that a run has found, arrays as bytes."""
-    arrays = {
-        "impacts": run.log.array(),
-        "spins": run.log.spins(),
-        "edges": run.log.edges(),
-        "modes": run.log.modes(),
-        "final positions": run.positions(),
-        "final velocities": run.velocities(),
-        "final spins": run.spins(),
-        "impacts per disc": run.impacts_per_disc(),
-    }
-    found: dict[str, object] = {
-        name: None if array is None else np.ascontiguousarray(array).tobytes() for name, array in arrays.items()
-    }
-    return found | {"ambiguous": run.log.ambiguous(), "end": run.time_s, "outcome": outcome, "notes": run.notes}
 
 
 class Bits:

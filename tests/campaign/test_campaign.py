@@ -3,55 +3,79 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.campaign import __main__ as command
-from tests.campaign import run as campaign_run
-from tests.campaign import tables
+from tests.campaign import campaign, gas_checks
+from tests.campaign.__main__ import CAMPAIGN as command  # noqa: N811 - called like a function
+from tests.campaign.campaign import Campaign, Checked, Finding, Tally
 from tests.campaign.gases import Gas, Kind, draw
-from tests.campaign.tally import Tally
+from tests.cases import each, release_after
 from tests.checker import RULES, Report, Violation
-from tests.lengths import each, release_after
-from tests.stage import sure
-from tests.validation.table_runs import Comparison
+from tests.scene_builders import sure
 
 from carom import DiscArrays
 from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
 
 
+def check_number(number: int) -> Checked:
+    """Find something in case 3, hang in case 5, and end the process in case 6."""
+    if number == 5:
+        time.sleep(3600.0)
+    if number == 6:
+        os._exit(1)
+    findings = [Finding("wrong", "by much")] if number == 3 else []
+    return Checked("odd" if number % 2 else "even", {"impacts": 10}, {"size": number}, ["a feature"], findings, 0.5)
+
+
+CASES = Campaign("tests.campaign.cases", None, "case", ("cases", 9), check_number)
+
+
 @pytest.mark.release
-def test_counts_add_up_over_calls(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """A second call goes on with the next gas, and its table holds the impacts of both."""
-    state = tmp_path / "campaign.json"
-    for impacts, gases in ((1, 1), (1, 1), (20_000, 2)):
-        arguments = ["--impacts", str(impacts), "--state", str(state), "--most-discs", "64", "--jobs", "1"]
-        assert command.main(arguments) == 0
-        tally = Tally.load(state)
-        assert tally.begun == gases
-        assert f"| {tally.impacts:,} |" in capfd.readouterr().out
-    assert [tally.counts[kind].gases for kind in Kind][:3] == [1, 1, 0]
+def test_counts_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A second call continues with the next case, and its table has the cases of both; a finding is exit code 1."""
+    state = tmp_path / "state.json"
+    for cases, code in ((2, 0), (2, 0), (4, 1)):
+        assert CASES.main(["--cases", str(cases), "--jobs", "2", "--state", str(state)]) == code
+        assert f"| all | {cases} | {10 * cases} |" in capsys.readouterr().out
+        assert Tally.load(state).begun == cases
+    tally = Tally.load(state)
+    assert tally.findings == [(3, "wrong", "by much")]
+    assert tally.most == {"even": {"size": 2}, "odd": {"size": 3}}
+    assert CASES.main(["--case", "3"]) == 1
+    assert "case 3: wrong: by much\n    again: python -m tests.campaign.cases --case 3" in capsys.readouterr().out
 
 
-def test_a_broken_rule_is_told_with_the_way_to_see_it_again(
+@pytest.mark.release
+def test_a_process_that_hangs_or_ends_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its case is a finding, and the campaign continues with the next one."""
+    monkeypatch.setattr(campaign, "HANGING_S", 5.0)
+    tally = Tally(begun=4)
+    assert CASES.run(tally, check_number, 4)
+    assert tally.differences == {"hangs": 1, "crash": 1}
+    assert (tally.begun, tally.total("cases")) == (8, 4)
+
+
+def test_a_broken_rule_is_reported_with_the_way_to_see_it_again(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What is found is printed, counted as what it is, and makes the exit code 1."""
     report = Report(impacts=7, violations=[Violation("contact", 3, (0, 2), 0.8, 7.25, 1e-13)], worst_gap=math.inf)
-    monkeypatch.setattr(command, "checked", lambda _: report)
+    monkeypatch.setattr(gas_checks, "checked", lambda _: report)
     assert command.main(["--gas", "2", "--most-discs", "64"]) == 1
-    assert "contact: the two bodies touch; impact 3, bodies 0, 2, at 0.8 s" in capsys.readouterr().out
-    tally = Tally()
-    (finding,) = tally.add(draw(2, most_discs=64), report)
-    assert "python -m tests.campaign --gas 2" in str(finding)
-    assert tally.counts[Kind.IMMOVABLE].phantoms == 1
+    printed = capsys.readouterr().out
+    assert "contact: the two bodies touch; impact 3, bodies 0, 2, at 0.8 s" in printed
+    assert "python -m tests.campaign --gas 2" in printed
+    assert "| contact | 1 |" in printed
 
 
 class Gains(EventDrivenRun):
@@ -66,19 +90,17 @@ class Gains(EventDrivenRun):
         super().__init__(wrong, **options)
 
 
-@pytest.mark.parametrize(
-    ("factor", "rule"),
-    release_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (1.25, "law"), (2.0, "row"), (100.0, "row")]),
+@each(
+    "factor, rule", release_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (1.25, "law"), (2.0, "row"), (100.0, "row")])
 )
 def test_a_kernel_that_gains_energy_without_bound_is_found(
     factor: float, rule: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing."""
     monkeypatch.setattr(Gains, "FACTOR", factor)
-    monkeypatch.setattr(campaign_run, "EventDrivenRun", Gains)
+    monkeypatch.setattr(gas_checks, "EventDrivenRun", Gains)
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
-    printed = capsys.readouterr().out
-    assert RULES[rule] in printed.split("Rules:")[0]
+    assert RULES[rule] in capsys.readouterr().out
 
 
 def test_what_a_broken_kernel_raises_is_found(
@@ -92,8 +114,8 @@ def test_what_a_broken_kernel_raises_is_found(
                 raise OverflowError("planted")
             return super().advance_to(*arguments, **options)
 
-    monkeypatch.setattr(campaign_run, "EventDrivenRun", Raises)
-    report = campaign_run.checked(draw(0, most_discs=64))
+    monkeypatch.setattr(gas_checks, "EventDrivenRun", Raises)
+    report = gas_checks.checked(draw(0, most_discs=64))
     assert report.impacts == 256
     assert [violation.rule for violation in report.violations] == ["end"]
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
@@ -113,11 +135,11 @@ def test_ctrl_c_shows_what_has_been_done(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        assert "gas 0: 64 discs" in sure(process.stderr).readline()
+        assert " cases, " in sure(process.stderr).readline()
         process.send_signal(signal.SIGINT)
         table = sure(process.stdout).read()
-        assert process.wait() == command.INTERRUPTED
-    assert f"| {Tally.load(state).impacts:,} |" in table
+        assert process.wait() == campaign.INTERRUPTED
+    assert f" {Tally.load(state).total('impacts'):,.0f} |" in table
 
 
 @each("kind", list(Kind))
@@ -133,34 +155,8 @@ def test_a_gas_is_drawn_from_its_number_alone(kind: Kind) -> None:
         assert np.isfinite(gas.start.mass_kg).any()
 
 
-@pytest.mark.release
-def test_counts_of_tables_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A second call goes on with the next table, and its counts hold the impacts of both."""
-    state = tmp_path / "tables.json"
-    for many in (1, 3):
-        assert tables.main(["--tables", str(many), "--state", str(state)]) == 0
-        tally = tables.Tally.load(state)
-        assert tally.tables == many
-        assert f"| all | {many} | {tally.impacts:,} |" in capsys.readouterr().out
-    assert tables.main(["--tables", "9", "--minutes", "0", "--state", str(state)]) == 0
-    assert tables.Tally.load(state) == tally
-
-
-def test_a_contradiction_of_tables_is_told_with_the_way_to_see_it_again(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """It makes the exit code 1, and the table's number is printed."""
-    monkeypatch.setattr(tables, "compare", lambda *_: Comparison(3, "contradiction", 7.0))
-    assert tables.main(["--tables", "1"]) == 1
-    told = capsys.readouterr()
-    assert "python -m tests.campaign.tables --table 0" in told.err
-    assert "| all | 1 | 3 | 0 | 0 | 0 | 0 | 1 | 7.00 |" in told.out
-    assert tables.main(["--table", "0"]) == 1
-    assert "ended='contradiction'" in capsys.readouterr().out
-
-
 def assert_right(gas: Gas, impacts: int) -> None:
-    report = campaign_run.checked(gas, impacts)
+    report = gas_checks.checked(gas, impacts)
     assert [str(violation) for violation in report.violations[:5]] == []
     assert 0 < report.impacts <= impacts
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -17,9 +14,10 @@ from tests.campaign.comparison import Kind, Record
 from tests.campaign.envelope import EnvelopeMode, compute_envelope
 from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_scene
 from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
-from tests.campaign.transformation import restore_record, rotate_scene, turn_by
-from tests.lengths import each, release_after
-from tests.stage import sure
+from tests.campaign.transformation import restore_record, rotate_scene
+from tests.cases import each, release_after
+from tests.scene_builders import sure
+from tests.transformed_scenes import turn_by
 
 from carom import Disc, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
 from carom.solvers.pic import pic_run
@@ -29,8 +27,8 @@ Doctor = Callable[[Trace], Trace]
 
 #: Laws of scenes of which every check is run: those that compiled code runs, then all.
 LAWS = {"compiled": {Law.STRAIGHT, Law.DAMPED}, "all": set(Law)}
-#: Numbers of these scenes, below a limit, that show no difference.
-NUMBERS = 60
+#: How many scenes of these laws are drawn.
+NUMBERS = {"compiled": 30, "all": 60}
 
 #: Scenes whose events are all proven, so that nothing hides a fault: rough discs among driven walls, and contact.
 DRIVEN_BOX = Scene(
@@ -72,7 +70,7 @@ BOWL = Scene(
 @each("laws", release_after(1, LAWS))
 def test_scenes_of_the_campaign_agree(laws: str) -> None:
     """Impacts of some dozen scenes are those that certified runs prove; rotated, in pieces, by all pairs they agree."""
-    scenes = [scene for scene in map(draw_scene, range(NUMBERS)) if law_of(scene) in LAWS[laws]]
+    scenes = [scene for scene in map(draw_scene, range(NUMBERS[laws])) if law_of(scene) in LAWS[laws]]
     checked = {scene.name: check_scene(scene) for scene in scenes}
     assert {name: found.findings for name, found in checked.items() if found.findings} == {}
     impacts, certified = (sum(getattr(found, name) for found in checked.values()) for name in ("impacts", "certified"))
@@ -328,7 +326,7 @@ def test_a_difference_is_saved_with_its_reason(
     """The command counts it, saves the scene, says how to see it again, and returns 1."""
     finding = Finding(Check.CERTIFIED, Kind.MISSED.value, "disc 0 and wall 1 meet at 0.5 s")
     monkeypatch.setattr(features, "check_scene", lambda _: CheckedScene(impacts=3, findings=[finding]))
-    assert features.main(["--scene", "5", "--out", str(tmp_path)]) == 1
+    assert features.CAMPAIGN.main(["--scene", "5", "--out", str(tmp_path)]) == 1
     printed = capsys.readouterr().out
     assert "python -m tests.campaign.features --scene 5" in printed
     assert "| certified run: missed impact | 1 |" in printed
@@ -336,57 +334,3 @@ def test_a_difference_is_saved_with_its_reason(
     saved = load_scene(path)
     assert saved.description == "certified run: missed impact: disc 0 and wall 1 meet at 0.5 s"
     assert saved.model_copy(update={"description": ""}) == draw_scene(5)
-
-
-@pytest.mark.release
-def test_counts_of_features_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A second call goes on with the next scene, and its table holds the scenes of both."""
-    state = tmp_path / "features.json"
-    for scenes in (2, 5):
-        arguments = ["--scenes", str(scenes), "--jobs", "2", "--state", str(state), "--out", str(tmp_path)]
-        assert features.main(arguments) == 0
-        tally = features.Tally.load(state)
-        assert (tally.scenes, tally.begun) == (scenes, scenes)
-        assert f"| all | {scenes} |" in capsys.readouterr().out
-    assert sum(count.impacts for count in tally.counts.values()) > 0
-
-
-@pytest.mark.release
-@pytest.mark.usefixtures("heard_interrupts")
-def test_ctrl_c_shows_the_scenes_that_were_checked(tmp_path: Path) -> None:
-    """Ctrl-C ends with the scene under way: the table and the file hold all that has been checked."""
-    state = tmp_path / "features.json"
-    arguments = ["--scenes", "100000", "--state", str(state), "--out", str(tmp_path)]
-    with subprocess.Popen(
-        [sys.executable, "-m", "tests.campaign.features", *arguments],
-        cwd=Path(__file__).parents[2],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        assert "scenes" in sure(process.stderr).readline()
-        process.send_signal(signal.SIGINT)
-        table = sure(process.stdout).read()
-        assert process.wait() in {features.INTERRUPTED, 1}
-    tally = features.Tally.load(state)
-    assert f"| all | {tally.scenes:,} |" in table
-    assert tally.begun == tally.scenes > 0
-
-
-@pytest.mark.release
-def test_a_process_that_hangs_or_ends_is_replaced(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Its scene is a finding, and the campaign goes on with the next one."""
-    monkeypatch.setattr(features, "HANGING_S", -1.0)
-    campaign = features.Campaign(features.Tally(), None, tmp_path)
-    assert campaign.run(2, 1, 10.0)
-    assert set(campaign.tally.differences) <= {"time limit: hangs"}
-    worker = features.Worker()
-    worker.check(0)
-    worker.process.kill()
-    assert [finding.kind for finding in worker.result().findings] == ["crash"]
-    worker.check(1)
-    assert worker.result().impacts >= 0
-    worker.end()
-    assert "scene" in capsys.readouterr().out or not campaign.tally.differences

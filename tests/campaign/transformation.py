@@ -2,41 +2,23 @@
 
 from __future__ import annotations
 
-import cmath
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from tests.campaign.comparison import Record
+from tests.transformed_scenes import Map
 
 from carom import Chain, Disc, Scene, Wall
 from carom.model.walls import AnyWall, Leg
 
 Point = tuple[float, float]
-Map = Callable[[Point], Point]
 Rows = NDArray[np.void]
-
-
-def turn_quarter(v: Point) -> Point:
-    """Return a vector rotated by 90 degrees, exactly."""
-    return (-v[1], v[0])
 
 
 def turn_quarter_back(v: Point) -> Point:
     """Return a vector rotated by -90 degrees, exactly."""
     return (v[1], -v[0])
-
-
-def turn_by(angle_rad: float) -> Map:
-    """Return a rotation by any angle, to rounding."""
-    factor = cmath.rect(1.0, angle_rad)
-
-    def turn(v: Point) -> Point:
-        turned = complex(*v) * factor
-        return (turned.real, turned.imag)
-
-    return turn
 
 
 def rotate_scene(scene: Scene, turn: Map, *, is_reversed: bool = False) -> Scene:

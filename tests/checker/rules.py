@@ -10,7 +10,7 @@ from tests.checker.passes import Overlap, disc_overlaps, wall_overlaps
 from tests.checker.report import Report, Violation, beyond, violation, worst
 from tests.checker.rest import Rests, broken_end, resting
 from tests.checker.watch import Stretch
-from tests.stage import sure
+from tests.scene_builders import sure
 
 from carom import DiscArrays
 

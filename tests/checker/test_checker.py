@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.campaign.gas_checks import run_of
 from tests.campaign.gases import Kind, draw
-from tests.campaign.run import run_of
+from tests.cases import each
 from tests.checker import RULES, Report, Stretch, check, watch
 from tests.checker.flights import flights_of, spans
 from tests.checker.passes import _closest, disc_overlaps
-from tests.drawn import box, jittered
-from tests.lengths import each
-from tests.stage import sure
+from tests.random_scenes import box, jittered
+from tests.scene_builders import sure
 
 from carom import DiscArrays
 from carom.model.trace import IMPACT_DTYPE

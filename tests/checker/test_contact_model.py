@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.campaign.gas_checks import checked
 from tests.campaign.gases import Gas, Kind
-from tests.campaign.run import checked
+from tests.cases import each
 from tests.checker import Report, check, watch
 from tests.checker.laws import elastic_of
-from tests.drawn import jittered
-from tests.lengths import each
-from tests.unit.solvers.kinds import all_pairs
+from tests.random_scenes import jittered
+from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -94,7 +94,7 @@ def test_a_run_that_is_resumed_with_wrong_last_impacts_is_found(
                 fault(resume.kernel["last_impacts"].view(np.float64))
             super().__init__(*arguments, resume=resume, **options)
 
-    monkeypatch.setattr("tests.campaign.run.EventDrivenRun", Wrong)
+    monkeypatch.setattr("tests.campaign.gas_checks.EventDrivenRun", Wrong)
     assert rules(checked(gas(), IMPACTS)) == {"law"}
 
 

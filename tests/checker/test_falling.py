@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.campaign import run as campaign_run
+from tests.campaign import gas_checks
+from tests.campaign.gas_checks import checked
 from tests.campaign.gases import Gas, Kind
-from tests.campaign.run import checked
+from tests.cases import each, release_after
 from tests.checker import Report, Stretch, check
 from tests.checker.passes import _lowest
-from tests.drawn import jittered
-from tests.lengths import each, release_after
+from tests.random_scenes import jittered
 
 from carom import DiscArrays
 from carom.model.chain_geometry import Outline
@@ -48,8 +48,8 @@ def rules(report: Report) -> set[str]:
 
 def test_a_right_run_breaks_no_rule(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is done wrong below is right before: discs meet discs that fall, discs that don't, and the floor."""
-    run = campaign_run.run_of(gas())
-    monkeypatch.setattr(campaign_run, "run_of", lambda _: run)
+    run = gas_checks.run_of(gas())
+    monkeypatch.setattr(gas_checks, "run_of", lambda _: run)
     report = checked(gas(), IMPACTS)
     assert report.violations == []
     assert report.impacts == IMPACTS
@@ -103,11 +103,11 @@ FAULTS: dict[str, tuple[Callable[[], Gas], str]] = {
 def test_each_wrong_way_to_fall_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run of a gas that differs a little breaks the rule that concerns the difference."""
     make, broken = FAULTS[name]
-    monkeypatch.setattr(campaign_run, "run_of", lambda _: campaign_run.FlightAlone(make()))
+    monkeypatch.setattr(gas_checks, "run_of", lambda _: gas_checks.FlightAlone(make()))
     assert broken in rules(checked(gas(), IMPACTS))
 
 
-class RestsInTheAir(campaign_run.FlightAlone):
+class RestsInTheAir(gas_checks.FlightAlone):
     """Ends at rest at its hundredth impact, wherever that is."""
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
@@ -117,7 +117,7 @@ class RestsInTheAir(campaign_run.FlightAlone):
 
 def test_a_rest_that_is_none_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that ends at rest although each of its discs moves on, or touches nothing, breaks the rule of ends."""
-    monkeypatch.setattr(campaign_run, "FlightAlone", RestsInTheAir)
+    monkeypatch.setattr(gas_checks, "FlightAlone", RestsInTheAir)
     assert "end" in rules(checked(gas(), IMPACTS))
 
 
@@ -131,7 +131,7 @@ def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[fl
         size = np.full(len(place), 0.5)
         start = DiscArrays(np.array(place), np.zeros((len(place), 2)), size, mass, walls, restitution, restitution)
         case = Gas(0, Kind.FALLING, 0.0, start, 10_000, gravity_m_s2=gravity)
-        run = campaign_run.FlightAlone(case)
+        run = gas_checks.FlightAlone(case)
         assert run.advance_to(1e6) is Outcome.AT_REST
         report = checked(case)
         assert report.violations == []

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from docs.figures import atlas, atlas_methods
-from tests.stage import cross_checked
+from tests.scene_builders import cross_checked
 
 from carom.catalogue import find_scenes
 from carom.report.results_file.file import raw_records, records

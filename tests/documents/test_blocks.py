@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from tests.documents.blocks import LANGUAGES, PAGES, ROOT, blocks_of, fault_of, unfenced
-from tests.lengths import each
+from tests.cases import each
+from tests.documents.code_blocks import LANGUAGES, PAGES, ROOT, blocks_of, fault_of, unfenced
 
 import carom
 from carom.cli import COMMANDS

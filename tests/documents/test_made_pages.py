@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from docs.figures import contact, determinism, engine_pages, stress_tables, walls
-from tests.documents.blocks import ROOT
-from tests.lengths import each, long_until
+from tests.cases import each, long_until
+from tests.documents.code_blocks import ROOT
 
 import carom
 from carom.catalogue import all_scenes, scene_named

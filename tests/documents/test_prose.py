@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from docs import prose, prose_sources
 from docs.figures import reference, scoring_tables, stages
-from tests.documents.blocks import ROOT
-from tests.lengths import each
+from tests.cases import each
+from tests.documents.code_blocks import ROOT
 
 TEXTS = prose.pages()
 

@@ -14,8 +14,8 @@ from docs.figures import readme
 from docs.figures.changelog import assemble
 from docs.figures.tutorial import NOTEBOOK, executed, read, texts
 from PIL import Image
-from tests.documents.blocks import PAGES, ROOT
-from tests.lengths import each
+from tests.cases import each
+from tests.documents.code_blocks import PAGES, ROOT
 
 import carom
 from carom.web.page import GALLERY

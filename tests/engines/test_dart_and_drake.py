@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.engines.staged import PHASES
-from tests.lengths import each
-from tests.stage import Drive, Finish, disc_at, staged, wall_at
+from tests.cases import each
+from tests.engines.impact_scenes import PHASES
+from tests.scene_builders import Drive, Finish, disc_at, staged, wall_at
 
 from carom import Scene
 from carom.engines.api import Adapter, AdapterError

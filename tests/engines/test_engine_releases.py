@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from docs.figures.history import SCENES
 from numpy.typing import NDArray
-from tests.lengths import each
+from tests.cases import each
 
 from carom import solve_pic
 from carom.catalogue import find_scenes

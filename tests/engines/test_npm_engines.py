@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.engines.staged import PHASES, STARTS, after_oblique, at_starts, head_on, oblique
-from tests.lengths import each
-from tests.stage import Drive, Finish, Named, with_discs
+from tests.cases import each
+from tests.engines.impact_scenes import PHASES, STARTS, after_oblique, at_starts, head_on, oblique
+from tests.scene_builders import Drive, Finish, Named, with_discs
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter

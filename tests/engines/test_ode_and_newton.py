@@ -6,9 +6,9 @@ import unittest
 from typing import Any
 
 import pytest
+from tests.cases import each
 from tests.hazards.measures import DT_S, head_on, parted
 from tests.hazards.spread import starts_of
-from tests.lengths import each
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import Adapter

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.engines.staged import STARTS, after_oblique, at_starts, oblique
-from tests.lengths import each
-from tests.stage import Drive, Finish, Named, sure
-from tests.unit.studies.tune.by_hand import assert_as_good, merits
+from tests.cases import each
+from tests.engines.impact_scenes import STARTS, after_oblique, at_starts, oblique
+from tests.scene_builders import Drive, Finish, Named, sure
+from tests.unit.studies.tune.hand_written_profiles import assert_as_good, merits
 
 import carom_adapters
 from carom import Disc, Scene, Wall

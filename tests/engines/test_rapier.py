@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import Drive, Finish, Named, disc_at, staged
+from tests.cases import each
+from tests.scene_builders import Drive, Finish, Named, disc_at, staged
 
 from carom import Disc, Scene
 from carom.catalogue import find_scenes

@@ -1,4 +1,4 @@
-"""Measure the hazards of engines: `python -m tests.hazards [ENGINE...] [--figures FILE] [--write PAGE] [--into PAGE]`.
+"""Measure the hazards of engines: `python -m tests.hazards [ENGINE...] [--figures FILE] [--write PAGE]`.
 
 The figures of the named engines, by default all, replace theirs in the file.
 """
@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from tests.hazards.measures import ENGINES, Figure, measured
-from tests.hazards.page import lines_of, page, with_engines
+from tests.hazards.page import lines_of, page
 from tests.hazards.spread import Spread
 
 from carom.engines.registry import load_adapter, why_unavailable
@@ -24,7 +24,6 @@ def main() -> int:
     parser.add_argument("engines", nargs="*", default=ENGINES, help="which engines, all unless told; 'none' for none")
     parser.add_argument("--figures", type=Path, help="keep the figures in this file, which `make atlas` reads")
     parser.add_argument("--write", type=Path, help="write the page; figures of every engine must be there")
-    parser.add_argument("--into", type=Path, help="put the rows of these engines into the page")
     asked = parser.parse_args()
     names = [] if asked.engines == ["none"] else list(asked.engines)
     missing = {name: reason for name in names if (reason := why_unavailable(load_adapter(name)))}
@@ -41,11 +40,6 @@ def main() -> int:
         sys.stdout.flush()
         if kept:
             kept.write_text(json.dumps([_record(figure) for figure in figures], indent=1), encoding="utf-8")
-    if asked.into:
-        own = [figure for figure in figures if figure.engine in names]
-        measured_on = {one.engine: one.version for one in engines(names)}
-        text = asked.into.read_text(encoding="utf-8")
-        asked.into.write_text(with_engines(text, own, list(map(load_adapter, names)), measured_on), encoding="utf-8")
     if asked.write:
         figures.sort(key=lambda figure: ENGINES.index(figure.engine))
         if lacking := [name for name in ENGINES if name not in {figure.engine for figure in figures}]:

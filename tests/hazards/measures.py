@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from tests.hazards.spread import Spread, ended, energy_change, starts_of, velocities_after
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 
 from carom import Chain, Scene
 from carom.catalogue.catalogue import find_scenes

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from operator import itemgetter
 
-from tests.hazards.measures import DRIVEN, ENGINES, GAS, GAS_STARTS, SPEEDS, STARTS, Figure
+from tests.hazards.measures import DRIVEN, GAS, GAS_STARTS, SPEEDS, STARTS, Figure
 from tests.hazards.spread import OFF, Spread
 
 from carom.catalogue.catalogue import find_scenes
@@ -161,37 +161,6 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
     changes = Section("What default changes", (replace(_changes(adapters), note=CHANGES),))
     return markdown(Document("Hazards, over many starts", Headline.of(lead), (*sections, changes)))
-
-
-def _with_rows(part: str, names: Sequence[str], rows: Sequence[str]) -> str:
-    """Return a section of the page whose table has these rows of these engines, in the order of the page."""
-
-    def engine(row: str) -> str:
-        return row.split()[1]
-
-    lines = part.splitlines()
-    table = [k for k, line in enumerate(lines) if line.startswith("| ")]
-    kept = [line for line in lines[table[2] : table[-1] + 1] if engine(line) not in names]
-    whole = sorted([*kept, *rows], key=lambda row: ENGINES.index(engine(row)))
-    return "\n".join([*lines[: table[2]], *whole, *lines[table[-1] + 1 :]]) + "\n"
-
-
-def with_engines(text: str, figures: Sequence[Figure], adapters: Sequence[Adapter], versions: Mapping[str, str]) -> str:
-    """Return a page with the rows of some engines measured again, and all others' unchanged.
-
-    `versions` are those of the engines that were measured, by their names.
-    """
-    names = [adapter.name for adapter in adapters]
-    rows = {heading: _rows(table) for heading, table in tables(figures).items()}
-    rows["What default changes"] = _rows(_changes(adapters))
-    head, *parts = text.split("\n## ")
-    before, measured_on, after = head.partition("\nMeasured on ")
-    known, made, rest = after.partition(". 'make hazards'")
-    carom, *engines = known.split(", ")
-    own = dict(one.rsplit(" ", 1) for one in engines) | dict(versions)
-    listed = ", ".join([carom, *(f"{name} {own[name]}" for name in sorted(own, key=str.casefold))])
-    head = f"{before}{measured_on}{listed}{made}{rest}".rstrip("\n") + "\n"
-    return "\n## ".join([head, *(_with_rows(part, names, rows[part.partition("\n")[0]]) for part in parts)])
 
 
 CHANGES = (

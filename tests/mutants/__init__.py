@@ -1,5 +1,5 @@
-"""Faults planted in the numerics, one at a time, and whether a test of their room notices: `make mutants`.
+"""Faults planted in the numerics, one at a time, and whether a test of their package notices: `make mutants`.
 
 `planting.py` finds places for faults and makes a copy of the sources with all of them in it, each behind a number;
-`rooms.py` says whose tests must notice; `running.py` tries one number after another; `__main__.py` is the command.
+`packages.py` says whose tests must notice; `running.py` tries one number after another; `__main__.py` is the command.
 """

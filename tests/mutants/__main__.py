@@ -2,7 +2,7 @@
 
     python -m tests.mutants --faults 150 --minutes 30
 
-Those that the document of `--write` lists are tried first; others are drawn by lot, up to the same number of each room.
+Those that the document of `--write` lists are tried first; others are drawn at random, as many of each package.
 What was tried is kept in `--state` and not tried again, so the command goes on where it was ended; a line that has
 changed since is another place. A row of the document keeps its reason as long as its fault goes unnoticed.
 """
@@ -20,8 +20,8 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
+from tests.mutants.packages import PACKAGES
 from tests.mutants.planting import Fault, faults_in, make_copy
-from tests.mutants.rooms import ROOMS
 from tests.mutants.running import JOB
 
 _ROOT = Path(__file__).parents[2]
@@ -34,20 +34,20 @@ def main() -> None:
     """Carry out the command, and print what no test notices."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
-        "--faults", type=int, default=200, help="how many in all, one a room at least, those tried before among them"
+        "--faults", type=int, default=200, help="how many in all, one a package at least, those tried before among them"
     )
     parser.add_argument("--minutes", type=float, default=30.0, help="begin none later than this")
-    parser.add_argument("--room", choices=ROOMS, action="append", help="these rooms alone")
+    parser.add_argument("--package", choices=PACKAGES, action="append", help="these packages alone")
     parser.add_argument("--state", type=Path, default=_ROOT / "reports/mutants.jsonl", help="what was tried")
     parser.add_argument("--copy", type=Path, default=_ROOT / "build/mutants", help="where the copy is made")
     parser.add_argument("--write", type=Path, help="put the table into this document")
     asked = parser.parse_args()
-    rooms = asked.room or list(ROOMS)
+    packages = asked.package or list(PACKAGES)
     faults = faults_in(_ROOT)
     reasons = listed(asked.write.read_text()) if asked.write else {}
     tried = _tried(asked.state, {fault.key for fault in faults})
     numbered = list(enumerate(faults, start=1))
-    wanted = [pair for pair in drawn(numbered, rooms, asked.faults, set(reasons)) if pair[1].key not in tried]
+    wanted = [pair for pair in drawn(numbered, packages, asked.faults, set(reasons)) if pair[1].key not in tried]
     if wanted:
         print(f"{len(faults)} places for a fault; {len(tried)} tried before, {len(wanted)} to try", flush=True)
         make_copy(_ROOT, asked.copy, wanted)
@@ -74,15 +74,15 @@ def listed(text: str) -> dict[str, str]:
     return {f"{row['path']}: {row['before']} -> {row['after']}": row["why"] or "" for row in _ROW.finditer(text)}
 
 
-def drawn(faults: list[tuple[int, Fault]], rooms: list[str], count: int, first: set[str]) -> list[tuple[int, Fault]]:
-    """Return as many faults of each room, in the order drawn.
+def drawn(faults: list[tuple[int, Fault]], packages: list[str], count: int, first: set[str]) -> list[tuple[int, Fault]]:
+    """Return as many faults of each package, in the order drawn.
 
-    Those whose keys are in `first` come first, all of them; one line of a room comes no more often than can be helped.
+    Those whose keys are in `first` come first, all of them; no line of a package more often than needed.
     """
     wanted = []
-    for room in rooms:
-        mine = [pair for pair in faults if pair[1].room == room]
-        random.Random(room).shuffle(mine)
+    for package in packages:
+        mine = [pair for pair in faults if pair[1].package == package]
+        random.Random(package).shuffle(mine)
         lines: Counter[tuple[str, int]] = Counter()
         turns = []
         for pair in mine:
@@ -90,7 +90,7 @@ def drawn(faults: list[tuple[int, Fault]], rooms: list[str], count: int, first: 
             lines[pair[1].path, pair[1].line] += 1
         ordered = sorted(turns, key=lambda turn: (turn[1][1].key not in first, turn[0]))
         least = sum(pair[1].key in first for pair in mine)
-        wanted += [pair for _, pair in ordered][: max(least, -(-count // len(rooms)))]
+        wanted += [pair for _, pair in ordered][: max(least, -(-count // len(packages)))]
     return wanted
 
 
@@ -101,7 +101,12 @@ def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: floa
         json.dump({"faults": wanted, "seconds": seconds, "results": str(state.resolve())}, job)
         job.flush()
         tests = sorted(
-            {test for _, fault in wanted for test in ROOMS[fault.room].tests if (copy / test.split("::")[0]).exists()}
+            {
+                test
+                for _, fault in wanted
+                for test in PACKAGES[fault.package].tests
+                if (copy / test.split("::")[0]).exists()
+            }
         )
         command = [
             sys.executable,
@@ -121,14 +126,14 @@ def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: floa
 
 
 def _table(faults: list[Fault], tried: dict[str, dict[str, str]], reasons: dict[str, str]) -> str:
-    """Return how many were tried and noticed in each room, and those that were not, each with its reason."""
+    """Return how many were tried and noticed in each package, and those that were not, each with its reason."""
     by_key = {fault.key: fault for fault in faults}
     lines = ["| package | places | tried | noticed | not noticed |", "| --- | ---: | ---: | ---: | ---: |"]
-    for room in [*ROOMS, "all"]:
-        mine = [row for row in tried.values() if room in ("all", row["room"])]
+    for package in [*PACKAGES, "all"]:
+        mine = [row for row in tried.values() if package in ("all", row["package"])]
         noticed = sum(bool(row["by"]) for row in mine)
-        places = sum(room in ("all", fault.room) for fault in faults)
-        lines.append(f"| {room} | {places:,} | {len(mine):,} | {noticed:,} | {len(mine) - noticed:,} |")
+        places = sum(package in ("all", fault.package) for fault in faults)
+        lines.append(f"| {package} | {places:,} | {len(mine):,} | {noticed:,} | {len(mine) - noticed:,} |")
     left = [by_key[key] for key, row in tried.items() if not row["by"]]
     whys = {key: f": {why}" for key, why in reasons.items() if why}
     lines += ["", *(f"- `{f.path}`: `{f.before}` as `{f.after}`{whys.get(f.key, '')}" for f in sorted(left))]

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.mutants.rooms import ROOMS
+from tests.mutants.packages import PACKAGES
 
 #: Environment variable with the number of the fault that a process has.
 VARIABLE = "CAROM_FAULT"
@@ -84,7 +84,7 @@ class Fault(NamedTuple):
     """One thing that is otherwise.
 
     Attributes:
-        room: The room whose tests must notice it.
+        package: The package whose tests must notice it.
         path: The source, from the project's root.
         line: Number of the line, from 1.
         before: The line as it is, without its indentation.
@@ -92,7 +92,7 @@ class Fault(NamedTuple):
         constant: The name of the constant of a module that has another value; empty for a place in a function.
     """
 
-    room: str
+    package: str
     path: str
     line: int
     before: str
@@ -113,27 +113,27 @@ class _Token(NamedTuple):
 
 
 def faults_in(root: Path) -> list[Fault]:
-    """Return all faults that the sources of all rooms have room for, by path and line."""
-    return list({fault.key: fault for room in ROOMS for fault in faults_of(root, room)}.values())
+    """Return all faults that the sources of all packages have room for, by path and line."""
+    return list({fault.key: fault for package in PACKAGES for fault in faults_of(root, package)}.values())
 
 
-def faults_of(root: Path, room: str) -> Iterator[Fault]:
-    """Yield the faults of one room, each as it is found."""
-    for path in sorted(sources_of(root, room)):
+def faults_of(root: Path, package: str) -> Iterator[Fault]:
+    """Yield the faults of one package, each as it is found."""
+    for path in sorted(sources_of(root, package)):
         if path.suffix in (".py", ".pyx", ".pxd"):
-            yield from _faults_of(room, path.relative_to(root).as_posix(), path.read_text())
+            yield from _faults_of(package, path.relative_to(root).as_posix(), path.read_text())
         elif path.suffix in (".h", ".c"):
-            yield from _faults_of_c(room, path.relative_to(root).as_posix(), path.read_text())
+            yield from _faults_of_c(package, path.relative_to(root).as_posix(), path.read_text())
 
 
-def sources_of(root: Path, room: str) -> set[Path]:
-    """Return the sources of a room: those of its patterns, without those of patterns that begin with "!"."""
-    patterns = ROOMS[room].sources
+def sources_of(root: Path, package: str) -> set[Path]:
+    """Return the sources of a package: those of its patterns, without those of patterns that begin with "!"."""
+    patterns = PACKAGES[package].sources
     found = {path for pattern in patterns if pattern[0] != "!" for path in root.glob(pattern)}
     return found - {path for pattern in patterns if pattern[0] == "!" for path in root.glob(pattern[1:])}
 
 
-def _faults_of_c(room: str, path: str, text: str) -> Iterator[Fault]:
+def _faults_of_c(package: str, path: str, text: str) -> Iterator[Fault]:
     known, commented = {*re.findall(r"\w+", text), "true", "false"}, False
     for number, line in enumerate(text.splitlines(), start=1):
         place = None if commented else _C_STATEMENT.match(line)
@@ -141,7 +141,7 @@ def _faults_of_c(room: str, path: str, text: str) -> Iterator[Fault]:
         if place is None or not _is_whole(place["what"]) or _C_LEFT_OUT.search(place["what"]):
             continue
         for other in _others(place["what"], _tokens_of_c(place["what"]), known):
-            yield Fault(room, path, number, line.strip(), f"{place['head']}{other}{place['tail']}".strip())
+            yield Fault(package, path, number, line.strip(), f"{place['head']}{other}{place['tail']}".strip())
 
 
 def _tokens_of_c(expression: str) -> Iterator[_Token]:
@@ -151,18 +151,18 @@ def _tokens_of_c(expression: str) -> Iterator[_Token]:
         yield _Token(kind, token[0], token.start(), token.end())
 
 
-def _faults_of(room: str, path: str, text: str) -> Iterator[Fault]:
+def _faults_of(package: str, path: str, text: str) -> Iterator[Fault]:
     lines, known = text.splitlines(), {*re.findall(r"\w+", text), *keyword.kwlist, "min", "max"}
     for number, (line, inside) in enumerate(zip(lines, _in_functions(lines), strict=True), start=1):
         constant = _CONSTANT.match(line)
         if constant and path.endswith(".py"):
             name, value = line.split(":" if ": " in line.split("=")[0] else " ", 1)[0], constant["what"]
-            yield Fault(room, path, number, line, f"{constant['head']}2 * ({value})", name)
+            yield Fault(package, path, number, line, f"{constant['head']}2 * ({value})", name)
         place = _STATEMENT.match(line) if inside else None
         if place is not None and not _LEFT_OUT.search(place["what"]) and ": " not in place["what"]:
             for other in _others(place["what"], _tokens_of_python(place["what"]), known):
                 after = f"{place['head']}{other}{place['tail']}"
-                yield Fault(room, path, number, line.strip(), after.strip())
+                yield Fault(package, path, number, line.strip(), after.strip())
 
 
 def _in_functions(lines: list[str]) -> Iterator[bool]:

@@ -18,8 +18,8 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from tests.mutants.packages import PACKAGES
 from tests.mutants.planting import VARIABLE, Fault
-from tests.mutants.rooms import ROOMS
 
 #: Environment variable with the file of what is to be tried.
 JOB = "CAROM_MUTANTS"
@@ -29,7 +29,7 @@ _PATIENCE, _PATIENCE_S, _BUSY = 5.0, 20.0, 20.0
 
 
 class Stage:
-    """The tests of a room, in the order in which they are tried."""
+    """The tests of a package, in the order in which they are tried."""
 
     def __init__(self, items: list[pytest.Item], patterns: tuple[str, ...]) -> None:
         self.items = [item for item in items if item.nodeid.startswith(patterns)]
@@ -61,27 +61,27 @@ def pytest_runtestloop(session: pytest.Session) -> bool:
         for number, fault in faults:
             if time.monotonic() > ends_s:
                 break
-            if fault.room not in stages:
-                stages[fault.room] = _whole(session, fault.room)
-            stage = stages[fault.room]
+            if fault.package not in stages:
+                stages[fault.package] = _whole(session, fault.package)
+            stage = stages[fault.package]
             limit_s = _PATIENCE * sum(stage.seconds.values()) + _PATIENCE_S
             by, _ = tried(stage.ordered(), number, fault, limit_s)
             if by in stage.seconds:
                 stage.found[by] += 1
             print(
-                json.dumps({"key": fault.key, "room": fault.room, "line": fault.line, "by": by}),
+                json.dumps({"key": fault.key, "package": fault.package, "line": fault.line, "by": by}),
                 file=results,
                 flush=True,
             )
     return True
 
 
-def _whole(session: pytest.Session, room: str) -> Stage:
-    """Run a room's tests without a fault, by which is known how long each takes."""
-    stage = Stage(session.items, ROOMS[room].tests)
+def _whole(session: pytest.Session, package: str) -> Stage:
+    """Run a package's tests without a fault, by which is known how long each takes."""
+    stage = Stage(session.items, PACKAGES[package].tests)
     by, stage.seconds = tried(stage.items, 0, None, 3600.0)
     if by or not stage.items:
-        raise pytest.UsageError(f"the tests of {room} fail without a fault: {by or 'there are none'}")
+        raise pytest.UsageError(f"the tests of {package} fail without a fault: {by or 'there are none'}")
     return stage
 
 

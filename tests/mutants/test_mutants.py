@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 from tests.mutants import running
 from tests.mutants.__main__ import drawn, listed
+from tests.mutants.packages import PACKAGES
 from tests.mutants.planting import VARIABLE, Fault, faults_in, faults_of, make_copy, sources_of
-from tests.mutants.rooms import ROOMS
 
 ROOT = Path(__file__).parents[2]
 
@@ -149,19 +149,21 @@ def test_a_process_of_c_has_the_fault_whose_number_it_is_given(project: Path, tm
     assert middles(numbers["bool is_first = (b < a); /* if (a < b) */"]) == "1 2.5"
 
 
-def test_every_source_of_the_core_is_in_one_room() -> None:
-    """A new file is in a room without an entry: in that of the event-driven loop."""
-    found = Counter(path for room in ROOMS for path in sources_of(ROOT, room))
+def test_every_source_of_the_core_is_in_one_package() -> None:
+    """A new file is in a package without an entry: in that of the event-driven loop."""
+    found = Counter(path for package in PACKAGES for path in sources_of(ROOT, package))
     for path in (ROOT / "src/carom/core").rglob("*"):
         if path.suffix in (".pyx", ".pxd", ".h", ".c") and "wasm" not in path.parts:
             assert found[path] == 1, path
 
 
-def test_every_room_has_places_for_faults_and_tests_that_must_notice() -> None:
-    """A room whose sources or tests were moved elsewhere would be tried by nothing."""
-    for room in ROOMS:
-        assert any(True for _ in faults_of(ROOT, room)), room
-    missing = [test for room in ROOMS.values() for test in room.tests if not (ROOT / test.split("::")[0]).exists()]
+def test_every_package_has_places_for_faults_and_tests_that_must_notice() -> None:
+    """A package whose sources or tests were moved elsewhere would be tried by nothing."""
+    for package in PACKAGES:
+        assert any(True for _ in faults_of(ROOT, package)), package
+    missing = [
+        test for package in PACKAGES.values() for test in package.tests if not (ROOT / test.split("::")[0]).exists()
+    ]
     assert missing == []
 
 

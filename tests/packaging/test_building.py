@@ -149,7 +149,7 @@ def test_nothing_is_fused_where_the_processor_could(tmp_path: Path) -> None:
     build = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace")
     run(*build, cwd=tree, env={"CFLAGS": "-march=native"})
     if platform.machine() == "x86_64" and " avx " in Path("/proc/cpuinfo").read_text():
-        assert "vmulsd" in run("objdump", "-d", tree / "tests/probe.abi3.so").stdout  # or nothing was tested
+        assert "vmulsd" in run("objdump", "-d", tree / "tests/core_functions.abi3.so").stdout  # or nothing was tested
     native = {"PYTHONPATH": str(tree / "src")}
     found = run(
         sys.executable, "-c", "import carom.core.built; print(carom.core.built.__file__)", cwd=tree, env=native

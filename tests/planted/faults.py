@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.stage import altered, disc_at, staged
+from tests.scene_builders import altered, disc_at, staged
 
 from carom import Trace
 from carom.comparator import Grade, Verdict

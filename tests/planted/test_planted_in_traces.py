@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.planted.faults import DT, FAULTS, FIRST_S, LAST_S, ROW, Expected, Fault, faithful
 
 from carom import Trace, compare, solve_pic, solve_pit

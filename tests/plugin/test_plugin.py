@@ -11,9 +11,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from tests.distribution import forget, lay
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each, release_after
+from tests.installed_adapters import clear_entry_point_caches, write_distribution
+from tests.scene_builders import disc_at, staged, wall_at
 
 import carom
 from carom.comparator import Grade, Verdict
@@ -31,12 +31,12 @@ DOCS = HERE.parents[1] / "docs"
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The plug-in on the path with its metadata, as an editable install leaves it."""
-    lay(tmp_path, "carom-penalty", {"penalty": "carom_penalty:adapter"}, "0.1")
+    write_distribution(tmp_path, "carom-penalty", {"penalty": "carom_penalty:adapter"}, "0.1")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.syspath_prepend(str(HERE))
-    forget()
+    clear_entry_point_caches()
     yield
-    forget()
+    clear_entry_point_caches()
     sys.modules.pop("carom_penalty", None)
 
 

@@ -1,4 +1,4 @@
-"""What `import carom` and each command load, and that no module imports itself by way of others."""
+"""What `import carom` and each command load, the types of public names, and that no module imports itself."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import assert_type
 
 import grimp
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 import carom
 from carom.engines import api
+from carom.execution.describe_engines import EngineList
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -41,7 +43,7 @@ EARLIER = {
 }
 
 
-@each("paths", [[*EARLIER], *release_after(0, [[path] for path in EARLIER])])
+@each("paths", [pytest.param([*EARLIER], marks=pytest.mark.long), *release_after(0, [[path] for path in EARLIER])])
 def test_an_import_path_of_an_earlier_version_has_the_same_objects(paths: list[str]) -> None:
     """Third-party adapters and programs import documented names, and get the same objects; `carom.scene` stays one."""
     lines = list[str]()
@@ -183,3 +185,28 @@ def test_no_imports_go_in_a_circle() -> None:
         if imported != module and graph.chain_exists(importer=imported, imported=module)
     }
     assert not circles
+
+
+# The types of what people call, as mypy sees them: `make check` fails if one differs from this file -------------------
+
+
+def test_the_types_of_the_public_calls_are_those() -> None:
+    """What mypy infers of each call is the type named, and each call is one that runs."""
+    disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(2.0, 0.0), radius_m=0.25)
+    other = carom.Disc(position_m=(1.5, 0.1), radius_m=0.25)
+    scene = assert_type(carom.Scene(name="two", discs=[disc, other], duration_s=1.0), carom.Scene)
+    pic = assert_type(carom.solve_pic(scene), carom.Trace)
+    pit = assert_type(carom.solve_pit(scene), carom.Trace)
+    score = assert_type(carom.compare(pic, pit, sampling=pit), carom.Score)
+    assert_type(score.price_paid, float)
+    assert_type(score.missed, tuple[int, ...])
+    assert_type(pic.end_time_s, float)
+    assert isinstance(score, carom.Score)
+
+
+def listed() -> None:
+    """Calls that start processes, for mypy alone."""
+    assert_type(carom.engines(), EngineList)
+    assert_type(carom.run("paper/late", "pit", dt=1 / 24), carom.Trace)
+    assert_type(carom.cross_check(["paper/late"], ["pit"]), carom.Results)
+    assert_type(carom.cross_check(["paper/late"], ["pit"]).rows[0].grade, carom.comparator.Grade | None)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 import carom
 from carom import errors

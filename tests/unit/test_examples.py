@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 import carom
 from carom.execution.describe_engines import engines

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 from carom import __main__, cli
 

@@ -7,8 +7,8 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.cases import each
 from tests.command import carom_command
-from tests.lengths import each
 from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import advice, bench, campaign_results, growth
 
@@ -20,7 +20,7 @@ from carom.studies.stress.document import stress_document
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "snapshots"
-RESULTS = "tests/kept/results-2.jsonl"
+RESULTS = "tests/earlier_formats/results-2.jsonl"
 
 COLUMNS = 80
 COMMANDS = {
@@ -55,7 +55,7 @@ def assert_kept(name: str, text: str) -> None:
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("name", COMMANDS)
+@each("name", COMMANDS)
 def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At 80 columns, to the letter except for run times; CAROM_SNAPSHOTS=write keeps what is printed now."""
     monkeypatch.chdir(ROOT)
@@ -69,9 +69,9 @@ def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatc
 #: Documents of results from tests, since these studies need engines, or a clock.
 DOCUMENTS = {
     "advise-document": lambda: advice_document(advice()),
-    "bench-document": lambda: bench_document(bench("default", "tuned")),
+    "bench-document": lambda: bench_document(bench()),
     "grow-document": lambda: growth_document(growth()),
-    "stress-document": lambda: stress_document(campaign_results()),
+    "stress-document": lambda: stress_document(campaign_results(one_in=8)),
 }
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import mp, mpf
-from tests.drawn import drawn
+from tests.random_scenes import drawn
 
 from carom import CertifiedTrace, Scene, Wall, certify
 from carom.solvers.certified.result import Ending

@@ -7,8 +7,6 @@ polynomial. The answer is that of the very floats of the scene.
 The possible effect of rounding on a run of floats is computed with it: the derivative of each flight and impact with
 respect to where it begins, and to the point of contact, by differences of 10^-40. The sum of what each rounding has
 grown to is a bound to first order; where it passes a part of the radius, floats say nothing more.
-
-`tests.campaign.tables` runs it on as many random tables as are asked for.
 """
 
 from __future__ import annotations

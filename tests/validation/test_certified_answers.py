@@ -9,8 +9,8 @@ import json
 from pathlib import Path
 
 import numpy as np
-from tests.lengths import each
-from tests.validation.enclosed import from_enclosures
+from tests.cases import each
+from tests.validation.certified_files import from_enclosures
 
 from carom import CertifiedTrace, solve_pic
 from carom.comparator import horizon_of

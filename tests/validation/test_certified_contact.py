@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from tests.campaign import contact
-from tests.drawn import thrown
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
-from tests.validation import contact_runs
-from tests.validation.enclosed import from_enclosures
+from tests.cases import each, release_after
+from tests.random_scenes import thrown
+from tests.scene_builders import disc_at, staged, wall_at
+from tests.validation import contact_runs, contact_scenes
+from tests.validation.certified_files import from_enclosures
 from tests.validation.mpmath_runs import outside
 
 from carom import CertifiedTrace, Chain, Mode, Scene, Trace, Wall, certify, solve_pic
@@ -92,7 +91,7 @@ def test_one_to_three_discs_end_where_pic_has_them(first: int) -> None:
     """On edges, slopes and between walls: what is proven to the end is PIC's, and that is most."""
     proven = 0
     for seed in range(first, first + 12):
-        scene = contact.drawn(seed)
+        scene = contact_scenes.drawn(seed)
         certified = certify(scene, max_impacts=60)
         if certified.ending is not Ending.COMPLETED:
             continue

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import each, release_after
-from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions
 from tests.validation.test_driven import among_mallets
 

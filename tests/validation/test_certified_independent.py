@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from mpmath import mp
-from tests.lengths import each
+from tests.cases import each
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, lossy
 
 import carom

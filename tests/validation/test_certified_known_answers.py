@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from tests.lengths import by_group, each
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import by_group, each
+from tests.scene_builders import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
 import carom

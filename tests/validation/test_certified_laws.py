@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from tests.drawn import small
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each
+from tests.random_scenes import small
+from tests.scene_builders import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
 from carom import CertifiedTrace, Disc, Scene, Wall, certify, solve_pic

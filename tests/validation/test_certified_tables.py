@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from flint import arb, ctx
-from tests.campaign.tables import draw
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.validation import table_runs
+from tests.validation.random_tables import draw
 from tests.validation.table_runs import Table, Walk
 
 from carom import Disc, Scene, certify, solve_pic

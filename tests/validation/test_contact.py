@@ -7,10 +7,10 @@ from itertools import product
 
 import numpy as np
 import pytest
-from tests.campaign import contact
+from tests.cases import each, release_after
 from tests.checker.small_steps import Ends, stepped
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
+from tests.validation import contact_scenes
 
 from carom import Disc, Outcome, Scene, Wall, certify, solve_pic
 from carom.catalogue import find_scenes
@@ -21,10 +21,14 @@ G = 10.0
 @each("seeds", release_after(1, [range(3), *(range(k, k + 100) for k in range(0, 1000, 100))]))
 def test_one_to_three_discs_agree_with_small_steps(seeds: range) -> None:
     """No scene of the campaign is contradicted, gains energy, or lets a disc sink into a wall."""
-    assert [said for seed in seeds if (said := contact.judged(contact.drawn(seed))) not in contact.RIGHT] == []
+    assert [
+        said
+        for seed in seeds
+        if (said := contact_scenes.judged(contact_scenes.drawn(seed))) not in contact_scenes.RIGHT
+    ] == []
 
 
-@each("seed, refined", release_after(1, [(8, 1), (961, contact.REFINED)]))
+@each("seed, refined", release_after(1, [(8, 1), (961, contact_scenes.REFINED)]))
 def test_small_steps_of_another_law_contradict_a_scene(
     seed: int, refined: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -33,9 +37,9 @@ def test_small_steps_of_another_law_contradict_a_scene(
     def lighter(scene: Scene, steps: int, until_s: float) -> Ends:
         return stepped(Scene(**{**dict(scene), "gravity_m_s2": (0.0, -0.95 * G)}), steps, until_s)
 
-    monkeypatch.setattr(contact, "stepped", lighter)
-    monkeypatch.setattr(contact, "REFINED", refined)
-    assert contact.judged(contact.drawn(seed)) not in contact.RIGHT
+    monkeypatch.setattr(contact_scenes, "stepped", lighter)
+    monkeypatch.setattr(contact_scenes, "REFINED", refined)
+    assert contact_scenes.judged(contact_scenes.drawn(seed)) not in contact_scenes.RIGHT
 
 
 @each("regain", [-0.5, 0.0, 0.5, 1.0])

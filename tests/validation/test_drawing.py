@@ -6,8 +6,8 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from tests.drawn import KINDS, TABLES, drawn, impacts_of, table
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
+from tests.random_scenes import KINDS, TABLES, drawn, impacts_of, table
 
 from carom import Outcome, Scene, Trace, solve_pic
 from carom.model.trace import EdgeKind

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import each, long_until, release_after
-from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
+from tests.cases import each, long_until, release_after
+from tests.scene_builders import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import brute_force
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit

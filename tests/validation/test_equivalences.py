@@ -1,7 +1,7 @@
 """One table of equivalences: forms of a method that must give one another's bits, over every kind of scene drawn.
 
 Two algorithms and one answer, for PIC with and without friction and gravity, and for PIT; and what mirrors a scene, or
-measures it in other units, does just that to its answer. `tests/drawn.py` says what the kinds are for.
+measures it in other units, does just that to its answer. `tests/random_scenes.py` says what the kinds are for.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ import random
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
 import pytest
-from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
-from tests.lengths import by_group, each, release_after
-from tests.rebuilt import Map, assert_seen, in_units, mirrored, quarter_turned, rebuilt
-from tests.unit.solvers.kinds import all_pairs
-from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, plain
+from tests.cases import by_group, each, release_after
+from tests.random_scenes import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
+from tests.transformed_scenes import Map, assert_transformed, in_units, mirror, transform_scene, turn_quarter
+from tests.unit.solvers.pit.run_forms import assert_identical, compiled_forms, plain
+from tests.unit.solvers.run_kinds import all_pairs, bits_of
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import CatalogueScene, catalogue
@@ -74,30 +73,9 @@ def asked(kind: str, number: int) -> Asked:
     return Asked(drawn(kind, number, rough=number % 4 > 1), impacts_of(number), options)
 
 
-def bits(run: Any, outcome: Outcome) -> Bits:
-    """Return everything that a run has found out, as bytes: -0 differs from 0 here, too."""
-    arrays = {
-        "impacts": run.log.array(),
-        "spins": run.log.spins(),
-        "edges": run.log.edges(),
-        "modes": run.log.modes(),
-        "positions": run.positions(),
-        "velocities": run.velocities(),
-        "spin": run.spins(),
-        "impacts per disc": run.impacts_per_disc(),
-    }
-    return {
-        **{name: None if array is None else np.ascontiguousarray(array).tobytes() for name, array in arrays.items()},
-        "ambiguous": run.log.ambiguous(),
-        "time": run.time_s,
-        "outcome": outcome,
-        "notes": run.notes,
-    }
-
-
 def taken(run: Run, ask: Asked) -> Bits:
     """Return what a run has found out at its end."""
-    return bits(run, run.advance_to(ask.scene.duration_s, ask.impacts))
+    return bits_of(run, run.advance_to(ask.scene.duration_s, ask.impacts))
 
 
 def in_pieces(run: Run, ask: Asked, ends_s: float) -> Bits:
@@ -105,7 +83,7 @@ def in_pieces(run: Run, ask: Asked, ends_s: float) -> Bits:
     rng = random.Random(ask.scene.name)
     for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(3)):
         run.advance_to(time_s, rng.randint(0, ask.impacts))
-        bits(run, Outcome.COMPLETED)
+        bits_of(run, Outcome.COMPLETED)
     return taken(run, ask)
 
 
@@ -233,7 +211,7 @@ def test_frames_change_no_bit(numbers: range, frame_rate_hz: float, gravity: tup
 
 def frames_taken(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
     run = form(scene, clock)
-    return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
+    return {**bits_of(run, run.advance_to(scene.duration_s)), "frames": run.frames}
 
 
 def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
@@ -241,9 +219,9 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
     run, rng = form(scene, clock), random.Random(scene.name)
     for part in (0.0, rng.random(), 0.5, rng.random(), 0.25):
         run.advance_to(part * scene.duration_s)
-        bits(run, Outcome.COMPLETED)
+        bits_of(run, Outcome.COMPLETED)
         run.advance_to(clock.time_s(run.frames) if clock.time_s(run.frames) < scene.duration_s else 0.0)
-    return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
+    return {**bits_of(run, run.advance_to(scene.duration_s)), "frames": run.frames}
 
 
 @pytest.mark.parametrize("kind", TIMES)
@@ -323,12 +301,12 @@ each_symmetric = each("scenes", symmetric())
 
 
 @pytest.mark.parametrize("solver", ["pic", *release_after(0, ["framewise"])])
-@pytest.mark.parametrize("turn", [mirrored, quarter_turned])
+@pytest.mark.parametrize("turn", [mirror, turn_quarter])
 @each_symmetric
 def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene], turn: Map, solver: str) -> None:
     """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows no sign or axis."""
     for scene in scenes:
-        assert_seen(SOLVERS[solver](scene), SOLVERS[solver](rebuilt(scene, turn, turn, turn)), turn)
+        assert_transformed(SOLVERS[solver](scene), SOLVERS[solver](transform_scene(scene, turn, turn, turn)), turn)
 
 
 @pytest.mark.parametrize(
@@ -348,4 +326,4 @@ def test_a_scene_in_other_units_is_the_same_scene(
                 length, time = length // 3, time // 3  # noqa: PLW2901 - what the limits hold
             factors = {"length": 2.0**length, "time": 2.0**time}
             other = SOLVERS[solver](in_units(scene, **factors, mass=2.0**mass))
-            assert_seen(plain, other, length=factors["length"], time=factors["time"])
+            assert_transformed(plain, other, length=factors["length"], time=factors["time"])

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged
+from tests.cases import each
+from tests.scene_builders import disc_at, staged
 
 import carom
 from carom import Scene, Wall

@@ -11,9 +11,9 @@ from itertools import product
 import numpy as np
 import pytest
 from tests.campaign.gases import draw
+from tests.cases import each, release_after
 from tests.checker import Report, check, watch
-from tests.drawn import KINDS, SMALL, drawn, impacts_of, small
-from tests.lengths import each, release_after
+from tests.random_scenes import KINDS, SMALL, drawn, impacts_of, small
 from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
 from tests.validation.rough_impacts import body_of, length_of, worst_law_error, worst_of_impact
 
@@ -23,7 +23,7 @@ from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.support.limits import LARGEST
 
-probe = pytest.importorskip("tests.probe")
+core_functions = pytest.importorskip("tests.core_functions")
 
 #: In units in the last place of the greatest speed (`worst_of_impact`): some twenty roundings of half a unit, of which
 #: the normal, as it is recorded, has four.
@@ -64,7 +64,7 @@ def drawn_pair(rng: random.Random) -> DiscArrays:
 def struck(start: DiscArrays, *, on_wall: bool = False) -> tuple[np.void, np.void]:
     """Return the impact of two discs, or of the first and the wall, and its spins, by the law of the core."""
     wall = start.half_planes()[0] if on_wall else None
-    velocity, spin = probe.collide(start, wall)
+    velocity, spin = core_functions.collide(start, wall)
     normal = start.position_m[1] - start.position_m[0] if wall is None else -np.array(wall[2:])
     impact, spins = np.zeros(1, IMPACT_DTYPE), np.zeros(1, SPIN_DTYPE)
     impact["second"], impact["normal"] = -1 if on_wall else 1, normal / np.sqrt(np.sum(normal * normal))

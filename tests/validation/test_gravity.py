@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.drawn import drawn
-from tests.lengths import each, release_after
-from tests.stage import disc_at, on_legs, staged, wall_at
+from tests.cases import each, release_after
+from tests.random_scenes import drawn
+from tests.scene_builders import disc_at, on_legs, staged, wall_at
 
 from carom import Chain, Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import catalogue

@@ -17,8 +17,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.lengths import each
-from tests.rebuilt import Map, rebuilt, same, turned
+from tests.cases import each
+from tests.transformed_scenes import Map, identity, transform_scene, turn_by
 
 from carom import Scene, Trace, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, Tag, catalogue
@@ -40,7 +40,7 @@ def fastest(scene: Scene) -> float:
     return max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
 
 
-def assert_seen(entry: CatalogueScene, *traces: Trace, velocity: Map = same, position: Map = same) -> None:
+def assert_seen(entry: CatalogueScene, *traces: Trace, velocity: Map = identity, position: Map = identity) -> None:
     """Assert that runs, one after the other, have the impacts of PIC's, and end where it ends, seen otherwise.
 
     The gas makes an error grow by some thousands in its forty impacts, other scenes hardly.
@@ -65,9 +65,9 @@ def test_a_turned_scene_has_the_turned_answer(angle: float) -> None:
     Not so for motion along a line that is unstable across it: along an axis no error across the line arises at all, but
     in any other direction rounding makes one, and it grows.
     """
-    turn = turned(angle)
+    turn = turn_by(angle)
     for entry in STABLE:
-        assert_seen(entry, solve_pic(rebuilt(entry.scene, turn, turn, turn)), velocity=turn, position=turn)
+        assert_seen(entry, solve_pic(transform_scene(entry.scene, turn, turn, turn)), velocity=turn, position=turn)
 
 
 @FEWER
@@ -81,7 +81,7 @@ def test_a_moving_frame_sees_the_same_impacts(boost: tuple[float, float]) -> Non
             return (v[0] + bx * time, v[1] + by * time)
 
         carried = partial(moved, time=entry.scene.duration_s)
-        assert_seen(entry, solve_pic(rebuilt(entry.scene, same, moved)), velocity=moved, position=carried)
+        assert_seen(entry, solve_pic(transform_scene(entry.scene, identity, moved)), velocity=moved, position=carried)
 
 
 # The relations of `carom stress` --------------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import by_group, each, release_after
-from tests.stage import disc_at, staged
+from tests.cases import by_group, each, release_after
+from tests.scene_builders import disc_at, staged
 
 from carom import Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.catalogue import CatalogueScene, Tag, catalogue, deviation, find_scenes

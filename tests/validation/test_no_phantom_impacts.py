@@ -11,7 +11,7 @@ import math
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from tests.stage import disc_at
+from tests.scene_builders import disc_at
 
 from carom import Disc, Scene, Trace, Wall, certify, solve_pic, solve_pic_framewise
 

@@ -11,7 +11,7 @@ import random
 from typing import Any
 
 from mpmath import mp, mpf
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.validation.mpmath_runs import brute_force, lossy
 
 from carom import Scene, solve_pic

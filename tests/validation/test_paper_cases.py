@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom import Scene, Trace, solve_pic, solve_pit
 from carom.catalogue import catalogue

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from tests.drawn import slowing, small
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
+from tests.random_scenes import slowing, small
 
 from carom import CertifiedTrace, Outcome, Scene, certify, solve_pic
 from carom.solvers.certified.result import Ending

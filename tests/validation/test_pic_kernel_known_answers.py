@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from tests.drawn import jittered
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
-from tests.unit.solvers.kinds import all_pairs
-from tests.validation import own
-from tests.validation.own import galperin, galperin_error
+from tests.cases import each
+from tests.random_scenes import jittered
+from tests.scene_builders import disc_at, staged, wall_at
+from tests.unit.solvers.run_kinds import all_pairs
+from tests.validation import known_scenes
+from tests.validation.known_scenes import galperin, galperin_error
 
 from carom import Disc, Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.core import primitives
@@ -137,7 +137,7 @@ def test_of_impacts_at_one_instant_the_first_by_their_bodies_goes_first() -> Non
 IMPACTS = 100_000
 
 
-@each("scene", [own.collapsing(), own.touching()])
+@each("scene", [known_scenes.collapsing(), known_scenes.touching()])
 def test_a_collapse_and_a_start_in_which_all_discs_touch_come_to_an_end(scene: Scene) -> None:
     """Within a hundred thousand impacts the run ends by itself, and its ending has a name."""
     outcome = EventDrivenRun(scene, record="none").advance_to(scene.duration_s, IMPACTS)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.lengths import each, long_until
-from tests.stage import disc_at, staged
+from tests.cases import each, long_until
+from tests.scene_builders import disc_at, staged
 
 from carom import Scene, solve_pit
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.drawn import slowing
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged
+from tests.cases import each, release_after
+from tests.random_scenes import slowing
+from tests.scene_builders import disc_at, staged
 
 from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, find_scenes

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom import Chain, Disc, Ring, Scene, solve_pic
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import cross_checked
+from tests.cases import each
+from tests.scene_builders import cross_checked
 
 import carom
 from carom.catalogue import CatalogueScene, Tag, all_scenes, catalogue, find_scenes

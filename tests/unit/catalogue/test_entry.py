@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import altered
+from tests.cases import each
+from tests.scene_builders import altered
 
 from carom import solve_pic
 from carom.catalogue import CatalogueScene, catalogue, deviation

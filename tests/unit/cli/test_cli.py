@@ -22,12 +22,12 @@ from typing import Any
 import pytest
 import tomli_w
 import typer
+from tests.cases import each, release_after
 from tests.command import carom_command, told
-from tests.lengths import each, release_after
 from tests.processes import PATIENT_S, ended
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 from tests.unit.cli.test_options import STUDIES
-from tests.validation.enclosed import from_enclosures
+from tests.validation.certified_files import from_enclosures
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -124,7 +124,7 @@ def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
     assert len(list((tmp_path / "mine").glob("*.toml"))) == 4
 
 
-@pytest.mark.parametrize(("command", "schema"), [("scenes", scene_schema), ("diff", records_schema)])
+@each("command, schema", [("scenes", scene_schema), ("diff", records_schema)])
 def test_a_schema_is_printed_as_json(command: str, schema: Callable[[], object]) -> None:
     """`carom scenes --schema` prints that of a scene's file, and `carom diff --schema` that of JSON lines."""
     assert json.loads(carom_command(command, "--schema").output) == schema()
@@ -453,7 +453,7 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
     assert b"no scene is named" in done.stderr
 
 
-@pytest.mark.parametrize(
+@each(
     "command",
     [
         "run paper/missed -e pit --no-timing",

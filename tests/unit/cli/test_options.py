@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.cases import each, release_after
 from tests.command import carom_command
-from tests.lengths import each, release_after
 
 import carom
 from carom import studies
@@ -37,7 +37,7 @@ STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
     StressOptions: ("stress",),
     TuneOptions: ("tune", "pymunk"),
     CertifyOptions: ("certify", "paper/missed"),
-    DiffOptions: ("diff", "tests/kept/results-2.jsonl", "tests/kept/results-2.jsonl"),
+    DiffOptions: ("diff", "tests/earlier_formats/results-2.jsonl", "tests/earlier_formats/results-2.jsonl"),
     HistoryOptions: ("history", "pymunk"),
 }
 WRONG = [

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
-from tests.stage import cross_checked, disc_at, staged, sure, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes

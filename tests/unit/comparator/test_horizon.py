@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 from tests.planted.faults import replayed
-from tests.stage import altered, disc_at, line, staged, sure, wall_at
+from tests.scene_builders import altered, disc_at, line, staged, sure, wall_at
 
 import carom
 from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic

@@ -1,14 +1,17 @@
-"""Matching of impacts: which are missed, which can't be decided, and which belong to other paths."""
+"""Which observed impact is which of the reference."""
 
 from __future__ import annotations
 
 import dataclasses
 
 import numpy as np
-from tests.stage import altered, disc_at, staged, wall_at
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.scene_builders import altered, disc_at, staged, wall_at
 
 from carom import compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
+from carom.comparator.align import MOST_EDITS, edit_distance
 from carom.comparator.impact_matching import match_impacts
 
 
@@ -51,3 +54,42 @@ def test_a_long_history_of_one_pair_is_aligned_in_its_parts() -> None:
     assert len(reference.impacts) == 2000
     dropped = dataclasses.replace(reference, impacts=np.delete(reference.impacts, 1000))
     assert compare(reference, dropped).missed == (1000,)
+
+
+# Edit distance of event sequences: against the full table, and on what can be counted by hand -------------------------
+
+
+Pairs = list[tuple[int, int]]
+EVENTS = st.lists(st.sampled_from([(0, 1), (1, 2), (0, 2), (0, -1)]), max_size=14)
+
+
+def full_table(a: Pairs, b: Pairs) -> int:
+    """The textbook recurrence, every cell of it."""
+    d = {(i, 0): i for i in range(len(a) + 1)} | {(0, j): j for j in range(len(b) + 1)}
+    for i in range(1, len(a) + 1):
+        for j in range(1, len(b) + 1):
+            d[i, j] = min(d[i - 1, j], d[i, j - 1]) + 1
+            if a[i - 1] == b[j - 1]:
+                d[i, j] = min(d[i, j], d[i - 1, j - 1])
+            if i > 1 and j > 1 and a[i - 1] == b[j - 2] and a[i - 2] == b[j - 1]:
+                d[i, j] = min(d[i, j], d[i - 2, j - 2] + 1)
+    return d[len(a), len(b)]
+
+
+@given(EVENTS, EVENTS)
+def test_the_band_gives_what_the_full_table_gives(a: Pairs, b: Pairs) -> None:
+    """The banded distance is that of the full table, for all sequences."""
+    assert edit_distance(a, b) == full_table(a, b)
+
+
+def test_one_of_each_edit() -> None:
+    """One impact more, one fewer, and two neighbours swapped are one edit each."""
+    a: Pairs = [(0, 1), (1, 2), (2, 3), (0, 2)]
+    assert edit_distance(a, a[:2] + a[3:]) == 1
+    assert edit_distance(a, [*a[:2], (5, 6), *a[2:]]) == 1
+    assert edit_distance(a, [a[0], a[2], a[1], a[3]]) == 1
+
+
+def test_sequences_of_ten_thousand_that_have_nothing_in_common_end_at_the_cap() -> None:
+    """Two long sequences without a common event end at the cap, without a table of a hundred million cells."""
+    assert edit_distance([(0, 1)] * 10_000, [(2, 3)] * 10_000) == MOST_EDITS

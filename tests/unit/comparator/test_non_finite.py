@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.lengths import each
+from tests.cases import each
 from tests.planted.faults import DT, ROW, faithful
-from tests.stage import altered, sure
+from tests.scene_builders import altered, sure
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue

@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 from tests.planted.faults import LENGTH, ROW, SPEED, faithful, replayed
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 
 from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict

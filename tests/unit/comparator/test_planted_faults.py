@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.planted import faults
 from tests.planted.faults import DT
-from tests.rebuilt import in_units
+from tests.transformed_scenes import in_units
 
 from carom import Trace, compare, solve_pic
 from carom.catalogue import catalogue

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from tests.drawn import slowing
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.cases import each, release_after
+from tests.random_scenes import slowing
+from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
 from carom.catalogue import find_scenes

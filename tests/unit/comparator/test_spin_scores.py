@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import all_scenes

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.drawn import drawn, slowing
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.cases import each
+from tests.random_scenes import drawn, slowing
+from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom import Scene
 from carom.catalogue.catalogue import all_scenes

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import altered, sure
+from tests.cases import each
+from tests.scene_builders import altered, sure
 
 from carom.catalogue import find_scenes
 from carom.comparator import compare

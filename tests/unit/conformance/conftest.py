@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.distribution import lay
+from tests.installed_adapters import write_distribution
 from tests.processes import ran
 
 TOYS = """
@@ -39,7 +39,7 @@ Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 def project(tmp_path: Path) -> Path:
     """A folder without tests; its adapters are next to it, like another distribution's."""
     site = tmp_path / "site"
-    lay(site, "Carom_Toys", {name: f"toy_adapters:{name}" for name in ("sound", "hangs", "missing")})
+    write_distribution(site, "Carom_Toys", {name: f"toy_adapters:{name}" for name in ("sound", "hangs", "missing")})
     (site / "toy_adapters.py").write_text(TOYS)
     folder = tmp_path / "project"
     folder.mkdir()

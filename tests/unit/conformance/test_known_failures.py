@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.conformance.known_failures import KnownFailure, check_names, here, known_reasons, load_known_failures
 from carom.conformance.known_failures_file import TO_BE_WRITTEN, WrittenFailures, write_known_failures

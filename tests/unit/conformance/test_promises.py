@@ -13,9 +13,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.distribution import lay
-from tests.lengths import each
-from tests.unit.conformance.bouncer import Bouncer, BouncerWorld
+from tests.cases import each
+from tests.installed_adapters import write_distribution
+from tests.unit.conformance.toy_page_engine import Bouncer, BouncerWorld
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance import adapter_under_test, probes
@@ -293,7 +293,7 @@ def outcomes(project: Path, run_pytest: Pytest) -> Mapping[tuple[str, str], str]
     site = project.parent / "site"
     shutil.copy(HERE / "carom_spin_toys.py", site)
     names = sorted({name for name, _ in LIES} | {"honest"})
-    lay(site, "carom-spin-toys", {name: f"carom_spin_toys:{name.replace('-', '_')}" for name in names})
+    write_distribution(site, "carom-spin-toys", {name: f"carom_spin_toys:{name.replace('-', '_')}" for name in names})
     lies = " or ".join(f"({name} and {case.partition('[')[0]})" for name, case in LIES)
     chosen = f"({lies} or honest) and (friction or inertia or spin or rubbing or turn or tangential)"
     run_pytest("--carom-engine", "carom-spin-toys", "--carom-profile", "tuned", "--junitxml", "out.xml", "-k", chosen)

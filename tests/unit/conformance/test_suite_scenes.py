@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 from carom import compare, solve_pic
 from carom.catalogue import all_scenes

@@ -6,7 +6,7 @@ import importlib
 import re
 from pathlib import Path
 
-from tests.lengths import each
+from tests.cases import each
 
 import carom
 

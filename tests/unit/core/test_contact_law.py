@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import pytest
 from mpmath import mp, mpf
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
-probe = pytest.importorskip("tests.probe")
+core_functions = pytest.importorskip("tests.core_functions")
 
 
 class Press(NamedTuple):
@@ -27,7 +27,7 @@ class Press(NamedTuple):
 
 
 def rates(press: Press, slip: float, rim: float = 0.0) -> tuple[float, float, bool, bool]:
-    found = probe.contact_rates(press, slip, rim)
+    found = core_functions.contact_rates(press, slip, rim)
     return found["along"], found["rim"], bool(found["sticks"]), bool(found["blocks"])
 
 
@@ -73,7 +73,7 @@ def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given(
     """Each problem has one answer in fractions, and `share_frictions` gives it; what is held at 0 is exact."""
     for s1, q1, most, y, signs in problems(count):
         ((slip, rim),) = admitted(s1, q1, most, y, signs)
-        by = probe.share_frictions(float(s1), float(q1), tuple(map(float, most)), float(y), signs)
+        by = core_functions.share_frictions(float(s1), float(q1), tuple(map(float, most)), float(y), signs)
         f, turning = Fraction(by["friction"]), Fraction(by["turning"])
         found = float(s1 - f - turning * y), float(q1 - turning * y)
         assert found == pytest.approx((float(slip), float(rim)), rel=1e-14, abs=1e-14), (s1, q1, most, y, signs)
@@ -107,8 +107,8 @@ def test_at_the_steepest_slope_that_holds_a_roll_both_branches_agree() -> None:
 
 def test_a_speed_is_zero_after_its_share_of_the_rate() -> None:
     """One of 3 m/s that falls by 6 m/s^2 ends after half a second; one that grows, or is 0, never does."""
-    assert probe.time_to_zero(3.0, -6.0) == probe.time_to_zero(-3.0, 6.0) == 0.5
-    assert {probe.time_to_zero(*row) for row in ((3.0, 6.0), (0.0, -6.0), (3.0, 0.0))} == {math.inf}
+    assert core_functions.time_to_zero(3.0, -6.0) == core_functions.time_to_zero(-3.0, 6.0) == 0.5
+    assert {core_functions.time_to_zero(*row) for row in ((3.0, 6.0), (0.0, -6.0), (3.0, 0.0))} == {math.inf}
 
 
 def slip_after_stepping(press: Press, slip: float, approach: float, restitution: float) -> mpf:
@@ -132,7 +132,7 @@ def test_what_is_left_of_a_slip_is_what_stepping_through_the_bounces_leaves(land
         press = Press(rng.uniform(1, 10), rng.uniform(-5, 5), rng.uniform(0, 0.8), rng.choice([0.0, 1.0, 2.0, 2.5]))
         slip, approach, e = rng.uniform(-4, 4), 10 ** rng.uniform(-3, 0.5), rng.uniform(0.05, 0.9)
         exact = slip_after_stepping(press, slip, approach, e)
-        found = probe.slip_after_bounces(press, slip, approach, e)
+        found = core_functions.slip_after_bounces(press, slip, approach, e)
         if found:
             slid += 1
             assert found == pytest.approx(float(exact), rel=1e-13, abs=1e-14)
@@ -144,4 +144,4 @@ def test_what_is_left_of_a_slip_is_what_stepping_through_the_bounces_leaves(land
 
 def test_a_slip_that_is_gone_stays_gone() -> None:
     """Bounces do nothing to a disc that rolls already."""
-    assert probe.slip_after_bounces(Press(10.0, 0.0, 0.3, 2.0), 0.0, 1.0, 0.5) == 0.0
+    assert core_functions.slip_after_bounces(Press(10.0, 0.0, 0.3, 2.0), 0.0, 1.0, 0.5) == 0.0

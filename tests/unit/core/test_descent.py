@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf, sqrt
-from tests.lengths import each
+from tests.cases import each
 
 from carom.core import primitives
 
-probe = pytest.importorskip("tests.probe")
+core_functions = pytest.importorskip("tests.core_functions")
 
 DIGITS = 80
 
@@ -24,7 +24,7 @@ def pair(value: float) -> tuple[float, float]:
 
 
 def descent(gap: float, speed: float, pull: float) -> float:
-    time: float = probe.descent_time(pair(gap), pair(speed), pair(pull))
+    time: float = core_functions.descent_time(pair(gap), pair(speed), pair(pull))
     return time
 
 
@@ -53,7 +53,7 @@ def test_a_path_that_turns_just_before_or_behind_a_ceiling_is_told_apart(pull: f
     gap = apex * (1 + Fraction(nudge, 2**80))
     high = float(gap)
     low = float(gap - Fraction(high))
-    found = probe.descent_time((high, low), pair(-speed), pair(pull))
+    found = core_functions.descent_time((high, low), pair(-speed), pair(pull))
     exact = exact_descent(mpf(high) + mpf(low), -mpf(speed), mpf(pull))
     assert (found == math.inf) == (exact is None)
     if exact is not None:

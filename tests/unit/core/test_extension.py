@@ -1,17 +1,20 @@
+"""The compiled extension: its sources, its build and its rounding."""
+
 from __future__ import annotations
 
 import importlib
 import os
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 import carom
-from carom.core import extension
+from carom.core import built, extension
 
 PACKAGE = Path(carom.__file__).parent
 
@@ -84,3 +87,38 @@ def test_the_digest_sees_every_change_of_a_source(tmp_path: Path, monkeypatch: p
         (tmp_path / name).write_bytes(b"")
         digests.append(extension.compute_sources_digest())
     assert len(set(digests)) == len(digests)
+
+
+# The extension that is installed, wherever it was built, rounds each operation by itself: its bits rest on that -------
+
+
+def test_no_product_is_fused_with_a_sum() -> None:
+    """(1 + 2^-27)^2 is 1 + 2^-26 + 2^-54, of which a product that is rounded keeps the first two: nothing is left.
+
+    A fused multiply-add, which compilers make of the same line where they may, leaves the third.
+    """
+    a = 1.0 + 2.0**-27
+    assert built.less_product(1.0 + 2.0**-26, a, a) == 0.0
+
+
+def test_every_operation_is_rounded_to_a_double() -> None:
+    """Nothing is evaluated in extended precision on the way."""
+    assert built.EVALUATION_METHOD == 0
+
+
+# The overview in `carom_core.h` lists every file of the core, and no file that does not exist -------------------------
+
+
+CORE = Path(__file__).parents[3] / "src/carom/core"
+SUFFIXES = (".h", ".c", ".pyx", ".pxd", ".pyi")
+
+
+def test_the_overview_lists_every_file() -> None:
+    """A line lists one file, or one name with several suffixes."""
+    text = (CORE / "carom_core.h").read_text(encoding="utf-8")
+    overview = text[text.index("FILES.") : text.index("*/")]
+    listed = set()
+    for name, more in re.findall(r"^     ([\w/]+\.\w+)((?:, \.\w+)*)", overview, re.MULTILINE):
+        listed |= {name} | {Path(name).with_suffix(suffix).as_posix() for suffix in re.findall(r"\.\w+", more)}
+    files = {path.relative_to(CORE).as_posix() for path in CORE.rglob("*") if path.suffix in SUFFIXES}
+    assert listed == files - {"carom_core.h"}

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from fractions import Fraction
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.unit.core import fall_oracle as oracle
 from tests.unit.core.fall_cases import (
     ENCOUNTERS,
@@ -27,7 +27,7 @@ from carom.core.exact_quartic import find_closings
 from carom.core.input_rows import feature_row
 from carom.core.wall_features import Arc, Face, Mover, Pair
 
-core = pytest.importorskip("tests.probe_fall")
+core = pytest.importorskip("tests.core_fall_functions")
 
 NEVER = math.inf
 
@@ -57,7 +57,7 @@ def assert_exact(make: Callable[[random.Random], Encounter], count: int, seed: i
     assert hits > count // 20
 
 
-@each("count, seed", release_after(1, [(50, 1), (1500, 2)]))
+@each("count, seed", release_after(1, [(30, 1), (1500, 2)]))
 @each("make", ENCOUNTERS)
 def test_a_disc_meets_a_fixed_one_at_the_exact_time(
     make: Callable[[random.Random], Encounter], count: int, seed: int

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from flint import acb, acb_poly, ctx, fmpq
 from mpmath import atan2, mp, mpf, sqrt
-from tests.lengths import each, release_after
-from tests.unit.core.features import feature_fall_time, feature_time, in_core
+from tests.cases import each, release_after
+from tests.unit.core.feature_times import feature_fall_time, feature_time, in_core
 
 from carom.core import primitives
 from carom.core.input_rows import feature_row

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 from flint import arb, ctx
-from tests.lengths import each, release_after
-from tests.unit.core.exact import exact_time, ulps
+from tests.cases import each, release_after
+from tests.unit.core.exact_time import exact_time, ulps
 
 from carom.core import primitives
 
@@ -47,9 +47,9 @@ def test_scalar_and_array_forms_agree_to_the_bit(name: str) -> None:
 @each("name", CLASSES)
 def test_the_error_free_form_alone_is_right_to_two_units_in_the_last_place(name: str) -> None:
     """What is asked only where the plain form leaves a doubt holds on every class of input."""
-    probe = pytest.importorskip("tests.probe")
+    core_functions = pytest.importorskip("tests.core_functions")
     for row in pairs_of_class(name, 200, 11).T:
-        assert_right(row, probe.exact_time(*row.tolist()))
+        assert_right(row, core_functions.exact_time(*row.tolist()))
 
 
 @each("power", [-40, -20, 20, 40])

@@ -10,8 +10,8 @@ import pytest
 from benchmarks.time_of_impact import CLASSES, pairs_of_class
 from flint import arb
 from numpy.typing import NDArray
-from tests.lengths import each, release_after
-from tests.unit.core.exact import exact_time, ulps
+from tests.cases import each, release_after
+from tests.unit.core.exact_time import exact_time, ulps
 
 from carom import time_of_impact
 from carom.core import time_of_impact as any_size

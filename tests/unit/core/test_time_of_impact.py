@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
 
 from carom.core import primitives
 from carom.core.time_of_impact import time_of_impact

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.core.wall_features import Face, are_decidable, features_of
 from carom.model.chain_geometry import Outline

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.distribution import lay
-from tests.lengths import each
+from tests.cases import each
+from tests.installed_adapters import write_distribution
 from tests.processes import ran
 
 from carom.engines.api import Adapter, Engine
@@ -47,7 +47,7 @@ def python(program: str, *extra_path: Path) -> str:
 
 def install(directory: Path, modules: dict[str, str], entry_points: dict[str, str]) -> None:
     """Make a distribution in a directory, with its modules."""
-    lay(directory, "thirdparty", entry_points, "3.2.1")
+    write_distribution(directory, "thirdparty", entry_points, "3.2.1")
     for name, source in modules.items():
         (directory / f"{name}.py").write_text(source, encoding="utf-8")
 
@@ -132,7 +132,7 @@ def test_a_release_before_the_oldest_that_an_adapter_drives_is_unavailable(
 ) -> None:
     """Releases are compared as numbers, not as text, and the reason names both and what to do."""
     name = f"nonesuch{installed.replace('.', '')}"  # a process reads the release of a distribution once
-    lay(tmp_path, name, {}, version=installed)
+    write_distribution(tmp_path, name, {}, version=installed)
     monkeypatch.syspath_prepend(tmp_path)
     engine = Engine("Nonesuch", module="json", distribution=name, install="pip install nonesuch", oldest=oldest)
     reason = f"Nonesuch {installed} is older than {oldest}, the oldest release that its adapter drives"
@@ -237,7 +237,7 @@ def test_spoilt_metadata_costs_its_own_line_alone(tmp_path: Path) -> None:
         ("value", b"[carom.adapters]\nq = no module !\nr =\n"),
         ("unnamed", b"[carom.adapters]\nu = no_such_module_at_all:adapter\n"),
     ):
-        lay(tmp_path / name, name, {})
+        write_distribution(tmp_path / name, name, {})
         (info,) = (tmp_path / name).iterdir()
         (info / "entry_points.txt").write_bytes(entry_points)
         if name == "unnamed":

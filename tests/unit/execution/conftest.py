@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from tests.distribution import forget, lay
+from tests.installed_adapters import clear_entry_point_caches, write_distribution
 
 #: An adapter in whose world nothing moves, to be made another.
 STANDING = """
@@ -105,12 +105,12 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
     def install(source: str, names: dict[str, str]) -> None:
         module = f"hostile_{tmp_path.name}"
         (tmp_path / f"{module}.py").write_text(source)
-        lay(tmp_path, module, {name: f"{module}:{held}" for name, held in names.items()})
+        write_distribution(tmp_path, module, {name: f"{module}:{held}" for name, held in names.items()})
         monkeypatch.syspath_prepend(str(tmp_path))
-        forget()
+        clear_entry_point_caches()
 
     yield install
-    forget()
+    clear_entry_point_caches()
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, sure
 from tests.unit.execution.stubs import Makes, Still
 
 from carom import Scene

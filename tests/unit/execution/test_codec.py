@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from pydantic import ValidationError
-from tests.lengths import each
+from tests.cases import each
 
 from carom import solve_pit
 from carom.catalogue import all_scenes

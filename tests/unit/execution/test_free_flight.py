@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.lengths import each
-from tests.stage import disc_at, staged
+from tests.cases import each
+from tests.scene_builders import disc_at, staged
 
 from carom import Scene, Wall, solve_pic, time_of_impact
 from carom.catalogue import find_scenes

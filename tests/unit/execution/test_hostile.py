@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.clocks import Clock
+from tests.fake_clock import Clock
 from tests.processes import PATIENT_S, ended, limit_only
 from tests.unit.execution.conftest import STANDING
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import Contact, Observation

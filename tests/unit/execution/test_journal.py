@@ -20,8 +20,8 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, sure
 
 from carom.comparator import Errors
 from carom.errors import InputError

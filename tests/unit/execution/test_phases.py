@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_until
-from tests.stage import cross_checked, disc_at, staged, sure, wall_at
+from tests.cases import each, long_until
+from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
 from carom import Scene, solve_pic

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 
 from carom import Disc, Scene
 from carom.execution import scheduler

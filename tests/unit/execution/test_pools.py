@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 from tests.processes import PATIENT_S, limit_only
 
 from carom import Disc, Scene, Wall

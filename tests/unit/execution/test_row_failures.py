@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged, wall_at
 from tests.unit.execution.conftest import STANDING
 
 import carom
@@ -128,8 +128,8 @@ def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: P
     assert {line["engine"]: line["status"] for line in lines[1:]} == {"pit": "ran", "sound": "failed"}
 
 
-@pytest.mark.parametrize(
-    ("act", "words"),
+@each(
+    "act, words",
     release_after(
         1,
         [

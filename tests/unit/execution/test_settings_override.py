@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at
+from tests.cases import each
+from tests.scene_builders import disc_at
 
 import carom
 from carom import Scene

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from tests.lengths import each, release_after
-from tests.stage import sure
+from tests.cases import each, release_after
+from tests.scene_builders import sure
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import all_scenes

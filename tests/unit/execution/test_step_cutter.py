@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 import pytest
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 from tests.unit.execution.stubs import Makes, Still
 
 from carom.engines.api import Observation, Setting

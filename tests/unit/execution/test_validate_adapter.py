@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import AdapterError, Contact, Observation

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.execution.working_folder import Folder, _clear_abandoned
 

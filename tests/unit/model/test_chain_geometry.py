@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.model.chain_checks import meetings
 from carom.model.chain_geometry import Edge, Outline, circle_of

@@ -8,7 +8,7 @@ import mpmath
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
 
 from carom.model.damping import UNDAMPED, Damping
 

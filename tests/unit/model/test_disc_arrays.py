@@ -8,8 +8,8 @@ import pickle
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays

@@ -8,7 +8,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.errors import SceneError
 from carom.model.file_shorthand import SHAPES, written_out

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.drawn import jittered
-from tests.lengths import each
+from tests.cases import each
+from tests.random_scenes import jittered
 
 from carom.errors import InputError, SceneError
 from carom.model.disc_arrays import DiscArrays

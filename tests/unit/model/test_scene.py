@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
 
 from carom.errors import InputError, SceneError
 from carom.model.scene import Disc, Need, Scene, Wall

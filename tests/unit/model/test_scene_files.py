@@ -17,7 +17,7 @@ import jsonschema
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
 
 from carom.errors import SceneError
 from carom.model.scene import Disc, Scene, Wall

@@ -7,7 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 
 from carom.model.energy import kinetic_energy
 from carom.model.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, wall_body, wall_index

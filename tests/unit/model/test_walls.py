@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom import Chain, Disc, Ring, Scene, SceneError, Wall, load_scene, save_scene
 from carom.model.scene import Need

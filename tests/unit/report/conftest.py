@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
-from tests.stage import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.catalogue import KnownAnswer
 from carom.comparator import compare

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from tests.stage import cross_checked
+from tests.scene_builders import cross_checked
 
 import carom
 from carom import Disc, Scene, Wall

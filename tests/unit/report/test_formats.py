@@ -20,8 +20,8 @@ from xml.etree import ElementTree as ET
 
 import pytest
 from rich.console import Console
-from tests.lengths import each
-from tests.stage import sure
+from tests.cases import each
+from tests.scene_builders import sure
 
 import carom
 from carom.catalogue import find_scenes
@@ -239,7 +239,7 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
 
 
 #: By what is wrong: what a file of results holds, what is said of it, and what is to be done.
-_WHOLE = (ROOT / "tests" / "kept" / "results-2.jsonl").read_bytes().splitlines(keepends=True)
+_WHOLE = (ROOT / "tests" / "earlier_formats" / "results-2.jsonl").read_bytes().splitlines(keepends=True)
 AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give the folder of a report"
 NO_RESULTS = {
     "empty": (b"", f"is no results.jsonl of a cross-check{ANOTHER}"),

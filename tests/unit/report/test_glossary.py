@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from tests.cases import each
 from tests.command import carom_command
-from tests.lengths import each
 
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.comparator.grade import Grade

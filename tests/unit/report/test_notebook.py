@@ -11,8 +11,8 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.quiver import Quiver
-from tests.lengths import each
-from tests.stage import altered, cross_checked
+from tests.cases import each
+from tests.scene_builders import altered, cross_checked
 
 import carom
 from carom import Disc, Scene, Wall

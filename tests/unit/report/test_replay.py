@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.stage import cross_checked, sure
+from tests.scene_builders import cross_checked, sure
 
 import carom
 from carom.catalogue import find_scenes

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 from matplotlib.figure import Figure
-from tests.lengths import each
+from tests.cases import each
 
 from carom.engines.registry import adapter_points, load_adapter
 from carom.report.svg import SERIES, drawing, finish, line_style, plain_number

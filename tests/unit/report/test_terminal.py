@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import pytest
 from rich.console import Console
-from tests.lengths import each
-from tests.stage import cross_checked, disc_at, staged
+from tests.cases import each
+from tests.scene_builders import cross_checked, disc_at, staged
 
 import carom
 from carom import Disc, Scene, Wall

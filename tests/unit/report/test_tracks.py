@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
-from tests.stage import cross_checked, sure
+from tests.cases import each, release_after
+from tests.scene_builders import cross_checked, sure
 
 import carom
 from carom import Scene, Wall, compare, solve_pic

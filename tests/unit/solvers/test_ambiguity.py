@@ -9,14 +9,14 @@ from typing import NamedTuple
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import solve_pic
 from carom.core.resolution import clock_resolution, gap_resolution, size_of
 from carom.solvers.event_driven.run import standstill_impacts
 
-probe = pytest.importorskip("tests.probe")
+core_functions = pytest.importorskip("tests.core_functions")
 
 
 class Blow(NamedTuple):
@@ -39,7 +39,7 @@ def compare_with_all(blows: list[Blow]) -> list[bool]:
 
 
 def find_ambiguous(blows: list[Blow]) -> list[bool]:
-    return list(map(bool, probe.ambiguous(blows)))
+    return list(map(bool, core_functions.ambiguous(blows)))
 
 
 def test_impacts_at_different_instants_are_unique() -> None:
@@ -117,12 +117,12 @@ def test_the_limit_of_impacts_at_one_instant_permits_whatever_ends() -> None:
 
 
 def pair_resolution(sizes: float, reach: float, ux: float, uy: float, speed: float) -> float:
-    found: float = probe.resolutions(sizes, reach, ux, uy, speed, 0.0)[0]
+    found: float = core_functions.resolutions(sizes, reach, ux, uy, speed, 0.0)[0]
     return found
 
 
 def wall_resolution(sizes: float, speed: float) -> float:
-    found: float = probe.resolutions(sizes, 1.0, 0.0, 0.0, speed, 0.0)[1]
+    found: float = core_functions.resolutions(sizes, 1.0, 0.0, 0.0, speed, 0.0)[1]
     return found
 
 
@@ -136,7 +136,7 @@ def test_resolutions_of_the_core(size: float, reach: float, ux: float, uy: float
     error, fast = gap_resolution(size), math.sqrt(ux * ux + uy * uy)
     graze = reach * math.sqrt(2.0 * (error / reach)) / fast if fast > 0.0 else math.inf
     wall = error / w if w > 0.0 else math.inf
-    assert probe.resolutions(size, reach, ux, uy, w, time) == (min(wall, graze), wall, clock_resolution(time))
+    assert core_functions.resolutions(size, reach, ux, uy, w, time) == (min(wall, graze), wall, clock_resolution(time))
 
 
 def test_a_head_on_impact_is_known_to_the_rounding_of_places_over_the_speed() -> None:

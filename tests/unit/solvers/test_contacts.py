@@ -9,10 +9,10 @@ import random
 
 import numpy as np
 import pytest
-from tests.drawn import slowing
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure, wall_at
-from tests.unit.solvers.kinds import assert_same
+from tests.cases import each
+from tests.random_scenes import slowing
+from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.unit.solvers.run_kinds import assert_same
 
 from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
 from carom.model.flights import free_flights

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.drawn import drawn
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.cases import each
+from tests.random_scenes import drawn
+from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
 from carom.engines.api import Capabilities, Need, unsupported_reason

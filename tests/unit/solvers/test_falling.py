@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from tests.lengths import each
+from tests.cases import each
 
 from carom import Chain, Disc, Outcome, Scene, solve_pic
 from carom.solvers.event_driven.run import EventDrivenRun

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
-from tests.stage import disc_at, sure, wall_at
-from tests.unit.core.features import in_core
-from tests.unit.solvers.kinds import all_pairs
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, sure, wall_at
+from tests.unit.core.feature_times import in_core
+from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
 from carom.core.wall_features import Arc, Face, Mover

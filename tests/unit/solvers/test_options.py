@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import solve_pic
 from carom.errors import InputError
@@ -18,7 +18,7 @@ from carom.model.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import RunOptions
 
-from .kinds import RUNS, all_pairs
+from .run_kinds import RUNS, all_pairs
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), wall_at(9, 0, -1, 0), duration_s=4)
 

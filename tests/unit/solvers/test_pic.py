@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
-from tests.stage import disc_at, line, staged, wall_at
+from tests.cases import each
+from tests.scene_builders import disc_at, line, staged, wall_at
 
 from carom.errors import InputError
 from carom.model.scene import Disc

@@ -1,4 +1,4 @@
-"""Every run of a solver offers what `carom.solvers.run.Run` promises, whatever its method."""
+"""Every run of a solver, whatever its method, offers what `carom.solvers.run.Run` promises."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.model.damping import Damping
 from carom.model.scene import Scene
 from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 from carom.solvers.damped import DampedRun
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.rows import Rows
 from carom.solvers.run import Run, RunImpacts
 from carom.solvers.units import RunInUnits, units_of
 
-from .kinds import RUNS, of_frames
+from .run_kinds import RUNS, of_frames
 
 #: Disc 0 meets disc 1 after 2 s, which passes its motion on to disc 2 after 4 s. That meets the wall after 6 s, so no
 #: frame of 1/64 s is late. A frame at the instant itself does not include what comes later.
@@ -94,3 +97,37 @@ def test_every_run_stops_after_so_many_impacts_and_goes_on(make: Callable[[Scene
     assert len(run.log) == 3
     assert run.advance_to(7.0) is Outcome.COMPLETED
     assert not math.isnan(float(run.velocities().sum()))
+
+
+# Rows that grow while what was given out of them stays ----------------------------------------------------------------
+
+
+@given(st.lists(st.integers(0, 9), max_size=30))
+def test_rows_are_those_added_and_what_was_given_out_stays(sizes: list[int]) -> None:
+    """However many come at a time: all rows in their order, read-only, and earlier answers as they were."""
+    rows, numbers, given_out = Rows(SPIN_DTYPE), np.arange(4.0 * sum(sizes)).view(SPIN_DTYPE), []
+    at = 0
+    for size in sizes:
+        rows.add(numbers[at : at + size].copy())
+        at += size
+        assert len(rows) == at
+        given_out.append(rows.array())
+        assert not given_out[-1].flags.writeable
+    for found in given_out:
+        assert found.tobytes() == numbers[: len(found)].tobytes()
+
+
+def test_looking_often_copies_each_row_once_or_twice() -> None:
+    """A log of a thousand rows, looked at after each, has moved its memory ten times, not a thousand."""
+    rows, given_out = Rows(SPIN_DTYPE), []
+    for _ in range(1000):
+        rows.add(np.zeros(1, SPIN_DTYPE))
+        given_out.append(rows.array())  # kept, so that no place is used twice
+    assert len({found.ctypes.data for found in given_out}) <= 11
+
+
+def test_the_first_rows_are_not_copied() -> None:
+    """A run that is looked at once gives out the very memory that it was written into."""
+    rows, first = Rows(SPIN_DTYPE), np.zeros(5, SPIN_DTYPE)
+    rows.add(first)
+    assert rows.array().ctypes.data == first.ctypes.data

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 import carom
 from carom import Chain, Disc, Scene, Wall

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, sure, with_discs
+from tests.cases import each
+from tests.scene_builders import disc_at, sure, with_discs
 
 from carom import Disc, Scene, Wall, solve_pic
 from carom.engines.api import Capabilities, unsupported_reason

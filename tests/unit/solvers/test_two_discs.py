@@ -7,7 +7,7 @@ import math
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace

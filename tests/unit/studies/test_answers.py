@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 

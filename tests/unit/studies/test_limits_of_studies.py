@@ -9,8 +9,8 @@ from pkgutil import iter_modules
 from typing import Any
 
 import pytest
-from tests.distribution import forget
-from tests.unit.studies.history.toy import toys
+from tests.installed_adapters import clear_entry_point_caches
+from tests.unit.studies.history.toy_engine import toys
 
 import carom
 from carom import Scene, studies
@@ -121,7 +121,7 @@ def look_back(folder: Path, how: How) -> None:
         asked = HistoryOptions(versions=["1.0", "1.1"], profiles=["default"], jobs=1, **LIMITS)
         with history_journal(folder / "a", **how) as journal:
             history("toy", [scene()], ReleaseCache(folder / "kept"), asked, notes=journal)
-    forget()
+    clear_entry_point_caches()
 
 
 def timed(_folder: Path, _how: How) -> None:
@@ -145,19 +145,19 @@ def conform(_folder: Path, _how: How) -> None:
 
 
 def compare(_folder: Path, _how: How) -> None:
-    kept = Path(__file__).parents[2] / "kept" / "results-2.jsonl"
+    kept = Path(__file__).parents[2] / "earlier_formats" / "results-2.jsonl"
     diff(kept, kept)
 
 
 #: Each study, and what starts workers for it: a comparison reads two files, and starts none.
 ALL: dict[str, list[Any]] = {
-    "advise": [advice],
-    "bench": [bench, grow],
-    "cross_check": [cross_check, timed],
+    "advise": [pytest.param(advice, marks=pytest.mark.long)],
+    "bench": [bench, pytest.param(grow, marks=pytest.mark.long)],
+    "cross_check": [cross_check, pytest.param(timed, marks=pytest.mark.long)],
     "diff": [],
     "history": [pytest.param(look_back, marks=pytest.mark.long)],
     "stress": [attack],
-    "tune": [search],
+    "tune": [pytest.param(search, marks=pytest.mark.long)],
 }
 #: Commands with a journal, which get `how` to open it.
 KEPT = {

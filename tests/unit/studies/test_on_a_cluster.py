@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 import carom
 from carom.execution.journal import MemoryJournal

@@ -7,8 +7,8 @@ import re
 from collections.abc import Sequence
 
 import pytest
-from tests.lengths import each, release_after
-from tests.stage import cross_checked, disc_at, staged, sure, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
 from tests.unit.studies.examples import METHODS, campaign_results, growth
 
 from carom import Results, Scene, cross_check, solve_pic

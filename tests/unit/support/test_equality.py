@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, sure
 
 from carom import certify, solve_pic, solve_pit
 from carom.model.flights import Flight, free_flights

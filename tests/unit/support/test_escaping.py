@@ -5,7 +5,7 @@ import unicodedata
 
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
 
 from carom.support.escaping import last_words, shortened, visible
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.attacks.reports import kill_at
-from tests.lengths import each
+from tests.cases import each
 
 from carom.errors import InputError
 from carom.support import folders

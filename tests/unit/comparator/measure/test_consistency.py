@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 from tests.planted.faults import DT, ROW, SPEED, faithful
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
 from carom.catalogue import catalogue

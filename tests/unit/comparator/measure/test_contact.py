@@ -10,8 +10,8 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes

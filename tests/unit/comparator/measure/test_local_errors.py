@@ -8,8 +8,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
-from tests.unit.core.features import in_core
+from tests.cases import each, release_after
+from tests.unit.core.feature_times import in_core
 
 import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit

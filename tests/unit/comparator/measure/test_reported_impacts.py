@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from tests.planted.doctored import DT, GAS, Run, judged, sampled
-from tests.stage import disc_at, staged, wall_at
+from tests.planted.altered_runs import DT, GAS, Run, judged, sampled
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.comparator import Grade, Score, Verdict
 from carom.comparator.measure.reported_impacts import compare_reports_with_states

@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 from tests.planted.faults import DT, ROW, carried_off, delayed, faithful, faster, replayed, tunnelling
-from tests.stage import disc_at, staged, sure
+from tests.scene_builders import disc_at, staged, sure
 
 from carom import Disc, Outcome, Score, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue

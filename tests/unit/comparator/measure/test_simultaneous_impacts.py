@@ -6,8 +6,8 @@ import dataclasses
 import math
 
 import numpy as np
-from tests.lengths import each
-from tests.stage import altered, disc_at, staged, sure, wall_at
+from tests.cases import each
+from tests.scene_builders import altered, disc_at, staged, sure, wall_at
 
 from carom import Scene, compare, solve_pic
 from carom.catalogue import catalogue, find_scenes

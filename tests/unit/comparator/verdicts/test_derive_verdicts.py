@@ -9,9 +9,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from tests.lengths import each
+from tests.cases import each
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, faithful, replayed
-from tests.stage import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, sure
 
 from carom.engines.api import (
     Capabilities,

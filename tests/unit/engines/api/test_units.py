@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom.engines.api import AdapterError, Contact, Observation, scaled, unscaled
 from carom.solvers.pic import solve_pic

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom import Disc, Wall
 from carom.errors import CaromError, InputError

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from tests.stage import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Scene
 
@@ -44,7 +44,7 @@ def manifest_of(folder: Path, instead: str = "", **fields: object) -> Path:
     """Write a program of Python, with these lines just before it answers, and its manifest; return the manifest."""
     lines = HONEST.replace("#HERE", instead.replace("\n", "\n    "))
     (folder / "program.py").write_text(lines, encoding="utf-8")
-    told = {"name": "toy", "command": [sys.executable, "./program.py"]} | fields
+    told = {"name": "toy", "command": [sys.executable, "-SE", "./program.py"]} | fields
     text = "".join(f"{name} = {json.dumps(value)}\n" for name, value in told.items())
     profiles = "".join(f'[profiles.{name}]\ndescription = "A toy."\n' for name in ("default", "tuned"))
     path = folder / "engine.toml"

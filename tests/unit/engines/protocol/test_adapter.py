@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
 from tests.processes import PATIENT_S
 from tests.unit.engines.protocol.programs import crowd, manifest_of
 

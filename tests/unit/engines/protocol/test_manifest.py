@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.clocks import Clock
+from tests.cases import each
 from tests.command import carom_command, told
-from tests.lengths import each
+from tests.fake_clock import Clock
 from tests.processes import ended, noted
 from tests.unit.engines.protocol.programs import manifest_of
 

@@ -10,8 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.distribution import lay
-from tests.lengths import each, long_until
+from tests.cases import each, long_until
+from tests.installed_adapters import write_distribution
 from tests.processes import ran
 from tests.unit.engines.protocol.programs import crowd
 
@@ -144,7 +144,7 @@ adapter = Adapter()
 
 
 def talkative(site: Path, version: str, *asked: str) -> subprocess.CompletedProcess[str]:
-    lay(site, "talkative", {"talkative": "talkative:adapter"}, version=version)
+    write_distribution(site, "talkative", {"talkative": "talkative:adapter"}, version=version)
     (site / "talkative.py").write_text(TALKATIVE)
     requests = [{"do": "hello"}, {"do": "prepare", "scene": SCENE.model_dump(mode="json"), "settings": {"dt_s": 1}}]
     return ran(
@@ -186,7 +186,7 @@ def test_a_release_that_is_too_old_is_not_served_and_its_manifest_says_so(tmp_pa
 @pytest.mark.long
 def test_another_release_comes_from_its_folder(tmp_path: Path) -> None:
     """`--path` is looked in first: the version is that of the release there."""
-    lay(tmp_path / "other", "talkative", {}, version="3.0")
+    write_distribution(tmp_path / "other", "talkative", {}, version="3.0")
     done = talkative(tmp_path / "site", "2.5", "--path", str(tmp_path / "other"))
     assert json.loads(done.stdout.splitlines()[0])["version"] == "3.0"
 

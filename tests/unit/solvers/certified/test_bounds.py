@@ -7,8 +7,13 @@ import math
 
 import pytest
 from flint import arb, ctx
-from tests.lengths import each, release_after
-from tests.unit.solvers.certified.attacked import KINDS, attack, is_after_impact_of_pair, is_after_impact_on_wall
+from tests.cases import each, release_after
+from tests.unit.solvers.certified.adversarial_pairs import (
+    KINDS,
+    attack,
+    is_after_impact_of_pair,
+    is_after_impact_on_wall,
+)
 from tests.unit.solvers.certified.start_bounds import StartBounds
 
 from carom import Disc, Scene, certify

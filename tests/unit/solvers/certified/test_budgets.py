@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom import Outcome, certify
 from carom.errors import InputError, MissingExtraError

@@ -7,8 +7,8 @@ from decimal import Decimal
 from typing import Any
 
 import pytest
-from tests.lengths import each
-from tests.stage import sure
+from tests.cases import each
+from tests.scene_builders import sure
 
 from carom import Disc, Outcome, Scene, Wall, certify
 from carom.model.trace import ImpactRecord

@@ -5,8 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from tests.campaign.tables import draw
-from tests.stage import sure
+from tests.scene_builders import sure
+from tests.validation.random_tables import draw
 from tests.validation.table_runs import scene_of
 
 from carom import Chain, Disc, Ring, Scene, Wall

@@ -1,11 +1,17 @@
+"""Digits of a certified run that are recorded and shown: those that are proven."""
+
 from __future__ import annotations
 
 from fractions import Fraction
 
+from flint import arb
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
+from tests.scene_builders import line
 
+from carom.solvers.certified.impacts import BallEvent, BallImpact
+from carom.solvers.certified.recording import Recording
 from carom.solvers.certified.result import proven_decimal
 
 
@@ -37,3 +43,18 @@ def test_each_digit_shown_is_right_to_one_unit_in_the_last(value: float, radius:
 def test_known_decimals(value: float, radius: float, text: str) -> None:
     """A radius of up to half a unit proves a digit; below 1e-4 an exponent is used; nothing proven is a bound."""
     assert proven_decimal(value, radius) == text
+
+
+# What is recorded of a certified run is known to the digits asked for, or is not recorded -----------------------------
+
+
+EXACT = tuple(map(arb, (0, 0, 1, 0)))
+
+
+@each("radius, known", [(1e-5, False), (2e-6, False), (1e-6, True), (0.0, True)])
+def test_an_instant_is_recorded_where_its_digits_are_known(radius: float, known: bool) -> None:
+    """Six digits need an instant of 1.5 s to 1.5 us; exact velocities do not make up for it."""
+    log = Recording(line(0.0, 4.0, velocities=(1.0, 0.0)), 6)
+    log.add(BallEvent(BallImpact(0, 1, arb(1.5, radius), arb(1), arb(0), arb(1), EXACT)))  # type: ignore[arg-type] # four
+    assert log.convert() is known
+    assert len(log) == known

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
-from tests.rebuilt import in_units
+from tests.cases import each
+from tests.transformed_scenes import in_units
 
 from carom import Scene, certify
 from carom.catalogue import catalogue
@@ -68,7 +68,7 @@ POWERS = st.one_of(st.sampled_from([-500, -300, -256, 256, 300, 500]), st.intege
 DRIFTS = st.integers(-250, 250)
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+@each("scene", SCENES)
 @given(length=POWERS, drift=DRIFTS)
 def test_powers_of_two_change_no_digit(scene: Scene, length: int, drift: int) -> None:
     """From 2^-500 to 2^500, lengths and speeds each: the same digits, order, ending, and precision."""

@@ -1,12 +1,15 @@
-"""Which impact is next: nothing that may come before it is overlooked, however wide the balls."""
+"""Which impact is next, and when two bodies meet: nothing that may come before it is overlooked."""
 
 from __future__ import annotations
 
 import pytest
 from flint import arb, ctx
+from tests.cases import each
+from tests.scene_builders import disc_at, staged
 
 from carom import Disc, Scene
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degenerate, Undecided
 from carom.solvers.certified.selection import Selection
 
@@ -43,3 +46,13 @@ def test_the_same_rival_certainly_later_leaves_the_wide_ball_next() -> None:
         choice = selection(in_two_rows(last_speed=0.5)).next_impact()
     assert choice is not None
     assert (choice.meeting.first, choice.meeting.second, choice.commutes) == (3, 4, True)
+
+
+# When two bodies meet, as a ball, asked about one pair ----------------------------------------------------------------
+
+
+@each("speed", [2.0, 0.125])
+def test_two_discs_that_touch_and_part_never_meet(speed: float) -> None:
+    """3-4-5: however slowly they part, that the root of D is as large as b changes nothing."""
+    discs = disc_at(0.0, 0.0, r=2.5), disc_at(3.0, 4.0, speed, 0.0, r=2.5)
+    assert meet(BallBodies(staged("parting", *discs, duration_s=1.0)), 0, 1, 0.0) is None

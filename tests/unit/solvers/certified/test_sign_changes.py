@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 from flint import arb, ctx
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 from carom.solvers.certified.balls import ball
 from carom.solvers.certified.sign_changes import falls_of, squared_gap

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
-from tests.stage import disc_at, staged, wall_at
-from tests.unit.solvers.kinds import assert_same
+from tests.cases import each, release_after
+from tests.scene_builders import disc_at, staged, wall_at
+from tests.unit.solvers.run_kinds import assert_same
 
 from carom import Chain, Disc, Outcome, Scene, Wall
 from carom.solvers.event_driven import run as event_driven

@@ -9,8 +9,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from tests.lengths import each, release_after
-from tests.unit.solvers.kinds import all_pairs, assert_same
+from tests.cases import each, release_after
+from tests.unit.solvers.run_kinds import all_pairs, assert_same
 
 from carom import Chain, Disc, Outcome, Scene
 from carom.errors import InputError

@@ -7,7 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
 
 from carom.errors import InputError
 from carom.solvers.pit.clock import FrameClock

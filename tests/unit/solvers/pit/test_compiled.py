@@ -8,10 +8,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.drawn import jittered, scene_of
-from tests.lengths import each, release_after
-from tests.stage import disc_at, line, staged, wall_at
-from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished, plain
+from tests.cases import each, release_after
+from tests.random_scenes import jittered, scene_of
+from tests.scene_builders import disc_at, line, staged, wall_at
+from tests.unit.solvers.pit.run_forms import assert_identical, bits, compiled_forms, finished, plain
 
 from carom import Chain, Disc, Scene, Wall, solve_pit
 from carom.solvers.pit.clock import FrameClock

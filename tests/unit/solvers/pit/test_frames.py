@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
-from tests.stage import disc_at, line, staged, wall_at
-from tests.unit.solvers.pit.forms import finished
+from tests.cases import each
+from tests.scene_builders import disc_at, line, staged, wall_at
+from tests.unit.solvers.pit.run_forms import finished
 
 from carom.errors import InputError
 from carom.solvers.pic import solve_pic

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from tests.drawn import drawn, slowing, table, thrown
-from tests.lengths import each, long_until, release_after
-from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
+from tests.cases import each, long_until, release_after
+from tests.random_scenes import drawn, slowing, table, thrown
+from tests.unit.solvers.pit.run_forms import assert_identical, bits, compiled_forms, finished
 
 from carom import Chain, Disc, Scene, Wall
 from carom.model.walls import Leg

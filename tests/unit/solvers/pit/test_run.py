@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from types import FrameType
 
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, line, staged
-from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, finished, plain
+from tests.cases import each
+from tests.scene_builders import disc_at, line, staged
+from tests.unit.solvers.pit.run_forms import Form, bits, compiled_forms, finished, plain
 
 from carom.errors import InputError
 from carom.model.scene import Scene, Wall

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
-from tests.unit.solvers.pit.forms import assert_identical
+from tests.cases import each
+from tests.scene_builders import disc_at, staged, wall_at
+from tests.unit.solvers.pit.run_forms import assert_identical
 
 from carom import Chain, Disc, Scene, Wall
 from carom.model.walls import Leg

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from tests.lengths import each
-from tests.stage import line
-from tests.unit.solvers.pit.forms import compiled_forms, finished, plain
+from tests.cases import each
+from tests.scene_builders import line
+from tests.unit.solvers.pit.run_forms import compiled_forms, finished, plain
 
-from carom import Wall
 from carom.errors import InputError
-from carom.model.scene import Scene
+from carom.model.scene import Scene, Wall
 from carom.model.trace import Outcome
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run, solve_pit

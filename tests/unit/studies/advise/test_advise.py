@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each, long_until
-from tests.stage import disc_at, staged, sure, wall_at, with_discs
+from tests.cases import each, long_until
+from tests.scene_builders import disc_at, staged, sure, wall_at, with_discs
 from tests.unit.report.test_terminal import printed
 
 import carom

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
-from tests.lengths import each
-from tests.stage import sure
+from tests.cases import each
+from tests.scene_builders import sure
 
 from carom.execution.job import Answer, Method, Status
 from carom.model.scene import Disc, Scene

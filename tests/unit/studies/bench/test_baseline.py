@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import HERE, bench
 

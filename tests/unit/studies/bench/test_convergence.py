@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.studies.bench.convergence import Convergence, fit_order, fit_power, student_quantile
 

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 from typing import Any, TypeVar
 
 import pytest
-from tests.clocks import Clock
 from tests.command import carom_command, told
+from tests.fake_clock import Clock
 
 from carom.engines.api import Capabilities, Profile
 from carom.execution.job import Answer, Method, Status, Task, UnsupportedError

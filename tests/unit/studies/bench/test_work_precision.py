@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from tests.clocks import Clock
+from tests.cases import each
 from tests.command import carom_command
-from tests.lengths import each
+from tests.fake_clock import Clock
 from tests.processes import PATIENT_S
-from tests.stage import disc_at, staged, sure
+from tests.scene_builders import disc_at, staged, sure
 
 from carom import Scene
 from carom.errors import InputError, UnknownNameError

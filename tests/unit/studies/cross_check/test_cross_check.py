@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.clocks import Clock
-from tests.lengths import each, release_after
-from tests.stage import cross_checked, disc_at, staged, sure, wall_at
+from tests.cases import each, release_after
+from tests.fake_clock import Clock
+from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
 from carom import Disc, Scene, Wall
@@ -146,7 +146,7 @@ def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
         carom.run(scene, "missing", dt=0.1)
 
 
-@pytest.mark.parametrize("process", release_after(1, ["in_process", "another"]))
+@each("process", release_after(1, ["in_process", "another"]))
 def test_run_gives_the_trace_of_the_method_itself(scene: Scene, process: str, request: pytest.FixtureRequest) -> None:
     """PIC and PIT through the seam, in this process and in another, give their own impacts to the bit."""
     if process == "in_process":

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
 
 from carom.catalogue import catalogue
 from carom.execution import reference

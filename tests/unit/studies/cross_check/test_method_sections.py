@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from tests.lengths import each
-from tests.stage import cross_checked, sure
+from tests.cases import each
+from tests.scene_builders import cross_checked, sure
 
 from carom.catalogue import find_scenes
 from carom.comparator import Grade

@@ -10,9 +10,9 @@ import webbrowser
 from pathlib import Path
 
 import pytest
+from tests.cases import each
 from tests.command import carom_command
-from tests.lengths import each
-from tests.stage import cross_checked, disc_at, staged
+from tests.scene_builders import cross_checked, disc_at, staged
 
 import carom
 from carom import Scene

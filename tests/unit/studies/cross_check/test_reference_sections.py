@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tests.stage import cross_checked, disc_at, staged, wall_at
+from tests.scene_builders import cross_checked, disc_at, staged, wall_at
 
 from carom.catalogue import all_scenes
 from carom.execution.results import Results

@@ -20,7 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 from PIL import Image
-from tests.stage import disc_at, staged
+from tests.scene_builders import disc_at, staged
 
 import carom
 from carom import Scene

@@ -11,7 +11,7 @@ from html import unescape
 
 import pytest
 from rich.console import Console
-from tests.stage import cross_checked, sure
+from tests.scene_builders import cross_checked, sure
 
 from carom.catalogue import find_scenes
 from carom.comparator import compare

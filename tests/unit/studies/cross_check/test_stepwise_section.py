@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.stage import cross_checked, disc_at, staged, sure
+from tests.scene_builders import cross_checked, disc_at, staged, sure
 
 from carom.comparator import Grade, Verdict
 from carom.comparator.verdict import Finding

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
-from tests.lengths import each
-from tests.stage import cross_checked, disc_at, staged, sure
+from tests.cases import each
+from tests.scene_builders import cross_checked, disc_at, staged, sure
 
 from carom.comparator import Grade, Score, Verdict, compare
 from carom.engines.api import Capabilities

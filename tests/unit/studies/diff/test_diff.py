@@ -12,10 +12,10 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from tests.cases import each, release_after
 from tests.command import carom_command, told
-from tests.lengths import each, release_after
 from tests.planted.faults import DT, ROW, SPEED, replayed
-from tests.stage import sure
+from tests.scene_builders import sure
 from tests.unit.report.test_terminal import printed
 
 from carom import solve_pic, solve_pit

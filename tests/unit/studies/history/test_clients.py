@@ -11,7 +11,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 from tests.processes import ended, noted
 
 from carom.errors import InputError

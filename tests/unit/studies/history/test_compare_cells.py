@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.errors import CaromError
 from carom.execution.job import Answer, Status

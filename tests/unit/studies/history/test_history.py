@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from docs.figures.history import section
 from tests.command import carom_command, told
-from tests.distribution import forget
-from tests.stage import disc_at, staged, sure
-from tests.unit.studies.history.toy import Toys, toys
+from tests.installed_adapters import clear_entry_point_caches
+from tests.scene_builders import disc_at, staged, sure
+from tests.unit.studies.history.toy_engine import Toys, toys
 
 from carom.engines.registry import adapter_points
 from carom.errors import InputError, UnknownNameError
@@ -30,7 +30,7 @@ def registry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Toys]:
     """The toy engine's registry."""
     yield toys(tmp_path, monkeypatch)
     monkeypatch.undo()
-    forget()
+    clear_entry_point_caches()
 
 
 def asked(*versions: str, **options: object) -> HistoryOptions:

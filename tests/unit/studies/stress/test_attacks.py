@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import each, release_after
-from tests.stage import sure
+from tests.cases import each, release_after
+from tests.scene_builders import sure
 from tests.validation import contact_runs
 
 from carom import load_scene, save_scene, solve_pic, solve_pit

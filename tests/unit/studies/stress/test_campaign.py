@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom import load_scene, run
 from carom.errors import InputError

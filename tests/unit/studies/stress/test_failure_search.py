@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.stage import sure
+from tests.cases import each
+from tests.scene_builders import sure
 
 from carom import Trace, load_scene, solve_pic, solve_pit
 from carom.catalogue import Complaint, Symptom, all_scenes
@@ -45,7 +46,7 @@ class Answering(InProcessPool):
         return Answer(Status.RAN, value=solve_pic(task.job.scene))
 
 
-@pytest.mark.parametrize("threshold", [3.0, 4.2e5, 9.9e11])
+@each("threshold", [3.0, 4.2e5, 9.9e11])
 def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path: Path) -> None:
     """Whatever the threshold of a method, it is between the largest size that passed and the one that failed."""
     result = breaking_point(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
@@ -57,7 +58,7 @@ def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path:
     assert scene.discs[1].mass_kg == sure(result.value)
 
 
-@pytest.mark.parametrize(("threshold", "ending"), [(math.inf, CellEnding.STANDS), (0.5, CellEnding.NEVER_STOOD)])
+@each("threshold, ending", [(math.inf, CellEnding.STANDS), (0.5, CellEnding.NEVER_STOOD)])
 def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, ending: CellEnding) -> None:
     """A method that passes is shown at the absurd end, with its error there; one that never passed at the other."""
     result = breaking_point(attack, METHOD, Answering(threshold), quick=True).result

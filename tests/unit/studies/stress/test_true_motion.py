@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
-from tests.stage import disc_at, staged
+from tests.cases import each
+from tests.scene_builders import disc_at, staged
 
 from carom import Scene, Trace, solve_pic
 from carom.catalogue import CatalogueScene, Tag, catalogue
@@ -54,8 +54,8 @@ def test_a_collapse_has_no_true_motion() -> None:
         true_motion(staged("collapse", *discs, restitution=0.05, duration_s=2.0), most_impacts=50)
 
 
-@pytest.mark.parametrize(
-    ("named", "field"),
+@each(
+    "named, field",
     [
         ("gravity", {"gravity_m_s2": (0, -10)}),
         ("friction", {"friction": 0.3}),

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each
+from tests.cases import each
 
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, compare

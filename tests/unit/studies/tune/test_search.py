@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import cast
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom import Disc, Scene
 from carom.catalogue import find_scenes

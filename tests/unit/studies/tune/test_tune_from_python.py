@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.unit.studies.tune.by_hand import assert_as_good, merits
+from tests.unit.studies.tune.hand_written_profiles import assert_as_good, merits
 
 import carom
 from carom.studies.tune.objective import Merit

@@ -1,4 +1,4 @@
-"""The cells of the kernel: whatever is put in is found, however crowded a cell is, and so is every wall in reach."""
+"""Rows, queue and grid of the event-driven loop."""
 
 from __future__ import annotations
 
@@ -9,11 +9,80 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.lengths import each, release_after
+from tests.cases import each, release_after
+from tests.scene_builders import sure
 
+from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
+from carom.solvers.rows import CONTACT_DTYPE
 from carom.studies.bench.gas import hard_disc_gas
 
-probe = pytest.importorskip("tests.probe")
+core_functions = pytest.importorskip("tests.core_functions")
+
+
+@each("name, dtype", [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)])
+def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
+    """The structs that the kernel writes have the fields of the trace's arrays: their order, places and types."""
+    struct = core_functions.layouts()[name]
+    assert struct.itemsize == dtype.itemsize
+    kinds = [(kind.base, kind.shape, place) for kind, place in (struct.fields[name] for name in struct.names)]
+    expected = [sure(dtype.fields)[name][:2] for name in sure(dtype.names)]
+    assert kinds == [(kind.base, kind.shape, place) for kind, place in expected]
+
+
+@each("name, size", [("Disc", 64), ("Prediction", 32), ("Cell", 8)])
+def test_rows_fill_lines_of_a_cache(name: str, size: int) -> None:
+    """A disc fills a cache line of 64 bytes, and of smaller rows a whole number does, without gaps."""
+    struct = core_functions.layouts()[name]
+    assert struct.itemsize == size
+    bit_fields = 4 if name == "Prediction" else 0
+    assert bit_fields + sum(np.dtype(struct.fields[field][0]).itemsize for field in struct.names) == size
+
+
+# The event queue, compared with a plain list of times -----------------------------------------------------------------
+
+
+# Few different times, so that many are the same.
+TIMES = st.sampled_from([0.0, 1.0, 2.0, 3.0, math.inf])
+DISCS = 70  # three levels, none of them full
+
+changes = st.lists(st.tuples(st.integers(0, DISCS - 1), TIMES), min_size=1, max_size=60)
+
+
+@given(changes)
+def test_the_queue_knows_the_earliest_of_all_and_of_the_others(given_times: list[tuple[int, float]]) -> None:
+    """After any changes it names a disc of the least time, the least of all but one or two, and every disc as early."""
+    queue = core_functions.EventQueue(DISCS)
+    times = [math.inf] * DISCS
+    for disc, time in given_times:
+        queue.set_time(disc, time)
+        times[disc] = time
+        least = min(times)
+        assert times[queue.earliest()] == least
+        for other in (disc, (disc + 1) % DISCS, (disc + 31) % DISCS):
+            left = [times[k] for k in range(DISCS) if k not in (disc, other)]
+            assert queue.earliest_except(disc, other) == min(left)
+        for limit in {least, time}:
+            found, after = [], queue.next_not_after(0, limit)
+            while after < DISCS:
+                found.append(after)
+                after = queue.next_not_after(after + 1, limit)
+            assert found == [k for k in range(DISCS) if times[k] <= limit]
+
+
+@each("discs", [1, 2, 7, 8, 9, 64, 65, 512, 513])
+def test_a_queue_of_any_length_names_each_disc_in_its_turn(discs: int) -> None:
+    """Discs whose times are set in any order and taken off one by one come in the order of their times."""
+    queue = core_functions.EventQueue(discs)
+    order = sorted(range(discs), key=lambda disc: (disc * 37) % 541)
+    for disc in range(discs):
+        queue.set_time(disc, float((disc * 37) % 541))
+    for disc in order:
+        assert queue.earliest() == disc
+        queue.set_time(disc, math.inf)
+
+
+# The cells of the kernel: whatever is put in is found, however crowded a cell is, and so is every wall in reach -------
+
 
 #: Discs that a scan looks at in one go, `BATCH` of core/pic/state.h.
 BATCH = 64
@@ -23,7 +92,7 @@ GAS = hard_disc_gas(200, 0.3)
 
 def cells() -> Any:
     """Return the cells of a gas of 200 discs, with no disc in them."""
-    found = probe.Cells(GAS.position_m, GAS.radius_m, np.array(GAS.walls))
+    found = core_functions.Cells(GAS.position_m, GAS.radius_m, np.array(GAS.walls))
     assert found.grid[3] > 3
     return found
 
@@ -69,7 +138,7 @@ def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: flo
 
     nx, ny = math.cos(angle), math.sin(angle)
     wall = (6.0 - distance * ny, 7.0 + distance * nx, nx, ny)
-    grid = probe.Cells(GAS.position_m, GAS.radius_m, np.array([wall]))
+    grid = core_functions.Cells(GAS.position_m, GAS.radius_m, np.array([wall]))
     x0, y0, width, columns, rows = grid.grid
     qx, qy, mx, my = map(Fraction, wall)
     touched = 0
@@ -91,7 +160,7 @@ def test_each_of_many_walls_is_known_to_the_cells_in_which_a_disc_touches_it_and
     walls = np.array(
         [(middle[0] + 0.6 * side * n.real, middle[1] + 0.6 * side * n.imag, -n.real, -n.imag) for n in turned]
     )
-    grid = probe.Cells(GAS.position_m, GAS.radius_m, walls)
+    grid = core_functions.Cells(GAS.position_m, GAS.radius_m, walls)
     x0, y0, width, columns, rows = grid.grid
     known = {(row, column): grid.walls_near(1 + row, 1 + column) for row in range(rows) for column in range(columns)}
     touched = 0

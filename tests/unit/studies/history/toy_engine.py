@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.distribution import forget, lay
+from tests.installed_adapters import clear_entry_point_caches, write_distribution
 
 from carom.execution import describe_engines
 from carom.studies.history.clients import CLIENTS, ClientError
@@ -90,19 +90,19 @@ class Toys:
             raise ClientError("pip: ERROR: No matching distribution found for toyengine==2.0")
         keeps, slop, tells = RELEASES[version]
         (folder / "toyengine.py").write_text(f"KEEPS, SLOP, TELLS = {json.dumps(keeps)}, {slop}, {tells}\n")
-        lay(folder, package, {}, version=version)
+        write_distribution(folder, package, {}, version=version)
         self.installed.append(version)
         return (f"{package}=={version}",)
 
 
 def toys(site: Path, patch: pytest.MonkeyPatch) -> Toys:
     """Register the toy's adapter, and serve its registry instead of pip's."""
-    lay(site, "carom-toy", {"toy": "carom_toy:adapter"})
+    write_distribution(site, "carom-toy", {"toy": "carom_toy:adapter"})
     (site / "carom_toy.py").write_text(ADAPTER)
     patch.syspath_prepend(site)
     patch.setattr(describe_engines, "_KNOWN", {})
     found = Toys()
     patch.setitem(CLIENTS, "pip", found)
     patch.setenv("XDG_CACHE_HOME", str(site / "cache"))
-    forget()
+    clear_entry_point_caches()
     return found

@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from tests.lengths import each
+from tests.cases import each
 
 from carom.catalogue import find_scenes
 from carom.errors import InputError
@@ -20,7 +20,7 @@ from carom.report.results_file.lines_as_json import text_of
 from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.run import diff
 
-KEPT = Path(__file__).resolve().parents[1] / "kept"
+KEPT = Path(__file__).resolve().parents[1] / "earlier_formats"
 #: What the journals are of.
 OPTIONS = Options(engines=("pit",), profiles=("tuned",), dts=(1 / 24,), timing=False)
 SCENES = ("paper/missed", "paper/late")

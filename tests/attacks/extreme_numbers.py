@@ -20,7 +20,7 @@ from unittest import mock
 
 import numpy as np
 from tests.attacks.guard import HangError, within
-from tests.distribution import forget, lay
+from tests.installed_adapters import clear_entry_point_caches, write_distribution
 
 from carom import Scene, cross_check
 from carom.catalogue import all_scenes
@@ -204,11 +204,11 @@ def _installed(folder: Path) -> Iterator[ModuleType]:
     rmtree(folder / "site", ignore_errors=True)
     (folder / "site").mkdir()
     (folder / "site" / "wild_numbers.py").write_text(SOURCE)
-    lay(folder / "site", "wild_numbers", {NAME: "wild_numbers:adapter"})
+    write_distribution(folder / "site", "wild_numbers", {NAME: "wild_numbers:adapter"})
     with mock.patch.object(sys, "path", [str(folder / "site"), *sys.path]):
-        forget()
+        clear_entry_point_caches()
         import wild_numbers  # type: ignore[import-not-found] # written above
 
         yield wild_numbers
         del sys.modules["wild_numbers"]
-    forget()
+    clear_entry_point_caches()

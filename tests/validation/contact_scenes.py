@@ -1,4 +1,4 @@
-"""`make campaign-contact`: PIC of discs in contact against small steps that know no modes; no energy gained.
+"""Comparison of PIC with small steps without modes of contact, on random scenes; no energy may be gained.
 
 One to three discs are thrown on floors, slopes, edges that end, and between walls, with friction, rolling resistance
 and any restitution. Each run is compared up to its end, or to just before the first impact without a unique answer, or
@@ -12,12 +12,9 @@ is a hundred times as far off from such a start: from several of these it has to
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import math
 import random
-import sys
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -146,25 +143,3 @@ def _broken(scene: Scene, until_s: float) -> str:
             if not gaps.min() >= -1e-14 * 10.0:
                 return f"{scene.name}: {gaps.min()} m deep in a wall at {trace.end_time_s} s"
     return ""
-
-
-def main() -> int:
-    """Run the campaign; 1 where a scene is contradicted."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scenes", type=int, default=10_000)
-    parser.add_argument("--first", type=int, default=0)
-    asked = parser.parse_args()
-    counts: Counter[str] = Counter()
-    for seed in range(asked.first, asked.first + asked.scenes):
-        said = judged(drawn(seed))
-        counts[said if said in RIGHT else "contradicted"] += 1
-        if said not in RIGHT:
-            print(said, flush=True)
-        if (seed + 1 - asked.first) % 500 == 0:
-            print(dict(counts), flush=True)
-    print(dict(counts))
-    return int(counts["contradicted"] > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,4 +1,4 @@
-"""What the engines that `make engines` installs ship, read from themselves: see `tests.adapters.shipped`."""
+"""What the engines that `make engines` installs ship, read from themselves: see `tests.adapters.shipped_settings`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tests.adapters.shipped import DT_S, NOT_TOLD, PHASES, SPEEDS, STEPS, End, Shipped, meeting
+from tests.adapters.shipped_settings import DT_S, NOT_TOLD, PHASES, SPEEDS, STEPS, End, Shipped, meeting
 from tests.processes import ran
 
 from carom import Disc

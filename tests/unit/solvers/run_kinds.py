@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from carom import Outcome, Scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -43,12 +45,22 @@ RUNS: dict[str, Callable[[Scene], Run]] = {
 MOST = 120
 
 
-def bits(run: EventDrivenRun, outcome: Outcome) -> tuple[Any, ...]:
-    """Return all that a run says, as bytes where it is numbers."""
-    spins, edges = run.spins(), run.log.edges()
-    told = [run.log.array(), run.positions(), run.velocities(), *[rows for rows in (spins, edges) if rows is not None]]
-    counts = [run.counts[name] for name in ("impacts", "wall_impacts", "predictions", "epochs")]
-    return (*[rows.tobytes() for rows in told], run.log.ambiguous(), outcome, run.notes, run.time_s, counts)
+def bits_of(run: Run, outcome: Outcome) -> dict[str, object]:
+    """Return all that a run has found, arrays as bytes."""
+    arrays = {
+        "impacts": run.log.array(),
+        "spins": run.log.spins(),
+        "edges": run.log.edges(),
+        "modes": run.log.modes(),
+        "final positions": run.positions(),
+        "final velocities": run.velocities(),
+        "final spins": run.spins(),
+        "impacts per disc": run.impacts_per_disc(),
+    }
+    found: dict[str, object] = {
+        name: None if array is None else np.ascontiguousarray(array).tobytes() for name, array in arrays.items()
+    }
+    return found | {"ambiguous": run.log.ambiguous(), "end": run.time_s, "outcome": outcome, "notes": run.notes}
 
 
 def assert_same(scene: Scene, most: int = MOST, *, contact_s: float = 0.0, cells: float = 1.0) -> EventDrivenRun:
@@ -57,8 +69,9 @@ def assert_same(scene: Scene, most: int = MOST, *, contact_s: float = 0.0, cells
         all_pairs(scene, contact_duration_s=contact_s),
         EventDrivenRun(scene, contact_duration_s=contact_s, cell_factor=cells),
     )
-    expected = bits(plain, plain.advance_to(scene.duration_s, most))
+    expected = bits_of(plain, plain.advance_to(scene.duration_s, most))
     compiled.advance_to(scene.duration_s / 7, most)
-    found = bits(compiled, compiled.advance_to(scene.duration_s, most))
-    assert found == expected
+    assert bits_of(compiled, compiled.advance_to(scene.duration_s, most)) == expected
+    for name in ("impacts", "wall_impacts", "predictions", "epochs"):
+        assert compiled.counts[name] == plain.counts[name], name
     return plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from tests.stage import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Chain, Disc, Scene, Wall
 from carom.engines.api import Adapter, Observation

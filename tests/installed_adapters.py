@@ -9,7 +9,7 @@ from carom.engines.registry import ENTRY_POINT_GROUP
 from carom.execution import cache_key
 
 
-def lay(site: Path, name: str, points: Mapping[str, str], version: str = "1.0") -> None:
+def write_distribution(site: Path, name: str, points: Mapping[str, str], version: str = "1.0") -> None:
     """Write the metadata of a distribution; `points` holds "module:attribute" by the name of the entry point."""
     info = site / f"{name.lower().replace('-', '_')}-{version}.dist-info"
     info.mkdir(parents=True)
@@ -18,7 +18,7 @@ def lay(site: Path, name: str, points: Mapping[str, str], version: str = "1.0") 
     (info / "entry_points.txt").write_text(f"[{ENTRY_POINT_GROUP}]\n{lines}")
 
 
-def forget() -> None:
+def clear_entry_point_caches() -> None:
     """Clear the caches of entry points and versions."""
     invalidate_caches()
     registry.adapter_points.cache_clear()

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.stage import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.model.scene import Disc, Scene, Wall
 from carom.model.trace import Outcome

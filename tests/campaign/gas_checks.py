@@ -1,21 +1,14 @@
-"""Draws gas after gas, runs and checks them in processes of their own, and counts."""
+"""Runs of PIC of the campaign's gases, each impact checked by `tests.checker`."""
 
 from __future__ import annotations
 
 import math
-import signal
-import sys
 import time
-from collections.abc import Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from functools import partial
-from multiprocessing import get_context
-from pathlib import Path
 
 import numpy as np
-from tests.campaign.gases import Gas, draw
-from tests.campaign.tally import Finding, Tally
+from tests.campaign.campaign import Checked, Finding
+from tests.campaign.gases import MOST_DISCS, Gas, draw
 from tests.checker import Report, Violation, check, watch
 
 from carom.model.trace import Outcome
@@ -84,58 +77,15 @@ def checked(gas: Gas, impacts: int | None = None) -> Report:
     return report
 
 
-def _work(number: int, most_discs: int) -> tuple[Gas, Report, float]:
-    begin = time.process_time()
+def check_gas(number: int, *, most_discs: int = MOST_DISCS) -> Checked:
+    """Return what a campaign counts of the gas of a number."""
+    begin_s = time.process_time()
     gas = draw(number, most_discs=most_discs)
-    return gas, checked(gas), time.process_time() - begin
-
-
-def _deaf() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def run_campaign(tally: Tally, state: Path | None, impacts: int, jobs: int, most_discs: int) -> bool:
-    """Check gas after gas, from the tally's next one on, until it has a number of impacts; return whether it does."""
-    under_way: dict[Future[tuple[Gas, Report, float]], int] = {}
-    seconds, before, go_on = 0.0, tally.impacts, True
-
-    def end(*_: object) -> None:
-        nonlocal go_on
-        go_on = False
-
-    heard = signal.signal(signal.SIGINT, end)
-    with ProcessPoolExecutor(jobs, get_context("spawn"), _deaf) as pool:
-        while True:
-            while go_on and tally.impacts < impacts and len(under_way) < jobs:
-                under_way[pool.submit(_work, tally.begun, most_discs)] = tally.begun
-                tally.begun += 1
-            if not under_way:
-                signal.signal(signal.SIGINT, heard)
-                return go_on
-            done, _ = wait(under_way, return_when=FIRST_COMPLETED)
-            for future in done:
-                number = under_way.pop(future)
-                try:
-                    gas, report, spent = future.result()
-                except BrokenProcessPool:
-                    go_on = False
-                    _tell(tally.find([Finding(number, "crash: the process ended in this gas, or in one next to it")]))
-                except Exception as error:  # noqa: BLE001 - whatever a broken kernel raises is a finding
-                    _tell(tally.find([Finding(number, f"raised {type(error).__name__}: {error}")]))
-                else:
-                    seconds += spent
-                    _tell(tally.add(gas, report))
-                    rate = seconds / max(1, tally.impacts - before) * 1e6
-                    print(
-                        f"{tally.impacts:13,} impacts, {rate:.2f} us of processor time each; gas {number}: "
-                        f"{len(gas.start):,} discs, packing {gas.packing:.2f}, {gas.kind}",
-                        file=sys.stderr,
-                        flush=True,
-                    )
-            if state is not None:
-                tally.save(state)
-
-
-def _tell(findings: Sequence[Finding]) -> None:
-    for finding in findings[:10]:
-        print(f"gas {finding.number}: {finding}", flush=True)
+    report = checked(gas)
+    return Checked(
+        str(gas.kind),
+        {"impacts": report.impacts, "pairs of flights": report.pairs},
+        {"discs": len(gas.start), "largest gap": report.worst_gap, "deepest overlap": report.worst_overlap},
+        findings=[Finding(one.rule, str(one).partition(": ")[2]) for one in report.violations],
+        seconds=time.process_time() - begin_s,
+    )

@@ -75,13 +75,6 @@ def altered(trace: Trace, k: int, **fields: Any) -> Trace:
     return replace(trace, impacts=impacts)
 
 
-def from_end(scene: Scene, end: Trace) -> Scene:
-    """Return the scene that starts where a trace of it ends."""
-    ends = zip(scene.discs, end.final_position_m.tolist(), end.final_velocity_m_s.tolist(), strict=True)
-    discs = [disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(v)}) for disc, p, v in ends]
-    return scene.model_copy(update={"discs": tuple(discs)})
-
-
 def crushed_rows() -> list[tuple[Scene, float]]:
     """Return rows of discs on one line that are left no room, and when: their room over the speed of closing."""
     left, right = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(4.0, 0.0, -1.0, 0.0)

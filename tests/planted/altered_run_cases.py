@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.planted.doctored import DT, GAS, GRAVITY, Run, changed, faithful, free_from, with_law
-from tests.stage import disc_at, staged, wall_at
+from tests.planted.altered_runs import DT, GAS, GRAVITY, Run, changed, faithful, free_from, with_law
+from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Scene
 from carom.comparator import Grade, Verdict

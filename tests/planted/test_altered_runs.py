@@ -8,20 +8,8 @@ from functools import cache, lru_cache
 
 import numpy as np
 import pytest
-from tests.lengths import each, long_until, release_after
-from tests.planted.doctored import (
-    GAS,
-    GAS_AFTER_S,
-    GAS_BEFORE_S,
-    GAS_HORIZON_S,
-    Run,
-    faithful,
-    free_from,
-    judged,
-    rounded,
-    sampled,
-)
-from tests.planted.doctored_cases import (
+from tests.cases import each, long_until, release_after
+from tests.planted.altered_run_cases import (
     CROWD,
     FALLS,
     FROM_REST,
@@ -33,6 +21,18 @@ from tests.planted.doctored_cases import (
     Fault,
     Rung,
     passing,
+)
+from tests.planted.altered_runs import (
+    GAS,
+    GAS_AFTER_S,
+    GAS_BEFORE_S,
+    GAS_HORIZON_S,
+    Run,
+    faithful,
+    free_from,
+    judged,
+    rounded,
+    sampled,
 )
 
 from carom import Scene

@@ -1,4 +1,4 @@
-"""The benchmarks that run as modules, each found by the parser of its command line."""
+"""Benchmarks: command lines, kinds of motion and the file of the benchmark of memory."""
 
 from __future__ import annotations
 
@@ -10,9 +10,14 @@ from pathlib import Path
 
 import pytest
 from benchmarks.arguments import count, parser, run
-from tests.lengths import each
+from benchmarks.kinds import PIC_TARGETS
+from benchmarks.kinds_worker import KINDS, time_pic, time_pit
+from benchmarks.memory import CHANGED, write_copies
+from tests.cases import each
 
 from carom.errors import InputError
+from carom.report.results_file.file import read_records
+from carom.studies.diff.run import diff
 
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(
@@ -74,3 +79,42 @@ def test_an_error_of_caroms_own_is_a_line(monkeypatch: pytest.MonkeyPatch, capsy
         run(parser("benchmarks.x", "Nothing: ``python -m benchmarks.x``."), main)
     assert ended.value.code == 2
     assert "so many discs do not fit" in capsys.readouterr().err
+
+
+# Scenes of the benchmark of the kinds of motion -----------------------------------------------------------------------
+
+
+_DISCS, _IMPACTS, _LIMIT_S = 5, 6, 60.0
+
+
+@each("kind", KINDS)
+def test_each_kind_builds_and_has_impacts(kind: str) -> None:
+    """PIC finds the number of impacts that is asked for, in every kind of motion."""
+    _, events = time_pic(kind, _DISCS, _IMPACTS, "all", 1, _LIMIT_S)
+    assert events >= _IMPACTS
+
+
+@each("kind", KINDS)
+def test_each_kind_runs_by_frames(kind: str) -> None:
+    """PIT runs every kind of motion over the frames that are asked for."""
+    _, frames = time_pit(kind, _DISCS, 2, "all", 1, _LIMIT_S)
+    assert frames == 2
+
+
+def test_each_kind_has_a_target() -> None:
+    """Every kind but the plain gas is compared with a target."""
+    assert set(PIC_TARGETS) == set(KINDS) - {"plain"}
+
+
+# The large file of the benchmark of memory is one that Carom reads, and the second one differs where it says ----------
+
+
+@pytest.mark.long
+def test_copies_are_read_and_differ_in_one_row_of_twenty(tmp_path: Path) -> None:
+    """Each row is a cell of its own, and each changed row that has errors is a change."""
+    old, new = tmp_path / "old.jsonl", tmp_path / "new.jsonl"
+    write_copies(old, 1300, changed=False)
+    write_copies(new, 1300, changed=True)
+    _, lines = read_records(old)
+    assert len({(line.scene, line.engine, line.profile, line.dt_s) for line in lines}) == 1300
+    assert len(diff(old, new).changes) == sum(line.total is not None for line in lines[::CHANGED])

@@ -1,11 +1,11 @@
-"""Which sources are tried, and the tests of each room: those that are run when it changes."""
+"""Which sources are tried, and the tests of each package: those that are run when it changes."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 
-class Room(NamedTuple):
+class Package(NamedTuple):
     """Patterns of the sources, without those after "!", and the tests that must notice a fault in them."""
 
     sources: tuple[str, ...]
@@ -40,26 +40,26 @@ _PIC = (
     *(f"{_U}/test_falling.py", f"{_U}/test_contacts.py"),
 )
 
-ROOMS = {
-    "physics": Room(("src/carom/core/*.py", *_PRIMITIVES), ("tests/unit/core",)),
-    "event-driven": Room((f"{_S}/event_driven/*.py", *_LOOP), _PIC),
-    "solvers": Room(
+PACKAGES = {
+    "physics": Package(("src/carom/core/*.py", *_PRIMITIVES), ("tests/unit/core",)),
+    "event-driven": Package((f"{_S}/event_driven/*.py", *_LOOP), _PIC),
+    "solvers": Package(
         (f"{_S}/*.py", f"{_S}/reference/*.py"),
         (
             *(*_PIC, "tests/unit/model/test_disc_arrays.py", f"{_V}/test_invariance.py", f"{_V}/test_equivalences.py"),
             *(f"{_U}/test_finite_walls.py", f"{_U}/test_damped.py"),
         ),
     ),
-    "pit": Room((f"{_S}/pit/*.py", *_PIT), (f"{_U}/pit", f"{_U}/test_run.py", f"{_V}/test_equivalences.py")),
-    "certified": Room(
+    "pit": Package((f"{_S}/pit/*.py", *_PIT), (f"{_U}/pit", f"{_U}/test_run.py", f"{_V}/test_equivalences.py")),
+    "certified": Package(
         (f"{_S}/certified/*.p[yx]*",),
         (
             f"{_U}/certified",
             *(f"{_V}/test_certified_{name}.py" for name in ("known_answers", "laws", "tables", "driven", "contact")),
         ),
     ),
-    "comparator": Room(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),
-    "execution": Room(
+    "comparator": Package(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),
+    "execution": Package(
         tuple(
             f"src/carom/execution/{name}.py"
             for name in (

@@ -1,12 +1,47 @@
-"""The exact solver of quartics: falls are distinguished from rises and grazes, and the powers are those given."""
+"""Double-double and exact arithmetic of the core."""
 
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
-from tests.lengths import each
+import numpy as np
+import pytest
+from tests.cases import each
 
+from carom.core import primitives
 from carom.core.exact_quartic import find_falls, solve_quartic
+
+core_functions = pytest.importorskip("tests.core_functions")
+
+
+def test_every_operation_is_rounded_to_a_double() -> None:
+    """The compiler evaluates doubles as doubles: no extended precision changes a bit on the way."""
+    assert core_functions.EVALUATION_METHOD == 0
+
+
+def test_error_free_transformations_are_exact() -> None:
+    """A sum, difference or product and its error add up to the exact result: no multiply-add was fused."""
+    rng = np.random.default_rng(5)
+    for _ in range(2000):
+        a, b = (float(x) for x in rng.normal(size=2) * 10.0 ** rng.integers(-20, 20, 2))
+        for transform, exact in (
+            (core_functions.two_sum, Fraction(a) + Fraction(b)),
+            (primitives.two_diff, Fraction(a) - Fraction(b)),
+            (core_functions.two_prod, Fraction(a) * Fraction(b)),
+        ):
+            high, low = transform(a, b)
+            assert Fraction(high) + Fraction(low) == exact
+            assert high == float(exact)
+
+
+def test_a_sum_of_products_survives_total_cancellation() -> None:
+    """Products that cancel to 2^-100 of their size leave the right remainder."""
+    high, low = core_functions.sum_of_products(((1.0 + 2.0**-52, 1.0 - 2.0**-52), (-1.0, 1.0), (2.0**-80, 2.0**-80)))
+    assert Fraction(high) + Fraction(low) == Fraction(2) ** -160 - Fraction(2) ** -104
+
+
+# The exact solver of quartics: falls are distinguished from rises and grazes, and the powers are those given ----------
 
 
 def polynomial(*roots: int) -> list[int]:

@@ -43,10 +43,11 @@ def by_group(*groups: str) -> list[Any]:
 
 
 def each(names: str, values: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Run a test with each of these values, as `pytest.mark.parametrize` does, but as one test: for many quick ones.
+    """Run a test with each of these values, as `pytest.mark.parametrize` does, but as one test: for many quick rows.
 
-    Values with marks are a test of their own: those of `release_after`, one more. The error names the failing row. A
-    test that is skipped with every value is skipped. Each row has a folder and a `monkeypatch` of its own.
+    Every row runs, and each row that fails is reported with its values. Values with marks, such as those of
+    `release_after`, are one more test for each set of marks. The test is skipped if all its rows are skipped. Each row
+    has a folder and a `monkeypatch` of its own.
     """
     wanted = names.replace(" ", "").split(",")
     rows = dict[tuple[str, ...], list[tuple[Any, ...]]]()
@@ -63,25 +64,27 @@ def each(names: str, values: Iterable[Any]) -> Callable[[Callable[..., None]], C
 
     def decorate(test: Callable[..., None]) -> Callable[..., None]:
         @wraps(test)
-        def tried(**fixtures: Any) -> None:
-            skipped = list[BaseException]()
+        def run_rows(**fixtures: Any) -> None:
+            skipped, failed = list[BaseException](), list[BaseException]()
             for k, row in enumerate(own := fixtures.pop(of_marks, rows.get((), []))):
-                told = dict(zip(wanted, row, strict=True))
+                arguments = dict(zip(wanted, row, strict=True))
                 try:
                     with pytest.MonkeyPatch.context() as patch:
                         if "monkeypatch" in fixtures:
-                            told["monkeypatch"] = patch
+                            arguments["monkeypatch"] = patch
                         if "tmp_path" in fixtures:
-                            told["tmp_path"] = fixtures["tmp_path"] / str(k)
-                            told["tmp_path"].mkdir()
-                        test(**{**fixtures, **told})
+                            arguments["tmp_path"] = fixtures["tmp_path"] / str(k)
+                            arguments["tmp_path"].mkdir()
+                        test(**{**fixtures, **arguments})
                 except pytest.skip.Exception as exception:
                     skipped.append(exception)
-                except BaseException as exception:
+                except (Exception, pytest.fail.Exception) as exception:  # noqa: BLE001 - reported after the last row
                     exception.add_note(f"with {dict(zip(wanted, row, strict=True))}")
-                    raise
-            if len(skipped) == len(own):
-                raise skipped[0]
+                    failed.append(exception)
+            if failed[1:]:
+                raise BaseExceptionGroup(f"{len(failed)} of {len(own)} rows fail", failed)
+            for error in failed or (skipped if len(skipped) == len(own) else []):
+                raise error
 
         of_marks = f"rows_of_{'_'.join(wanted)}"
         signature = inspect.signature(test)
@@ -89,8 +92,8 @@ def each(names: str, values: Iterable[Any]) -> Callable[[Callable[..., None]], C
         assert len(left) == len(signature.parameters) - len(wanted)
         if marked := any(rows):
             left.append(inspect.Parameter(of_marks, inspect.Parameter.KEYWORD_ONLY))
-        tried.__signature__ = signature.replace(parameters=left)  # type: ignore[attr-defined] # what pytest reads
+        run_rows.__signature__ = signature.replace(parameters=left)  # type: ignore[attr-defined] # what pytest reads
         batches = [pytest.param(rows[key], id="-".join(key) or "quick", marks=marks[key]) for key in rows]
-        return pytest.mark.parametrize(of_marks, batches)(tried) if marked else tried
+        return pytest.mark.parametrize(of_marks, batches)(run_rows) if marked else run_rows
 
     return decorate

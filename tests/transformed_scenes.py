@@ -14,19 +14,19 @@ from carom.model.trace import Vector
 Map = Callable[[Vector], Vector]
 
 
-def same(v: Vector) -> Vector:
+def identity(v: Vector) -> Vector:
     return v
 
 
-def mirrored(v: Vector) -> Vector:
+def mirror(v: Vector) -> Vector:
     return (v[0], -v[1])
 
 
-def quarter_turned(v: Vector) -> Vector:
+def turn_quarter(v: Vector) -> Vector:
     return (-v[1], v[0])
 
 
-def turned(angle: float) -> Map:
+def turn_by(angle: float) -> Map:
     turn = cmath.rect(1.0, angle)
 
     def apply(v: Vector) -> Vector:
@@ -36,11 +36,11 @@ def turned(angle: float) -> Map:
     return apply
 
 
-def rebuilt(
+def transform_scene(
     scene: Scene,
     position: Map,
     velocity: Map,
-    turn: Map = same,
+    turn: Map = identity,
     *,
     length: float = 1.0,
     time: float = 1.0,
@@ -80,10 +80,12 @@ def rebuilt(
 
 def in_units(scene: Scene, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Scene:
     """Return the scene in units that are smaller by a factor."""
-    return rebuilt(scene, same, same, length=length, time=time, mass=mass)
+    return transform_scene(scene, identity, identity, length=length, time=time, mass=mass)
 
 
-def assert_seen(plain: Trace, other: Trace, turn: Map = same, *, length: float = 1.0, time: float = 1.0) -> None:
+def assert_transformed(
+    plain: Trace, other: Trace, turn: Map = identity, *, length: float = 1.0, time: float = 1.0
+) -> None:
     """Assert that two traces differ by axes mirrored or exchanged, or units that are powers of two: to the bit."""
     matrix, speed = np.array([turn((1.0, 0.0)), turn((0.0, 1.0))]), length / time
     turning = float(np.linalg.det(matrix)) / time

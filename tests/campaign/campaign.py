@@ -1,0 +1,287 @@
+"""Commands that check one random case after another in processes, and add up what is found from call to call."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import NamedTuple
+
+from carom.support.folders import write_file
+
+#: Exit code of a program that Ctrl-C has ended.
+INTERRUPTED = 130
+#: Seconds of clock time after which a process that checks one case is terminated.
+HANGING_S = 3600.0
+#: Seconds between two lines of progress.
+PROGRESS_S = 5.0
+#: Findings that the state keeps, and that are printed of one case; all are counted.
+KEPT, PRINTED = 1000, 10
+
+
+class Finding(NamedTuple):
+    """A difference, a broken rule or a crash: what is counted, and a sentence."""
+
+    kind: str
+    text: str
+
+
+@dataclass
+class Checked:
+    """What the checks of a case have found.
+
+    Attributes:
+        kind: Kind of the case: a row of the table.
+        sums: Numbers that are added up over the cases of a kind.
+        most: Numbers of which the largest is kept.
+        features: What the case has, to count the cases with each feature.
+        findings: What is wrong.
+        seconds: Processor time.
+    """
+
+    kind: str = "none"
+    sums: Mapping[str, float] = field(default_factory=dict)
+    most: Mapping[str, float] = field(default_factory=dict)
+    features: Sequence[str] = ()
+    findings: list[Finding] = field(default_factory=list)
+    seconds: float = 0.0
+
+
+@dataclass
+class Tally:
+    """All that a campaign has found so far; `sums` and `most` are by kind and name."""
+
+    begun: int = 0
+    sums: dict[str, dict[str, float]] = field(default_factory=dict)
+    most: dict[str, dict[str, float]] = field(default_factory=dict)
+    features: Counter[str] = field(default_factory=Counter)
+    differences: Counter[str] = field(default_factory=Counter)
+    findings: list[tuple[int, str, str]] = field(default_factory=list)
+
+    def total(self, name: str) -> float:
+        """Return a sum over all kinds."""
+        return sum(row.get(name, 0) for row in self.sums.values())
+
+    def add(self, number: int, checked: Checked) -> None:
+        """Count one case."""
+        sums, most = self.sums.setdefault(checked.kind, {}), self.most.setdefault(checked.kind, {})
+        found = {"cases": 1, **checked.sums, "findings": len(checked.findings), "seconds": checked.seconds}
+        for name, value in found.items():
+            sums[name] = sums.get(name, 0) + value
+        for name, value in checked.most.items():
+            most[name] = max(most.get(name, value), value)
+        self.features.update(checked.features)
+        self.differences.update(finding.kind for finding in checked.findings)
+        self.findings += [(number, *finding) for finding in checked.findings][: KEPT - len(self.findings)]
+
+    def table(self) -> str:
+        """Return the counts as Markdown tables."""
+        sums, most = (list(dict.fromkeys(n for row in of.values() for n in row)) for of in (self.sums, self.most))
+        lines = [f"| {' | '.join(['kind', *sums, *most])} |", "| --- |" + " ---: |" * len(sums + most)]
+        for kind in [*self.sums, "all"]:
+            rows = [*self.sums] if kind == "all" else [kind]
+            values = [sum(self.sums[row].get(name, 0) for row in rows) for name in sums]
+            values += [max(self.most[row].get(name, 0) for row in rows) for name in most]
+            cells = (f"{value:,.4g}" if value % 1 else f"{value:,.0f}" for value in values)
+            lines.append(f"| {kind} | {' | '.join(cells)} |")
+        for what, counts in (("feature", self.features), ("finding", self.differences)):
+            if counts:
+                lines += ["", f"| {what} | cases |", "| --- | ---: |"]
+                lines += [f"| {name} | {number:,} |" for name, number in sorted(counts.items())]
+        return "\n".join(lines)
+
+    @classmethod
+    def load(cls, path: Path) -> Tally:
+        """Return what a file holds, nothing done if it does not exist."""
+        if not path.exists():
+            return cls()
+        held = json.loads(path.read_text(encoding="utf-8"))
+        counters = {name: Counter(held[name]) for name in ("features", "differences")}
+        return cls(**{**held, **counters, "findings": [tuple(finding) for finding in held["findings"]]})
+
+    def save(self, path: Path) -> None:
+        """Write all to a file, whole or not at all."""
+        write_file(path, json.dumps(vars(self), indent=1) + "\n")
+
+
+class Worker:
+    """A process that checks one case after another, and is replaced where it hangs or crashes."""
+
+    def __init__(self, check: Callable[[int], Checked]) -> None:
+        self.number: int | None = None
+        self.since_s = 0.0
+        self._check = check
+        self._start()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.connection: Connection
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs, self._check), daemon=True)
+        self.process.start()
+        theirs.close()
+
+    def begin(self, number: int) -> None:
+        """Begin to check a case."""
+        self.number, self.since_s = number, time.monotonic()
+        self.connection.send(number)
+
+    def result(self) -> Checked:
+        """Return what was found of the case that is finished."""
+        try:
+            found: Checked = self.connection.recv()
+        except (EOFError, ConnectionError):
+            found = Checked(findings=[Finding("crash", "the process ended in this case")])
+            self.replace()
+        self.number = None
+        return found
+
+    def replace(self) -> None:
+        """Terminate the process, and start another."""
+        self.end()
+        self._start()
+
+    def end(self) -> None:
+        """Terminate the process."""
+        self.process.kill()
+        self.process.join()
+        self.connection.close()
+
+
+def _serve(connection: Connection, check: Callable[[int], Checked]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    while True:
+        try:
+            number = connection.recv()
+        except EOFError:
+            return
+        try:
+            found = check(number)
+        except Exception as error:  # noqa: BLE001 - whatever a broken solver raises is a finding
+            found = Checked(findings=[Finding("raised", f"{type(error).__name__}: {error}")])
+        connection.send(found)
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A command that checks cases.
+
+    Attributes:
+        program: Module of the command.
+        about: What the command does.
+        case: What a case is: with `--gas 42`, say, one is checked.
+        goal: What is counted up to a number that is asked for, and the number by default: "cases", or a sum.
+        check: Returns what is found of the case of a number; called in another process.
+        sizes: Options that are whole numbers, with their defaults; `check` takes them as keywords.
+        save: Takes the number of a case with findings, these, and the folder of `--out`; returns what to print.
+    """
+
+    program: str
+    about: str | None
+    case: str
+    goal: tuple[str, float]
+    check: Callable[..., Checked]
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    save: Callable[[int, Checked, Path], str] = lambda *_: ""
+
+    def main(self, arguments: Sequence[str] | None = None) -> int:
+        """Return 1 if anything was found, 130 after Ctrl-C, else 0."""
+        goal, default = self.goal
+        many = f"{self.case}s" if goal == "cases" else goal
+        parser = argparse.ArgumentParser(f"python -m {self.program}", description=self.about)
+        parser.add_argument(f"--{many}", type=float, default=default, help=f"how many in all ({default:g})")
+        parser.add_argument("--jobs", type=int, default=1, help="processes, one core each (1)")
+        parser.add_argument("--minutes", type=float, default=float("inf"), help="for how long at most")
+        parser.add_argument("--state", type=Path, help="JSON file in which counts add up from call to call")
+        out = Path("reports") / self.program.replace(".", "-")
+        parser.add_argument("--out", type=Path, default=out, help=f"folder for cases with findings ({out})")
+        parser.add_argument(f"--{self.case}", type=int, help="check only the case of this number")
+        for name, size in self.sizes.items():
+            parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=size, help=f"({size})")
+        chosen = vars(parser.parse_args(arguments))
+        check = partial(self.check, **{name: chosen[name] for name in self.sizes})
+        number, state, ended = chosen[self.case], chosen["state"], True
+        tally = Tally() if state is None or number is not None else Tally.load(state)
+        if number is None:
+            end_s = time.monotonic() + 60.0 * chosen["minutes"]
+            ended = self.run(tally, check, chosen[many], chosen["jobs"], end_s, state, chosen["out"])
+        else:
+            self.count(tally, number, check(number), chosen["out"])
+        print(tally.table())
+        return 1 if tally.differences else 0 if ended else INTERRUPTED
+
+    def run(
+        self,
+        tally: Tally,
+        check: Callable[[int], Checked],
+        goal: float,
+        jobs: int = 1,
+        end_s: float = float("inf"),
+        state: Path | None = None,
+        out: Path = Path(),
+    ) -> bool:
+        """Check cases up to the goal, or for a time; return False after Ctrl-C."""
+        goes_on, shown_s, before_s, total = True, time.monotonic(), tally.total("seconds"), self.goal[0]
+        before = tally.total(total)
+
+        def end(*_: object) -> None:
+            nonlocal goes_on
+            goes_on = False
+
+        heard = signal.signal(signal.SIGINT, end)
+        workers = [Worker(check) for _ in range(jobs)]
+        try:
+            while True:
+                under_way = sum(worker.number is not None for worker in workers)
+                for worker in workers:
+                    left = goal - tally.total(total) - (under_way if total == "cases" else 0)
+                    if worker.number is None and goes_on and left > 0 and time.monotonic() < end_s:
+                        worker.begin(tally.begun)
+                        tally.begun += 1
+                        under_way += 1
+                if not under_way:
+                    return goes_on
+                ready = wait([worker.connection for worker in workers if worker.number is not None], timeout=1.0)
+                for worker in workers:
+                    number, hangs = worker.number, time.monotonic() - worker.since_s > HANGING_S
+                    if number is not None and worker.connection in ready:
+                        self.count(tally, number, worker.result(), out)
+                    elif number is not None and hangs:
+                        worker.replace()
+                        worker.number = None
+                        text = f"the process was terminated after {HANGING_S:g} s"
+                        self.count(tally, number, Checked(findings=[Finding("hangs", text)]), out)
+                if time.monotonic() - shown_s > PROGRESS_S or tally.begun <= jobs:
+                    shown_s, done = time.monotonic(), max(1, tally.total(total) - before)
+                    rate = (tally.total("seconds") - before_s) / done
+                    text = f"{tally.total('cases'):,.0f} cases, {tally.total(total):,.0f} {total}, "
+                    text += f"{rate:.3g} s of processor time each; {tally.total('findings'):,.0f} findings"
+                    print(text, file=sys.stderr, flush=True)
+                    if state is not None:
+                        tally.save(state)
+        finally:
+            for worker in workers:
+                worker.end()
+            if state is not None:
+                tally.save(state)
+            signal.signal(signal.SIGINT, heard)
+
+    def count(self, tally: Tally, number: int, checked: Checked, out: Path) -> None:
+        """Count a case; print its findings and how to see it again."""
+        tally.add(number, checked)
+        if checked.findings:
+            for finding in checked.findings[:PRINTED]:
+                print(f"{self.case} {number}: {finding.kind}: {finding.text}")
+            print(
+                f"    again: python -m {self.program} --{self.case} {number}{self.save(number, checked, out)}",
+                flush=True,
+            )
