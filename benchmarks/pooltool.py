@@ -17,7 +17,7 @@ from typing import Any
 from benchmarks.arguments import count, parser, run
 
 import carom
-from carom.catalogue.classics_many_discs import boxed_gas
+from carom.catalogue.groups.classics_many_discs import boxed_gas
 from carom.errors import CaromError
 
 ROUNDS = 5

@@ -16,7 +16,7 @@ from tests.scene_builders import Finish, Named, sure
 
 import carom
 from carom import Chain, Disc, Scene, compare, solve_pic, solve_pit
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.engines.api import Adapter, Setting
 from carom.execution.engine_run import observe_run
 

@@ -29,9 +29,9 @@ from carom.execution.job import Status
 from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
 from carom.report.render.markdown import markdown
-from carom.report.results_file.file import records
+from carom.report.results_file.read_write import records
+from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document, report_of
-from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.scene_sections import pack_replays
 
 NAME = "wild-numbers"

@@ -24,7 +24,7 @@ from carom import Disc, Scene, cross_check
 from carom.engines.registry import MANIFESTS, adapter_points
 from carom.execution.job import Status
 from carom.execution.pool import LocalPool
-from carom.report.results_file.file import records
+from carom.report.results_file.read_write import records
 
 #: Requests of one `carom serve`.
 SESSION = 200

@@ -18,7 +18,7 @@ from carom.execution.journal import JournalEntry
 from carom.execution.options import Options
 from carom.execution.pool import InProcessPool
 from carom.report.render.markdown import markdown
-from carom.report.results_file.file import records
+from carom.report.results_file.read_write import records
 from carom.studies.cross_check.run import observed_journal
 from carom.studies.diff.document import diff_document
 from carom.studies.diff.run import diff

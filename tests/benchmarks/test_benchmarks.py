@@ -16,7 +16,7 @@ from benchmarks.memory import CHANGED, write_copies
 from tests.cases import each
 
 from carom.errors import InputError
-from carom.report.results_file.file import read_records
+from carom.report.results_file.read_write import read_records
 from carom.studies.diff.run import diff
 
 ROOT = Path(__file__).parents[2]

@@ -9,7 +9,7 @@ from docs.figures import atlas, atlas_methods
 from tests.scene_builders import cross_checked
 
 from carom.catalogue import find_scenes
-from carom.report.results_file.file import raw_records, records
+from carom.report.results_file.read_write import raw_records, records
 
 pytestmark = pytest.mark.long  # it runs a cross-check
 

@@ -18,8 +18,8 @@ from tests.hazards.spread import Spread, ended, energy_change, starts_of, veloci
 from tests.scene_builders import disc_at, staged
 
 from carom import Chain, Scene
-from carom.catalogue.catalogue import find_scenes
 from carom.catalogue.entry import CatalogueScene
+from carom.catalogue.find_scenes import find_scenes
 from carom.engines.api import Adapter, AdapterError, Setting
 from carom.engines.registry import load_adapter, why_unavailable
 from carom.execution.job import Method

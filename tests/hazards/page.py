@@ -10,7 +10,7 @@ from operator import itemgetter
 from tests.hazards.measures import DRIVEN, GAS, GAS_STARTS, SPEEDS, STARTS, Figure
 from tests.hazards.spread import OFF, Spread
 
-from carom.catalogue.catalogue import find_scenes
+from carom.catalogue.find_scenes import find_scenes
 from carom.engines.api import Adapter
 from carom.execution.job import Method
 from carom.report.document import Column, Document, Headline, Section, Table

@@ -36,7 +36,7 @@ from tests.planted.altered_runs import (
 )
 
 from carom import Scene
-from carom.catalogue.catalogue import all_scenes
+from carom.catalogue.find_scenes import all_scenes
 from carom.comparator import Grade, Score, Verdict
 
 #: From best to worst.

@@ -15,8 +15,8 @@ from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.report.files import FORMATS
-from carom.report.results_file.file import read_records
-from carom.report.results_file.lines_as_json import text_of
+from carom.report.results_file.json_lines import text_of
+from carom.report.results_file.read_write import read_records
 from carom.studies.cross_check.run import execute, observed_journal
 from carom.studies.diff.run import diff
 

@@ -14,7 +14,7 @@ from tests.scene_builders import disc_at, staged
 
 from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, find_scenes
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.shifted_scenes import shift_start
 from carom.model.energy import kinetic_energy
 from carom.model.flights import free_flights

@@ -1,8 +1,8 @@
 """The catalogue: scenes whose answers come from mathematics or a cited source, and never from Carom's code."""
 
-from carom.catalogue.bug_report import Complaint, Symptom
-from carom.catalogue.catalogue import all_scenes, catalogue, find_scenes, scene_named
+from carom.catalogue.bug_reports.complaint import Complaint, Symptom
 from carom.catalogue.entry import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation
+from carom.catalogue.find_scenes import all_scenes, catalogue, find_scenes, scene_named
 
 __all__ = [
     "CatalogueScene",

@@ -1,7 +1,7 @@
 """Comparison of two traces of one scene: alignment, errors, verdicts and a grade."""
 
 from carom.comparator.compare import Score, Scorer, compare
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.horizon import Horizon, horizon, horizon_of
 from carom.comparator.measure.errors import Errors, ImpactError
 from carom.comparator.measure.stepwise_score import LocalScore

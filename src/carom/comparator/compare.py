@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import align_impacts
 from carom.comparator.comparison_range import Baseline, find_range
-from carom.comparator.grade import Grade
 from carom.comparator.grade_run import GradedRun, grade_run
+from carom.comparator.grades import Grade
 from carom.comparator.measure.consistency import Consistency
 from carom.comparator.measure.contact import ContactScore
 from carom.comparator.measure.errors import Errors, ImpactError

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
 
 _TEXTS = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))

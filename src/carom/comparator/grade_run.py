@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carom.comparator.grade import Grade, worst_grade
+from carom.comparator.grades import Grade, worst_grade
 from carom.comparator.measure.errors import Errors, Measured
 from carom.comparator.measure.sampling_cost import SamplingCost
 from carom.comparator.measure.stepwise_score import LocalScore

@@ -11,7 +11,7 @@ from carom.execution.job import Method
 from carom.execution.results import Results, Row, violates
 from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, Mark, mark_of
-from carom.report.results_file.lines_of_rows import line_of, reasons_of
+from carom.report.results_file.lines_from_rows import line_of, reasons_of
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 

@@ -26,7 +26,7 @@ from carom.report import formatting
 from carom.report.outcome_marks import mark_of
 from carom.report.paths import extent_of
 from carom.report.picture import ARC_PARTS
-from carom.report.results_file.lines_of_rows import line_of, reasons_of
+from carom.report.results_file.lines_from_rows import line_of, reasons_of
 from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
 from carom.support.escaping import visible
 

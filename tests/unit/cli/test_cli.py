@@ -41,7 +41,7 @@ from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.execution import describe_engines
 from carom.model.scene_file import scene_schema
-from carom.report.results_file.lines_as_json import records_schema
+from carom.report.results_file.json_lines import records_schema
 from carom.studies.tune.search import KnobSearch
 from carom.support.options import declared_options
 from carom.web.engine_script import PageEngine, linked

@@ -13,7 +13,7 @@ from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.stepwise import StepWatch, window, window_runs
 from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.verdict import Verdict

@@ -16,7 +16,7 @@ from tests.random_scenes import drawn, slowing
 from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom import Scene
-from carom.catalogue.catalogue import all_scenes
+from carom.catalogue.find_scenes import all_scenes
 from carom.comparator import Grade, local_truth
 from carom.comparator.measure.stepwise_score import score_steps
 from carom.comparator.scales import compute_scales

@@ -23,7 +23,7 @@ from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
 from carom.report.junit import junit
 from carom.report.render.markdown import markdown
-from carom.report.results_file.file import records
+from carom.report.results_file.read_write import records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.run import DRAWN, execute, observed_journal
 from carom.studies.diff.run import diff

@@ -35,8 +35,8 @@ from carom.report.outcome_marks import Mark
 from carom.report.render.html import html as html_of
 from carom.report.render.markdown import markdown as markdown_of
 from carom.report.render.terminal import terminal
-from carom.report.results_file.file import raw_records, read_records, stream_records
-from carom.report.results_file.lines_as_json import text_of
+from carom.report.results_file.json_lines import text_of
+from carom.report.results_file.read_write import raw_records, read_records, stream_records
 from carom.studies.cross_check.document import cross_check_document, report_of
 from carom.support.escaping import visible
 from carom.support.folders import MARKER

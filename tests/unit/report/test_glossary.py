@@ -9,7 +9,7 @@ from tests.cases import each
 from tests.command import carom_command
 
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
 from carom.report.glossary import explained, glossary
 from carom.report.outcome_marks import Mark

@@ -20,9 +20,9 @@ from carom.execution.pool import InProcessPool
 from carom.report.document import Lines, Text
 from carom.report.replay import impact_rows
 from carom.studies.bench.growth_document import growth_document
+from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.explain import explain
-from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.trend_section import trend_section
 from carom.studies.stress.document import stress_document
 from carom.studies.stress.result import CellEnding

@@ -36,7 +36,7 @@ def diff(
     if schema:
         import json
 
-        from carom.report.results_file.lines_as_json import records_schema
+        from carom.report.results_file.json_lines import records_schema
 
         typer.echo(json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False))
         return

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import AlignedRun
-from carom.comparator.grade import Grade, worst_grade
+from carom.comparator.grades import Grade, worst_grade
 from carom.comparator.measure.contact_intervals import (
     LAST,
     ContactQuality,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.scales import Scales, median
 from carom.comparator.stepwise.judge_window import PASSED
 from carom.comparator.thresholds import THRESHOLDS

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import MOST_EDITS
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.measure.contact import ContactErrors, ContactScore
 from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.scales import largest

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding
 

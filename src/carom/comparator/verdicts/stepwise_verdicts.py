@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.slowing import Slowing
 from carom.comparator.verdict import Finding, Verdict

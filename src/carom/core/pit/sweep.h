@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#include "carom/core/pit/search.h"
+#include "carom/core/pit/schedule.h"
 
 /* Add disc j if disc i may touch or overlap it. */
 static inline void note_overlap(State *s, const Disc *a, Index j) {

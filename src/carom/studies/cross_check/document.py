@@ -16,10 +16,10 @@ from carom.report.document import Document
 from carom.report.files import packed
 from carom.report.provenance import making
 from carom.report.replay import replay_data
-from carom.report.results_file.lines import RowLine, Summary
-from carom.studies.cross_check import method_sections, reference_sections, run_sections, scene_sections
+from carom.report.results_file.line_types import RowLine, Summary
+from carom.studies.cross_check import grade_tables, reference_sections, run_sections, scene_sections
+from carom.studies.cross_check.cells import Grid, build_grid, read_grid
 from carom.studies.cross_check.fault_pictures import picture_sections
-from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
 from carom.studies.cross_check.sampling_cost_section import sampling_cost_section
@@ -53,8 +53,8 @@ def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
 def _document(title: str, about: str, grid: Grid) -> Document:
     results = grid.results
     sections = (
-        method_sections.methods_section(grid),
-        method_sections.impacts_section(grid),
+        grade_tables.methods_section(grid),
+        grade_tables.impacts_section(grid),
         sampling_cost_section(grid),
         scene_sections.scenes_section(grid),
         scene_sections.unscored_section(grid),
@@ -71,7 +71,7 @@ def _document(title: str, about: str, grid: Grid) -> Document:
         run_sections.cells_section(grid),
         run_sections.impact_tables_section(grid),
     )
-    return Document(title, build_headline(grid), sections, about=about, watch=method_sections.first_replay(grid))
+    return Document(title, build_headline(grid), sections, about=about, watch=grade_tables.first_replay(grid))
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _report(results: Results, fail_on: Grade | None) -> Report:
     from carom.report.junit import junit
     from carom.report.render.html import html
     from carom.report.render.markdown import markdown
-    from carom.report.results_file.file import records
+    from carom.report.results_file.read_write import records
 
     document = cross_check_document(results)
     files = {
@@ -136,7 +136,7 @@ def _report(results: Results, fail_on: Grade | None) -> Report:
 
 def _replace_unreportable(results: Results) -> Results:
     """Replace each row that can't be written or replayed by a failure with the reason."""
-    from carom.report.results_file.file import record
+    from carom.report.results_file.read_write import record
 
     def check(row: Row) -> Row:
         try:

@@ -14,8 +14,8 @@ from carom.execution.phases import PhaseSpread
 from carom.model.trace import Trace, pair_name
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table, Text
-from carom.report.results_file.lines import RowLine
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn, keep_worst
+from carom.report.results_file.line_types import RowLine
+from carom.studies.cross_check.cells import Grid, GridCell, GridColumn, keep_worst
 
 #: Largest number of listed cells: a browser takes seconds for this many.
 MOST_CELLS = 10_000

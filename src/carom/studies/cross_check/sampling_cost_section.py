@@ -11,7 +11,7 @@ from functools import partial
 from carom.report import formatting
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.report.svg import SURFACE, drawing, error_scale, finish, line_style, new_figure, render
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+from carom.studies.cross_check.cells import Grid, GridCell, GridColumn
 
 #: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, inches.
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5

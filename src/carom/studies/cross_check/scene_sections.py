@@ -17,7 +17,7 @@ from carom.report.document import Cell, Column, Legend, Lines, Media, Replays, S
 from carom.report.files import packed
 from carom.report.outcome_marks import Mark
 from carom.report.replay import describe_run, replay_data, replay_key, run_command
-from carom.studies.cross_check.grid import Grid, GridCell, GridRow, NotRun, keep_worst
+from carom.studies.cross_check.cells import Grid, GridCell, GridRow, NotRun, keep_worst
 from carom.studies.cross_check.play_page import play_link
 from carom.support.escaping import visible
 

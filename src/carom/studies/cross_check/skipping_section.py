@@ -12,8 +12,8 @@ from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.report.svg import SURFACE, drawing, finish, line_style, new_figure, plain_number, render
+from carom.studies.cross_check.cells import Grid
 from carom.studies.cross_check.explain import describe_pic, describe_pit
-from carom.studies.cross_check.grid import Grid
 from carom.support.formatting import number
 
 NOTE = (

@@ -14,7 +14,7 @@ from carom.report import formatting
 from carom.report.document import Cell, Column, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark
 from carom.report.svg import INK, drawing, error_scale, finish, framed, line_style, render
-from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
+from carom.studies.cross_check.cells import Grid, GridCell, GridColumn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

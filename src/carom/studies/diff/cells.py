@@ -19,8 +19,8 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.job import Method
 from carom.report.outcome_marks import Mark, parse_mark
-from carom.report.results_file.file import stream_records
-from carom.report.results_file.lines import RowLine, SceneLine, Summary
+from carom.report.results_file.line_types import RowLine, SceneLine, Summary
+from carom.report.results_file.read_write import stream_records
 
 #: Verdicts that are compared without a number: present or not.
 _FLAGS = (

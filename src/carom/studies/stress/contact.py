@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import disc
+from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Scene
 from carom.studies.stress.attack import Attack, Trial, attack, attack_at_phases, build_attack, closed_form_judge
 from carom.studies.stress.friction import spin_judge

@@ -7,8 +7,8 @@ import math
 from decimal import Decimal
 from typing import Any
 
-from carom.catalogue.classics_walled import edges
 from carom.catalogue.closed_forms import disc
+from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain, Scene, Wall
 from carom.model.walls import Leg, drive_of
 from carom.studies.stress.attack import Attack, Trial, attack_at_phases, closed_form_judge, velocity_judge

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import disc
+from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector
 from carom.studies.stress.attack import PHASES, TOLERANCE, Attack, Judge, Judgement, Trial, attack, closed_form_judge

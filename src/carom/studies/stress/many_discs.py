@@ -7,9 +7,9 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from carom.catalogue.classics_many_discs import boxed_gas
-from carom.catalogue.classics_walled import box_walls
 from carom.catalogue.closed_forms import disc
+from carom.catalogue.groups.classics_many_discs import boxed_gas
+from carom.catalogue.groups.classics_walled import box_walls
 from carom.model.scene import Disc, Scene, Wall
 from carom.studies.stress.attack import (
     PHASES,

@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 from carom.cli import app
 from carom.execution.results import Results
 from carom.report.document import Document, Media, Table, Text
-from carom.report.results_file.file import read_records, records
+from carom.report.results_file.read_write import read_records, records
 from carom.studies.cross_check import run_sections, scene_sections
+from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
-from carom.studies.cross_check.grid import build_grid
 
 
 @pytest.fixture

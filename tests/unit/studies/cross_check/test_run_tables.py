@@ -12,10 +12,10 @@ from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Cell, Media, Section, Table
 from carom.report.render.markdown import markdown
-from carom.report.results_file.file import records
-from carom.report.results_file.lines_as_json import OF_SPINS
+from carom.report.results_file.json_lines import OF_SPINS
+from carom.report.results_file.read_write import records
+from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.run_sections import cells_section, run_time_section, settings_section, spread_section
 
 

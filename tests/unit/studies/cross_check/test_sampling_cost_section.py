@@ -23,11 +23,11 @@ from carom.report.formatting import number
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
 from carom.report.render.terminal import terminal
-from carom.report.results_file.file import records
+from carom.report.results_file.read_write import records
 from carom.studies.cross_check import sampling_cost_section as price
+from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.grid import build_grid
-from carom.studies.cross_check.method_sections import methods_section
+from carom.studies.cross_check.grade_tables import methods_section
 from carom.studies.cross_check.sampling_cost_section import (
     draw_sampling_costs,
     measure_engine_costs,

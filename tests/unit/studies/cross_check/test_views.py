@@ -31,12 +31,12 @@ from carom.report.render.html import html
 from carom.report.render.markdown import markdown
 from carom.report.render.terminal import terminal
 from carom.report.replay import impact_rows
-from carom.report.results_file.lines_of_rows import line_of, reasons_of
+from carom.report.results_file.lines_from_rows import line_of, reasons_of
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
+from carom.studies.cross_check.cells import GridCell, build_grid
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.fault_pictures import find_divergences
-from carom.studies.cross_check.grid import GridCell, build_grid
 from carom.studies.cross_check.trend_section import build_trend
 
 

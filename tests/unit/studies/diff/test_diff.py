@@ -30,8 +30,8 @@ from carom.model.trace import Trace
 from carom.report.outcome_marks import Mark
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
-from carom.report.results_file.file import records
-from carom.report.results_file.lines_as_json import records_schema
+from carom.report.results_file.json_lines import records_schema
+from carom.report.results_file.read_write import records
 from carom.studies.diff.document import MOST_ROWS, diff_document
 from carom.studies.diff.run import Diff, Kind, diff
 

@@ -19,8 +19,8 @@ from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
 from carom.report.replay import replay_key
-from carom.report.results_file.lines import RowLine, SceneLine, Summary
-from carom.report.results_file.lines_of_rows import line_of, reasons_of, summary_of
+from carom.report.results_file.line_types import RowLine, SceneLine, Summary
+from carom.report.results_file.lines_from_rows import line_of, reasons_of, summary_of
 
 T = TypeVar("T")
 

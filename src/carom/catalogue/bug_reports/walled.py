@@ -5,9 +5,9 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.classics_walled import bounces_in_a_box, box_walls
 from carom.catalogue.closed_forms import after_impact, answered, disc, dot, impact, scene_of, unit
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
+from carom.catalogue.groups.classics_walled import bounces_in_a_box, box_walls
 from carom.model.scene import Wall
 
 _MIRROR = "Each wall reverses the velocity across it, times its restitution"

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from carom.catalogue.classics_walled import FLOOR, edges
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
+from carom.catalogue.groups.classics_walled import FLOOR, edges
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector, wall_body
 

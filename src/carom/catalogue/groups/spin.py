@@ -11,9 +11,9 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import scene_of
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
+from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 

@@ -58,24 +58,16 @@ def load_complaints() -> Iterator[Complaint]:
     its docstring is the description of the scene.
     """
     # imported here: most commands need the suite only
-    from carom.catalogue import (
-        bug_reports_driven,
-        bug_reports_falling,
-        bug_reports_pairs,
-        bug_reports_rolling,
-        bug_reports_seams,
-        bug_reports_thin,
-        bug_reports_walled,
-    )
+    from carom.catalogue.bug_reports import driven, falling, pairs, rolling, seams, thin, walled
 
     modules = {
-        "pairs": bug_reports_pairs,
-        "walled": bug_reports_walled,
-        "driven": bug_reports_driven,
-        "thin": bug_reports_thin,
-        "falling": bug_reports_falling,
-        "rolling": bug_reports_rolling,
-        "seams": bug_reports_seams,
+        "pairs": pairs,
+        "walled": walled,
+        "falling": falling,
+        "rolling": rolling,
+        "seams": seams,
+        "thin": thin,
+        "driven": driven,
     }
     reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
     for group, name, given in ((group, *item) for group, found in reports.items() for item in found.items()):

@@ -10,9 +10,9 @@ import cmath
 import math
 from collections.abc import Sequence
 
-from carom.catalogue.classics_walled import edges, in_a_room
 from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of, unit, vector, wedge_impacts
 from carom.catalogue.entry import KnownAnswer, Staged, Tag, marked
+from carom.catalogue.groups.classics_walled import edges, in_a_room
 from carom.model.scene import Chain, Disc, Ring
 
 _LAW = "Newton's law: the velocity along the normal is reversed"

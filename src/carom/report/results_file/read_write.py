@@ -16,9 +16,9 @@ from carom.comparator import Score
 from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
-from carom.report.results_file.lines import RowLine, Summary
-from carom.report.results_file.lines_as_json import read_row, read_summary, text_of
-from carom.report.results_file.lines_of_rows import line_of, summary_of
+from carom.report.results_file.json_lines import read_row, read_summary, text_of
+from carom.report.results_file.line_types import RowLine, Summary
+from carom.report.results_file.lines_from_rows import line_of, summary_of
 from carom.support.escaping import shortened, visible
 from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
 

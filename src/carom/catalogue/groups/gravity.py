@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.classics_walled import FLOOR, box_walls
 from carom.catalogue.closed_forms import after_impact, answered, disc, dot, impact, normal_of_offset, scene_of, vector
 from carom.catalogue.entry import Staged
+from carom.catalogue.groups.classics_walled import FLOOR, box_walls
 from carom.model.scene import Wall
 
 #: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.

@@ -10,9 +10,9 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from carom.catalogue.classics_walled import edges, in_a_room
 from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
+from carom.catalogue.groups.classics_walled import edges, in_a_room
 from carom.model.scene import Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"

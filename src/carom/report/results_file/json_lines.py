@@ -34,7 +34,7 @@ from pydantic_core import CoreSchema, core_schema
 from carom.comparator import Grade, LocalScore
 from carom.errors import InputError
 from carom.report.files import FORMATS
-from carom.report.results_file.lines import RowLine, Summary
+from carom.report.results_file.line_types import RowLine, Summary
 from carom.support.escaping import shortened, shown
 
 #: Fields of a score for spins. These fields are written only if a disc of the scene spins.

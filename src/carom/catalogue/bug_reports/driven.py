@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from carom.catalogue.classics_walled import edges, in_a_room
 from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
-from carom.catalogue.driven import before_a_paddle, on_a_lift
 from carom.catalogue.entry import Staged
+from carom.catalogue.groups.classics_walled import edges, in_a_room
+from carom.catalogue.groups.driven import before_a_paddle, on_a_lift
 from carom.model.scene import Ring, Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.classics_walled import FLOOR
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
 from carom.catalogue.entry import Staged
+from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Disc, Wall
 from carom.model.trace import wall_body
 

@@ -9,7 +9,9 @@ from functools import cache
 from itertools import chain
 from types import MappingProxyType
 
-from carom.catalogue import (
+from carom.catalogue.bug_reports.complaint import load_complaints
+from carom.catalogue.entry import CatalogueScene, Tag, scenes_of
+from carom.catalogue.groups import (
     classics_collinear,
     classics_many_discs,
     classics_two_discs,
@@ -23,8 +25,6 @@ from carom.catalogue import (
     spin,
     tables,
 )
-from carom.catalogue.bug_report import load_complaints
-from carom.catalogue.entry import CatalogueScene, Tag, scenes_of
 from carom.errors import UnknownNameError
 from carom.model.scene import Scene
 

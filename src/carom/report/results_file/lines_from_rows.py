@@ -12,7 +12,7 @@ from carom.execution.job import Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Outcome
 from carom.report.files import FORMATS
-from carom.report.results_file.lines import RowLine, SceneLine, Summary, Taken, VerdictLine
+from carom.report.results_file.line_types import RowLine, SceneLine, Summary, Taken, VerdictLine
 
 NO_REFERENCE = "PIC does not solve this scene, so there is no reference to compare the run with"
 

@@ -6,9 +6,9 @@
 
 #pragma once
 
-#include "carom/core/pit/bounds.h"
+#include "carom/core/pit/skip_bounds.h"
 #include "carom/core/pit/grid.h"
-#include "carom/core/pit/pending_tests.h"
+#include "carom/core/pit/test_queue.h"
 
 /* ---- work, measured in tests of two discs, and whether skipping tests saves work ---- */
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.classics_walled import box_walls
 from carom.catalogue.closed_forms import answered, disc, impact, scene_of
 from carom.catalogue.entry import KnownAnswer, Staged
+from carom.catalogue.groups.classics_walled import box_walls
 
 
 def _one_into_two() -> Staged:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.classics_many_discs import boxed_gas
-from carom.catalogue.classics_walled import box_walls
 from carom.catalogue.closed_forms import after_wall, answered, disc, impact, meeting, scene_of
 from carom.catalogue.entry import Staged
+from carom.catalogue.groups.classics_many_discs import boxed_gas
+from carom.catalogue.groups.classics_walled import box_walls
 
 
 def _slow_pair() -> Staged:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.classics_walled import edges, in_a_room
 from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of, unit
 from carom.catalogue.entry import Staged
+from carom.catalogue.groups.classics_walled import edges, in_a_room
 from carom.model.scene import Chain
 
 _LAW = "Newton's law: the velocity along the normal is reversed"

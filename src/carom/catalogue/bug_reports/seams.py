@@ -9,9 +9,9 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.classics_walled import edges
 from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of
 from carom.catalogue.entry import Staged
+from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain
 
 _LAW = "Newton's law: the velocity along the normal is reversed; a floor in pieces acts like one floor"
