@@ -21,9 +21,9 @@ from carom import Scene
 from carom.catalogue import all_scenes
 from carom.engines.api import Adapter, AdapterError, Contact, Setting, unsupported_reason
 from carom.execution.engine_run import observe_run
-from carom.execution.options import Options
 from carom.execution.plan import build_plan, capabilities_of
 from carom.execution.pool import InProcessPool
+from carom.execution.run_options import Options
 from carom.model.trace import Outcome
 from carom.studies.cross_check.explain import explain
 

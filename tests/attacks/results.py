@@ -15,8 +15,8 @@ from carom.catalogue import all_scenes
 from carom.execution.cache_key import job_key
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JournalEntry
-from carom.execution.options import Options
 from carom.execution.pool import InProcessPool
+from carom.execution.run_options import Options
 from carom.report.render.markdown import markdown
 from carom.report.results_file.read_write import records
 from carom.studies.cross_check.run import observed_journal

@@ -20,7 +20,7 @@ from carom.comparator import Grade, Verdict
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.cases import cases
 from carom.execution.job import Status
-from carom.execution.options import LimitOptions
+from carom.execution.shared_options import LimitOptions
 
 HERE = Path(__file__).parent
 #: Where adapters imported the interface from when 0.1 was released.

@@ -11,9 +11,9 @@ from tests.cases import each
 from carom.catalogue import find_scenes
 from carom.errors import InputError
 from carom.execution.journal import JOURNAL_FORMAT, canonical
-from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
+from carom.execution.run_options import Options
 from carom.report.files import FORMATS
 from carom.report.results_file.json_lines import text_of
 from carom.report.results_file.read_write import read_records

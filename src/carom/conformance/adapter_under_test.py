@@ -23,9 +23,9 @@ from carom.execution.adapter_profile import capabilities_of, profile_settings
 from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Job, Method, Status, Task
 from carom.execution.journal import MemoryJournal
-from carom.execution.options import LimitOptions
 from carom.execution.pool import Closeable, LocalPool
 from carom.execution.scheduler import TaskRequest, run_tasks
+from carom.execution.shared_options import LimitOptions
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
 

@@ -61,7 +61,7 @@ def pytest_configure(config: pytest.Config) -> None:
     from carom.conformance.known_failures import FILE_NAME
     from carom.conformance.suite import make_suite
     from carom.errors import CaromError
-    from carom.execution.options import LimitOptions
+    from carom.execution.shared_options import LimitOptions
 
     limits = {
         "time_limit_s": config.getoption("carom_time_limit"),

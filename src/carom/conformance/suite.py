@@ -20,9 +20,9 @@ from carom.conformance.known_failures import (
 from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, resolve_engine
 from carom.errors import InputError, UnknownNameError
 from carom.execution.describe_engines import describe_engines
-from carom.execution.options import LimitOptions
 from carom.execution.plan import DEFAULT_PROFILES
 from carom.execution.pool import Pool
+from carom.execution.shared_options import LimitOptions
 
 ALL = "all"
 

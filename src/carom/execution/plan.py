@@ -17,8 +17,8 @@ from carom.execution.adapter_profile import capabilities_of
 from carom.execution.describe_engines import Methods, describe_engines, list_methods, select_engines
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, SettingOverrides, Status
-from carom.execution.options import Options
 from carom.execution.pool import Pool, TaskRunner
+from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings
 from carom.model.scene import Scene
 from carom.model.trace import Trace

@@ -11,7 +11,7 @@ from carom.comparator.non_finite import find_non_finite
 from carom.comparator.shifted_scenes import shift_start
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, UnsupportedError
-from carom.execution.options import CERTIFY_SECONDS
+from carom.execution.run_options import CERTIFY_SECONDS
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 from carom.solvers.certified.certify import certify

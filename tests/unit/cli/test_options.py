@@ -18,7 +18,7 @@ import carom
 from carom import studies
 from carom.cli.options import shown_option
 from carom.errors import InputError, UnknownNameError
-from carom.execution.options import Options
+from carom.execution.run_options import Options
 from carom.solvers.certified.options import CertifyOptions
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.bench.options import BenchPlan, GrowthOptions

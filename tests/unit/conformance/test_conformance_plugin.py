@@ -13,8 +13,8 @@ from carom.conformance.known_failures import FILE_NAME
 from carom.conformance.suite import make_suite, selected_engines
 from carom.engines.registry import load_adapter
 from carom.errors import InputError
-from carom.execution.options import LimitOptions
 from carom.execution.pool import InProcessPool
+from carom.execution.shared_options import LimitOptions
 
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 

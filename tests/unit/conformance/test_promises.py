@@ -29,7 +29,7 @@ from carom.engines.api.checks import MANTISSA_BITS
 from carom.engines.registry import load_adapter
 from carom.execution import adapter_profile
 from carom.execution.job import Task
-from carom.execution.options import LimitOptions
+from carom.execution.shared_options import LimitOptions
 from carom.model.scene import Disc, Scene, Wall
 from carom.solvers.pic import solve_pic
 

@@ -17,7 +17,7 @@ from carom.conformance.known_answers import CATALOGUE_SCENES, known_trace
 from carom.conformance.suite import make_suite
 from carom.conformance.violation import NotApplicable
 from carom.errors import InputError
-from carom.execution.options import LimitOptions
+from carom.execution.shared_options import LimitOptions
 
 
 def test_a_known_answer_and_pic_are_the_same_trace() -> None:

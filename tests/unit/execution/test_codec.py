@@ -20,7 +20,7 @@ from carom.execution.codec import CarriedTrace, Codec
 from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import Journal, JournalEntry
-from carom.execution.options import Options
+from carom.execution.run_options import Options
 from carom.execution.worker import codec_of
 from carom.model.trace import Trace
 from carom.studies.cross_check.run import observed_journal

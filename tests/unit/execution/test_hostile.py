@@ -19,10 +19,10 @@ from tests.unit.execution.conftest import STANDING
 from carom import Disc, Scene, save_scene
 from carom.execution.environment import resident_bytes
 from carom.execution.job import Status
-from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.execution.results import Row
+from carom.execution.run_options import Options
 from carom.execution.working_folder import _clear_abandoned
 from carom.studies.cross_check.run import execute
 

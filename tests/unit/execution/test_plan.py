@@ -18,9 +18,9 @@ from carom.execution.cache_key import job_key
 from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import canonical
-from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool, LocalPool, Pool
+from carom.execution.run_options import Options
 from carom.execution.scheduler import build_batches
 from carom.execution.sweep import Measures, ScoreTask, score_journal, steps_of, sweep
 

@@ -16,10 +16,10 @@ from tests.processes import PATIENT_S, limit_only
 
 from carom import Disc, Scene, Wall
 from carom.execution.job import Status
-from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool, LocalPool, Pool
 from carom.execution.results import Results
+from carom.execution.run_options import Options
 from carom.studies.cross_check.run import execute
 
 #: Engines that a process survives, and such as end it or never answer.

@@ -16,9 +16,9 @@ from carom.errors import InputError
 from carom.execution.cache_key import job_key
 from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
-from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
+from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
 from carom.report.junit import junit

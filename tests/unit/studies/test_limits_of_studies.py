@@ -19,9 +19,10 @@ from carom.conformance.suite import make_suite
 from carom.conformance.violation import Setup
 from carom.execution import cache_key, describe_engines
 from carom.execution.job import Answer, Task
-from carom.execution.options import LimitOptions, Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
+from carom.execution.run_options import Options
+from carom.execution.shared_options import LimitOptions
 from carom.execution.sweep import score_journal
 from carom.execution.worker import carry_out
 from carom.studies.advise.options import AdviceOptions

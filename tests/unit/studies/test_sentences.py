@@ -14,9 +14,9 @@ from tests.unit.studies.examples import METHODS, campaign_results, growth
 from carom import Results, Scene, cross_check, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator import compare
-from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
+from carom.execution.run_options import Options
 from carom.report.document import Lines, Text
 from carom.report.replay import impact_rows
 from carom.studies.bench.growth_document import growth_document

@@ -10,7 +10,7 @@ import typer
 from carom.cli import common
 from carom.cli.options import asking
 from carom.errors import InputError
-from carom.execution.options import FailOn
+from carom.execution.run_options import FailOn
 from carom.studies.diff.options import DiffOptions
 
 #: Text that every written comparison contains, and the number of first bytes that are searched for it.

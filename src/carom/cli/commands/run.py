@@ -14,7 +14,7 @@ from carom.cli import common
 from carom.cli.command_line import command_line
 from carom.cli.options import asking
 from carom.errors import InputError
-from carom.execution.options import FailOn, Options
+from carom.execution.run_options import FailOn, Options
 
 if TYPE_CHECKING:
     from carom.comparator import Grade

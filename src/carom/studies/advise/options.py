@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.execution.options import LimitOptions, engine_names, profile_names
+from carom.execution.shared_options import LimitOptions, engine_names, profile_names
 from carom.support.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
 from carom.support.options import ValueKind, measure, option, whole
 

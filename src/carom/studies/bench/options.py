@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
-from carom.execution.options import MOST_SEED, LimitOptions, engine_names, no_scheduler, profile_names
+from carom.execution.shared_options import MOST_SEED, LimitOptions, engine_names, no_scheduler, profile_names
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.series import STEPS, geometric_steps
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES

@@ -10,8 +10,8 @@ from carom.comparator import Grade
 from carom.errors import CaromError
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Status
-from carom.execution.options import default_dts
 from carom.execution.results import Results, Row
+from carom.execution.run_options import default_dts
 from carom.report.document import Document
 from carom.report.files import packed
 from carom.report.provenance import making

@@ -24,14 +24,15 @@ from carom.execution.environment import environment
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
-from carom.execution.options import LimitOptions, Options
 from carom.execution.phases import compute_spread, phase_values
 from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.reference import Reference, build_reference, solve_reference, will_certify
 from carom.execution.results import Results, Row
+from carom.execution.run_options import Options
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.settings_override import resolve_settings
+from carom.execution.shared_options import LimitOptions
 from carom.execution.sweep import steps_of
 from carom.execution.time_saved import measure_skips
 from carom.execution.timing import TimeTask, Timing
@@ -119,7 +120,7 @@ def cross_check(
         command: The command line to print in the report.
         pool: Worker pool, which stays open. By default, a new pool is used and closed.
         options: ``dts``, ``profiles``, ``settings``, ``phases``, ``scheduler`` and the other fields of
-            `carom.execution.options.Options`.
+            `carom.execution.run_options.Options`.
 
     Raises:
         InputError: There are no scenes, two scenes have the same name, or a number is out of range.

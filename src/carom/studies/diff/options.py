@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from carom.execution.options import FailOn
+from carom.execution.run_options import FailOn
 from carom.support.options import DeclaredOptions, ValueKind, one_of, option
 
 

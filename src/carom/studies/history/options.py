@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
-from carom.execution.options import LimitOptions, no_scheduler, phase_seed, profile_names, step_lengths
+from carom.execution.shared_options import LimitOptions, no_scheduler, phase_seed, profile_names, step_lengths
 from carom.support.limits import MOST_PHASES
 from carom.support.options import flag, megabytes, name, option, whole
 

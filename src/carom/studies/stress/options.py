@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
-from carom.execution.options import LimitOptions, engine_names, profile_names
+from carom.execution.shared_options import LimitOptions, engine_names, profile_names
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 from carom.support.options import flag, option, seconds
 

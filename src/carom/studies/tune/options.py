@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.execution.options import MOST_SEED, LimitOptions
+from carom.execution.shared_options import MOST_SEED, LimitOptions
 from carom.support.escaping import shown
 from carom.support.options import flag, name, option, step, whole
 

@@ -21,9 +21,9 @@ from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.execution import reference
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
-from carom.execution.options import Options, default_dts
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
+from carom.execution.run_options import Options, default_dts
 from carom.execution.timing import TIMING_RUNS, TimeTask
 from carom.model.trace import Outcome, Trace
 from carom.studies.cross_check import run as execute

@@ -14,9 +14,9 @@ from carom.catalogue import catalogue
 from carom.execution import reference
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
-from carom.execution.options import Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
+from carom.execution.run_options import Options
 from carom.execution.time_saved import measure_pic_saving, measure_pit_saving
 from carom.report.document import Figures, Media, Table
 from carom.solvers.pic import solve_pic

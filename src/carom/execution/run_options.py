@@ -1,0 +1,131 @@
+"""Options of `carom run`, declared by `carom.support.options`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+from carom.errors import InputError
+from carom.execution.shared_options import (
+    LimitOptions,
+    engine_names,
+    memory_limit,
+    phase_seed,
+    profile_names,
+    step_lengths,
+    time_limit,
+)
+from carom.support.limits import MOST_PHASES
+from carom.support.options import ValueKind, flag, option, seconds, whole
+
+if TYPE_CHECKING:
+    from carom.model.scene import Scene
+    from carom.model.trace import Setting
+
+#: Time limit of the certified run of a scene, seconds: enough for a few thousand impacts of dozens of discs.
+CERTIFY_SECONDS = 10.0
+
+#: The best grade that counts as a violation.
+FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
+
+#: Ratio between one step of a scene and the next. The ratio is large enough to show an order of convergence.
+REFINEMENT = 4
+REFINEMENTS = 3
+
+
+def default_dts(scene: Scene) -> tuple[float, ...]:
+    """Return the default steps of a scene: its own frame, a quarter and a sixteenth of it."""
+    return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    if not isinstance(value, Mapping | tuple):  # the default, an empty tuple, is an empty mapping
+        raise TypeError
+    return dict(value)
+
+
+def parse_settings(words: Sequence[str]) -> dict[str, Setting]:
+    """Parse settings in the form ``name=value``. The values stay texts.
+
+    Raises:
+        InputError: A word has no ``=`` or no name, or a setting occurs twice.
+    """
+    found: dict[str, Setting] = {}
+    for word in words:
+        name, sign, value = word.partition("=")
+        if not (name and sign):
+            raise InputError(f"--set must be NAME=VALUE, such as iterations=20, got {word!r}")
+        if name in found:
+            raise InputError(f"--set: {name} is given twice, as {found[name]} and {value}")
+        found[name] = value
+    return found
+
+
+@dataclass(frozen=True)
+class Options(LimitOptions):
+    """Options of a cross-check, without its scenes.
+
+    Attributes:
+        engines: Names of adapters; by default every one whose engine is installed.
+        dts: Steps, seconds; by default those of `default_dts` for each scene.
+        profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
+            engine has. If two profiles of an engine have the same settings, only the later one is run. A profile that
+            cuts steps is run only at a scene's coarsest step, unless steps are given, because its results do not depend
+            on the step.
+        settings: Settings to try instead of the profiles' own, by name. Every requested engine must have the settings.
+            A text is converted to the type of the setting.
+        phases: Number of sub-step phases at which to run each job in addition to the scene's own, for the spread of
+            errors.
+        seed: Start of the quasi-random sequence of phases.
+        certified: Whether to score against certified runs. By default PIC is the reference. For scenes of three discs
+            or more, a certified run shows up to which impact PIC is reliable, if python-flint is installed.
+        certify_s: Seconds for the certified run of each scene.
+        timing: Whether to time each job at its scene's coarsest step too, in a pass in which nothing else runs.
+        samples: Whether to keep states for drawing. Only reports need them.
+
+    Raises:
+        InputError: A value is invalid.
+    """
+
+    engines: Sequence[str] | None = engine_names(stamped=True)
+    dts: Sequence[float] | None = step_lengths("1, 1/4 and 1/16 of a scene's frame", stamped=True)
+    profiles: Sequence[str] | None = profile_names(
+        what="Settings profile, repeatable, or 'all' for every profile.", said="default, tuned, located", stamped=True
+    )
+    settings: Mapping[str, Setting] = option(
+        (),
+        ValueKind(
+            "a mapping from names to values", "NAME=VALUE", _mapping, wrong=("x", 5, ["x"], None), gather=parse_settings
+        ),
+        "Override a setting of the profiles, repeatable. Every chosen engine must have the setting.",
+        "--set",
+        stamped=True,
+    )
+    phases: int = option(
+        0,
+        whole(0, MOST_PHASES),
+        "Also run each scene from this many start positions within a step, to show the spread of errors.",
+        "--phases",
+        stamped=True,
+    )
+    seed: int = phase_seed(stamped=True)
+    certified: bool | None = option(
+        None,
+        flag(),
+        "Compare with certified runs, which need python-flint.",
+        "--certify/--no-certify",
+        stamped=True,
+        said="PIC, certified for three discs or more",
+    )
+    certify_s: float = option(CERTIFY_SECONDS, seconds(), "Seconds per certified run.", "--certify-time", stamped=True)
+    timing: bool = option(True, flag(), "Time each scene at its coarsest step.", "--timing/--no-timing", stamped=True)
+    samples: bool = option(True, flag(), "Whether to keep states for drawing.", stamped=True)
+    _: KW_ONLY
+    time_limit_s: float = time_limit(stamped=True)
+    memory_limit_mb: float | None = memory_limit(stamped=True)
+
+    def steps_of(self, scene: Scene) -> tuple[float, ...]:
+        """Return the steps at which a scene is run, from the coarsest on."""
+        return tuple(sorted(set(self.dts or default_dts(scene)), reverse=True))

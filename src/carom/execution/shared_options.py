@@ -1,0 +1,149 @@
+"""Options shared by all studies, declared by `carom.support.options`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS
+from carom.support.options import DeclaredOptions, ValueKind, megabytes, name, option, seconds, step, whole
+
+if TYPE_CHECKING:
+    from carom.execution.pool import LocalPool, Pool
+
+#: Largest seed of NumPy's generators.
+MOST_SEED = 2**63 - 1
+
+
+def _engine(text: str) -> str:
+    from carom.engines.registry import resolve_engine
+
+    return resolve_engine(text)
+
+
+def engine_names(*, stamped: bool = False) -> Any:
+    """Declare the option for engines, by name or manifest.
+
+    A manifest is registered, and replaced by the name of its engine.
+    """
+    return option(
+        None,
+        ValueKind("a name", "NAME", name().take, _engine, name().wrong),
+        "Engine name, or path of an engine.toml; repeatable. The engine's code runs with your permissions.",
+        "--engine",
+        "-e",
+        many=True,
+        stamped=stamped,
+        said="all installed",
+    )
+
+
+def profile_names(
+    *default: str, what: str = "Settings profile, repeatable.", said: str = "", stamped: bool = False
+) -> Any:
+    """Declare the option for profiles; `said` describes the default if it is None."""
+    return option(default or None, name(), what, "--profile", "-p", many=True, stamped=stamped, said=said)
+
+
+def step_lengths(said: str, *, stamped: bool = False) -> Any:
+    """Declare the option for steps. `said` describes the default."""
+    what = "Time step in seconds, such as 1/240; repeatable."
+    return option(None, step(), what, "--dt", many=True, stamped=stamped, said=said)
+
+
+def phase_seed(*, stamped: bool = False) -> Any:
+    """Declare the option for the start of the sequence of phases."""
+    return option(
+        0, whole(0, MOST_SEED), "Number that selects the start positions in a step.", "--seed", stamped=stamped
+    )
+
+
+def time_limit(*, stamped: bool = False) -> Any:
+    """Declare the option for the time limit of a run."""
+    what = "Time limit of a run in seconds."
+    return option(DEFAULT_TIME_LIMIT_S, seconds(), what, "--time-limit", stamped=stamped)
+
+
+def memory_limit(*, stamped: bool = False) -> Any:
+    """Declare the option for the memory limit of a process."""
+    what, said = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
+    return option(None, megabytes(), what, "--memory-limit", stamped=stamped, said=said)
+
+
+def _address(value: Any) -> str:
+    if not re.fullmatch(r"[a-z]+://\S+", value):
+        raise ValueError
+    return str(value)
+
+
+def scheduler() -> Any:
+    """Declare the option for a cluster."""
+    said = "an address such as tcp://host:8786"
+    return option(
+        None,
+        ValueKind(said, "ADDRESS", _address, wrong=("host:8786", "nan", "", 5, True, ["tcp://host:8786"])),
+        "Dask scheduler to run on, such as tcp://host:8786. Run times are still measured here.",
+        "--scheduler",
+        said="this machine",
+    )
+
+
+def no_scheduler(reason: str) -> Any:
+    """Declare the option for a cluster in a study that can't use one, with the reason."""
+
+    def refuse(_value: Any) -> None:
+        raise ValueError
+
+    kind = ValueKind(f"left out, since {reason}", "ADDRESS", refuse, wrong=("tcp://host:8786", "", 5))
+    return option(None, kind, f"Not available here: {reason}.", "--scheduler")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitOptions(DeclaredOptions):
+    """Options of every study that starts engines.
+
+    Attributes:
+        jobs: Number of parallel runs; by default the number of cores.
+        time_limit_s: Seconds after which an engine without an answer is ended.
+        memory_limit_mb: Memory limit of an engine's process, megabytes; by default that of
+            `carom.execution.pool.LocalPool`.
+        scheduler: Address of the Dask scheduler whose cluster the study runs on; by default it runs on this machine.
+    """
+
+    jobs: int | None = option(
+        None, whole(1, MOST_JOBS), "Number of parallel runs.", "--jobs", "-j", said="number of cores"
+    )
+    time_limit_s: float = time_limit()
+    memory_limit_mb: float | None = memory_limit()
+    scheduler: str | None = scheduler()
+
+    def pool(self) -> Pool:
+        """Return the requested pool: a pool on the cluster of `scheduler`, or else on this machine.
+
+        Raises:
+            CaromError: The cluster can't be used; see `carom.execution.cluster.ClusterPool`.
+        """
+        if self.scheduler is None:
+            return self.local_pool()
+        from carom.execution.cluster import ClusterPool
+
+        return ClusterPool(self.scheduler, self.time_limit_s, self.memory_limit_mb)
+
+    def local_pool(self, jobs: int | None = None) -> LocalPool:
+        """Return a pool of worker processes on this machine with these limits."""
+        from carom.execution.pool import LocalPool
+
+        _build_codecs()
+        return LocalPool(jobs or self.jobs, self.time_limit_s, self.memory_limit_mb)
+
+
+def _build_codecs() -> None:
+    """Build the codecs of the most frequent tasks, so that the processes that a pool forks already have them."""
+    from carom.execution.describe_engines import DescribeTask
+    from carom.execution.engine_run import ObserveTask
+    from carom.execution.timing import TimeTask
+    from carom.execution.worker import codec_of
+
+    for task in (DescribeTask, ObserveTask, TimeTask):
+        codec_of(task)
