@@ -40,7 +40,8 @@ def main() -> None:
     lost, sys.unraisablehook = sys.unraisablehook, _raise_again
     # Pydantic reads the entry points of all installed packages, and fails if those of one package are damaged.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    # OpenBLAS starts a thread per core while NumPy is imported, in each process. Carom multiplies small matrices only.
+    # OpenBLAS starts a thread per core while NumPy is imported, in each process. A thread loops while it waits, and
+    # takes tens of megabytes of address space. Carom multiplies small matrices only. Engines inherit the variable.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from carom.cli import command

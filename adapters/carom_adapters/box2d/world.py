@@ -84,7 +84,7 @@ class Box2dWorld(QuietSteps):
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
-        self.ordinary = min(LONGEST_MOVE_M, LARGEST_TURN_RAD) / float(settings["dt_s"])
+        self.size_without_warning = min(LONGEST_MOVE_M, LARGEST_TURN_RAD) / float(settings["dt_s"])
         self._clock = StepClock(float(settings["dt_s"]) * self._time)
         self._world = self._box2d.b2World(gravity=scene.gravity_m_s2)
         for name in WORLD_SETTINGS:

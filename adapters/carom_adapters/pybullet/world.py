@@ -68,7 +68,7 @@ class PybulletWorld(QuietSteps):
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
         self._place, self._motion = self._bullet.getBasePositionAndOrientation, self._bullet.getBaseVelocity
         if not self._asked.get("useMaximalCoordinates", False):
-            self.ordinary = min(SHIPPED_SPEED_CLAMP_M_S, SHIPPED_SPIN_CLAMP_RAD_S)
+            self.size_without_warning = min(SHIPPED_SPEED_CLAMP_M_S, SHIPPED_SPIN_CLAMP_RAD_S)
         self._key = structure_of(scene, settings)
         self._discs: list[int] = []
         self._movable: list[int] = []

@@ -21,10 +21,11 @@ class QuietSteps(ABC):
     """A world that reads its state as plain numbers after each step.
 
     Attributes:
-        ordinary: If the root of the sum of squares of all numbers of a state is below this, `observe` has no warning.
+        size_without_warning: `observe` has no warning if the root of the sum of squares of all numbers of a state is
+            below this. A state that is not finite is never below it.
     """
 
-    ordinary = 1e9
+    size_without_warning = math.inf
 
     @abstractmethod
     def advance(self, steps: int) -> None:
@@ -45,7 +46,7 @@ class QuietSteps(ABC):
             self.advance(1)
             state = self.read()
             found += state
-            if self.has_contacts() or not math.hypot(*chain.from_iterable(state)) < self.ordinary:
+            if self.has_contacts() or not math.hypot(*chain.from_iterable(state)) < self.size_without_warning:
                 break
         discs: int = position_m.shape[1]
         taken = len(found) // discs

@@ -50,7 +50,7 @@
      have the same bits on every machine and in WebAssembly.
    - The core does not call an allocator. Rows of fixed number are in one arena, and the function `Resize` supplies
      memory that grows. There is no global state, no input and no output.
-   - Instants of discs that accelerate are pairs of floats (instant.h). Runs without acceleration begin a new epoch
+   - Instants of discs that accelerate are pairs of floats (arithmetic/double_double.h). Runs without acceleration begin a new epoch
      after 32 impacts per disc, so that times stay short and precise (clock.h).
    - Quantities that the physical law makes 0 are stored as facts and not computed. These are the gap and the normal
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
@@ -118,12 +118,12 @@
      pit/frame_loop.c             the frame loop, and the functions for bindings
      pit/set_up.h                 memory of a run, filled from its input
      pit/frame.h                  one frame: all its tests, or only those that can find something
-     pit/pending_tests.h          tests of a frame that remain, in the order of Algorithm 1
+     pit/test_queue.h             tests of a frame that remain, in the order of Algorithm 1
      pit/motion.h                 motion between frames; driven bodies
      pit/impacts.h                interference tests and impacts
      pit/separation.h             bodies that a disc cannot approach on its present path
-     pit/search.h                 which tests a disc needs now, when it needs the next ones, and whether this saves work
-     pit/bounds.h                 lower bounds of the time until a disc can hit something
+     pit/schedule.h               which tests a disc needs now, when it needs the next ones, and whether this saves work
+     pit/skip_bounds.h            lower bounds of the time until a disc can hit something
      pit/grid.h                   cells for discs of any sizes
      pit/sweep.h                  all tests of a frame at once, if searches cost too much
      pit/chain_distance.h         the point of a chain nearest to a disc

@@ -35,7 +35,7 @@
 /* For a time, in seconds: never. For a resolution: unknown at any time. */
 #define CAROM_INF HUGE_VAL
 
-/* ---- primitives: double_double.h, pair_time.h, half_plane.h, line_time.h, arc_time.h ---- */
+/* ---- primitives: double_double.h, pair_time.h, line_time.h, feature_time.h ---- */
 
 /* 2^27 + 1, Veltkamp's constant: splits 53 bits into two parts of 26 bits and a sign. */
 #define CAROM_SPLITTER 134217729.0

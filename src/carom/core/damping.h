@@ -56,7 +56,7 @@ static inline double neighbouring_time(double time, int step) {
     return time;
 }
 
-/* Return the greatest undamped time, 0 or more, that `damped_time` maps to at most `time`, which is 0 or more.
+/* Return the greatest undamped time t >= 0 with `damped_time(t)` <= `time`. `time` must be 0 or more.
 
    An event before the returned time is therefore never later than `time`. The result is within a few floats of
    `undamped_time`, since both functions round. */

@@ -42,7 +42,7 @@ static inline const Touched *find_touched(const TouchedBodies *t, ptrdiff_t body
     return NULL;
 }
 
-/* Return whether a disc touches a body that is not driven. */
+/* Return whether a disc touches a body. The body must not be driven, since the end of the contact is ignored. */
 static inline bool is_touched(const TouchedBodies *t, ptrdiff_t body) {
     return find_touched(t, body, 0.0) != NULL;
 }
@@ -53,9 +53,9 @@ static inline bool are_equal_along(const Leg *one, const Leg *other, double nx, 
     return fabs((other->vx - one->vx) * nx + (other->vy - one->vy) * ny) <= CAROM_ERROR * sizes;
 }
 
-/* Return when a driven body, which is on a leg of its path, can end a contact with normal n, since the start.
+/* Return the time since the start at which a driven body can end a contact with normal n. It is on the given leg.
 
-   That is when it begins another leg. A flat wall must also begin to move along the normal. */
+   That is the begin of another leg. A flat wall must also begin to move along the normal. */
 static inline double contact_end(const Leg *leg, bool is_flat, double nx, double ny) {
     const Leg *last = leg;
     while (is_flat && last->ends < CAROM_INF && are_equal_along(leg, last + 1, nx, ny))

@@ -126,8 +126,8 @@ class ClusterPool(Pool):
                     yield results
                 future.release()
         if lost:
-            what = f"tasks lost with workers of the cluster at {self._address}"
-            raise ClusterError(f"{what}: {len(lost)}, the first with {lost[0]}", hints=[_CONTINUE])
+            what = f"tasks lost because workers of the cluster at {self._address} ended"
+            raise ClusterError(f"{what}: {len(lost)}, first {lost[0]}", hints=[_CONTINUE])
 
     @contextmanager
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:

@@ -23,7 +23,13 @@ from carom.execution.open_contact import gravity_of
 from carom.execution.phases import phase_values
 from carom.execution.state_rows import StateRows
 from carom.execution.step_cutter import Cutter
-from carom.execution.validate_adapter import adapter_error, plain_counts, plain_settings, plain_text
+from carom.execution.validate_adapter import (
+    adapter_error,
+    plain_counts,
+    plain_settings,
+    plain_text,
+    whole_number,
+)
 from carom.execution.validate_observation import Validator
 from carom.model.scene import Scene
 from carom.model.step_windows import States
@@ -217,11 +223,14 @@ class _Run:
         if count == 1:
             return None
         part = slice(begin, begin + count)
-        taken = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
+        found: object = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
+        taken = whole_number(found, "the result of take_quiet_steps()", least=1)
+        if taken > count:
+            raise adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {taken}")
         numbers = rows.numbers[begin : begin + taken]
         reliable = np.all(np.abs(numbers) <= LARGEST, axis=1)
-        is_last = bool(reliable[: taken - 1].all())
-        if not is_last:
+        are_reliable = bool(reliable[: taken - 1].all())
+        if not are_reliable:
             taken = 1 + int(np.argmin(reliable))
         steps = range(first, first + taken - 1)
         rows.time_s[begin : begin + len(steps)] = np.array(steps) * self.dt_s
@@ -233,7 +242,7 @@ class _Run:
             self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
         self.row += len(steps)
         self.taken += len(steps)
-        observed: Observation = world.observe() if is_last else rows.observation(begin + taken - 1)
+        observed: Observation = world.observe() if are_reliable else rows.observation(begin + taken - 1)
         return observed
 
     def _add_state(self, found: Observation, time_s: float) -> bool:

@@ -135,8 +135,8 @@ class LocalTruth:
         meetings: Structured array of `MEETING_DTYPE`, the pairs of the windows.
         slips: Structured array of `SLIP_DTYPE`: the largest change of velocity, of spin and of position of each disc
             outside of windows and of rest. A disc has at most one row of each kind, and no row if it moved freely.
-        ahead: Number of turns outside of windows that a contact margin explains: the pair would have met soon
-            after.
+        ahead: Number of velocity changes outside of windows that a contact margin explains: the engine reacted just
+            before the pair met.
         slip_counts: Numbers of steps of discs in which the velocity or spin changed, and in which the position did.
         resting_steps: Number of steps of discs that belonged to a resting pair.
         sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if none did.

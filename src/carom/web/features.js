@@ -1,5 +1,5 @@
 // Features of a finite wall that a disc can meet: faces, arcs and vertices, merged exactly, as in
-// carom/core/wall_features.py and features.py. A feature is { kind: "face" | "vertex" | "arc", ... } with its edges; pairs
+// carom/core/wall_features.py. A feature is { kind: "face" | "vertex" | "arc", ... } with its edges; pairs
 // are [high, low].
 import { twoDiff } from "./arithmetic.js";
 import { circleOf, sameEnds } from "./chain_geometry.js";

@@ -1,5 +1,5 @@
-// Rows of numbers for the core: walls and driven bodies, as in carom/core/input_rows.py and carom/solvers/event_driven
-// (obstacles.py, driven.py, grounds.py).
+// Rows of numbers for the core: walls and driven bodies, as in carom/core/input_rows.py and
+// carom/solvers/event_driven/obstacles.py.
 import { isDriven, legsOf } from "./prescribed_motion.js";
 import { featuresOf, sameFeature } from "./features.js";
 import { Outline } from "./chain_geometry.js";

@@ -54,8 +54,8 @@ def load_complaints() -> Iterator[Complaint]:
     """Yield all complaints, in the order of ``bug_reports.json``.
 
     The file has the complaints whose scenes each module builds: `build` names a function of the module, and a text in
-    `arguments` is a complex number. By default, the function has the name of the scene, and
-    its docstring is the description of the scene.
+    `arguments` is a complex number. By default, the function has the name of the scene, and its docstring is the
+    description of the scene.
     """
     # imported here: most commands need the suite only
     from carom.catalogue.bug_reports import driven, falling, pairs, rolling, seams, thin, walled
@@ -74,6 +74,6 @@ def load_complaints() -> Iterator[Complaint]:
         function = getattr(modules[group], given.pop("build", name.replace("-", "_")))
         arguments = given.pop("arguments", {})
         vectors = {key: complex(value) for key, value in arguments.items() if isinstance(value, str)}
-        shows = given.pop("shows", "") or " ".join(function.__doc__.split())
+        shows = given.pop("shows", "") or " ".join((function.__doc__ or "").split())
         given["symptom"] = Symptom(given.get("symptom", Symptom.WRONG_VELOCITY))
         yield Complaint(f"issues/{name}", shows, partial(function, **arguments | vectors), **given)

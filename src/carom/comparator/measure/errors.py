@@ -73,8 +73,8 @@ class ImpactError:
         return self.reported_time_s if math.isnan(self.effective_time_s) else self.effective_time_s
 
 
-#: Names of the errors of an impact. The first two fields are indices.
-_OF_IMPACT = tuple(one.name for one in fields(ImpactError))[2:]
+#: Names of the errors of an impact.
+_IMPACT_ERRORS = tuple(one.name for one in fields(ImpactError) if one.name not in {"reference", "observed"})
 
 
 def _metric(name: str) -> float:
@@ -116,7 +116,7 @@ class Errors:
     final_spin: float = _metric("final spin")
 
 
-_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
+_LARGEST_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Measured:
     @cached_property
     def errors(self) -> tuple[ImpactError, ...]:
         """Errors of each matched impact."""
-        columns = zip(*(self.of_impacts[name].tolist() for name in _OF_IMPACT), strict=True)
+        columns = zip(*(self.of_impacts[name].tolist() for name in _IMPACT_ERRORS), strict=True)
         return tuple(ImpactError(*pair, *errors) for pair, errors in zip(self.alignment.matched, columns, strict=True))
 
     @property
@@ -171,7 +171,7 @@ def measure(reference: Trace, observed: Trace, alignment: Alignment, scales: Sca
         alignment=alignment,
         of_impacts=errors,
         largest=Errors(
-            **{name: largest_of(errors[name]) for name in ("time_s", *_OF_IMPACTS)},
+            **{name: largest_of(errors[name]) for name in ("time_s", *_LARGEST_OF_IMPACTS)},
             restitution=largest_of(restitution[~np.isnan(restitution)]),
             energy=_energy_error(reference, observed, scales) if is_energy_known else 0.0,
             momentum=momentum,
@@ -207,7 +207,7 @@ def impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBo
 
     Args:
         trace: The trace.
-        rims: Speeds of their rims, shape ``(2, m)``.
+        rims: Rim speeds of the first and the second body of each impact, shape ``(2, m)``.
     """
     start, second, velocity = trace.scene.arrays, trace.impacts["second"], velocities(trace.impacts, "before")
     wall, discs = second < 0, (trace.impacts["first"], np.maximum(second, 0))
@@ -255,7 +255,7 @@ def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
 def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> dict[str, Array]:
     """Return the errors of the matched impacts: the fields of `ImpactError` and its `time_s`."""
     if not alignment.matched:
-        return dict.fromkeys(("time_s", *_OF_IMPACT), np.zeros(0))
+        return dict.fromkeys(("time_s", *_IMPACT_ERRORS), np.zeros(0))
     r, o = np.array(alignment.matched, dtype=np.intp).T
     expected, found, known = reference.impacts[r], observed.impacts[o], ~unknown_velocities(observed)[:, o]
     effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
@@ -276,7 +276,7 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
         restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
     )
     is_finite = finite_impacts(observed)[o]
-    errors = dict(zip(_OF_IMPACT, np.where(is_finite, columns, math.inf), strict=True))
+    errors = dict(zip(_IMPACT_ERRORS, np.where(is_finite, columns, math.inf), strict=True))
     reported, turned = errors["reported_time_s"], errors["effective_time_s"]
     return errors | {"time_s": np.where(np.isnan(turned), reported, turned)}
 

@@ -50,8 +50,8 @@ class LocalErrors:
         sampling_velocity: Velocity error of PIT from the same state at the same step; NaN if PIT finds no impact, or
             the run has no steps.
         solver_velocity: Velocity error against PIT from the same state, over the scene's speed.
-        sampling_spin: Spin error of that PIT.
-        solver_spin: Spin error against that PIT.
+        sampling_spin: Spin error of PIT from the same state.
+        solver_spin: Spin error of the method relative to PIT.
         spurious: Indices of impacts that PIC does not have from the method's own state.
     """
 

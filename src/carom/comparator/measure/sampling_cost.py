@@ -178,7 +178,7 @@ def _costs_at_even_phases(scene: Scene, dt_s: float, reliable_impacts: int, cut:
 def _costs_at_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool, phases: tuple[float, ...]
 ) -> tuple[SamplingCost, ...]:
-    """Return the cost at each given phase at which the same impacts happen.
+    """Return the cost at each given phase, except phases at which the shifted scene has other impacts.
 
     With `cut`, further impacts follow beyond a horizon, so final states are not known.
     """

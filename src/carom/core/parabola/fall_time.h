@@ -210,7 +210,7 @@ static inline int sign_of_form(const ExactQuartic *exact, Gap form) {
 
 /* Return when a disc enters an arc's sector while it touches or overlaps the arc from inside, and the contact continues
    from there; infinity for never. `gap` is the gap to the arc. At the entry the gap counts as 0, for the reason stated
-   in arc_time.h. */
+   in feature_time.h. */
 static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, const CircleGap *gap, const Mover *disc,
                                                     const Feature *arc) {
     const double ax = gap->path.ax, ay = gap->path.ay;

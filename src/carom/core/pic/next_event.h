@@ -54,7 +54,8 @@ static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
     return order == 0 && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
 }
 
-/* Return the low part of the instant of a disc's next event. It matters only if discs accelerate: see instant.h. */
+/* Return the low part of the instant of a disc's next event. It matters only if discs accelerate: see
+   arithmetic/double_double.h. */
 static inline double event_low(const State *s, Event event) {
     if (s->accelerated.paths == NULL)
         return 0.0;

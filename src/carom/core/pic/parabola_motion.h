@@ -7,9 +7,9 @@
 #pragma once
 
 #include "carom/core/damping.h"
+#include "carom/core/impact_record.h"
 #include "carom/core/parabola/fall_bounds.h"
 #include "carom/core/pic/driven_path.h"
-#include "carom/core/impact_record.h"
 
 typedef struct Motion { /* state of a disc */
     double x;
@@ -99,8 +99,9 @@ static inline double spin_at(const State *s, Index i, Instant at) {
 static inline void slow_down(State *s, Index i) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
-    double moves = a->inverse_mass > 0.0; /* a driven disc is not slowed */
-    Slowing slowing = slowing_by(s->accelerated.deceleration, moves * a->vx, moves * a->vy, own_instant(a, p));
+    bool is_movable = a->inverse_mass > 0.0; /* a driven disc is not slowed */
+    double vx = is_movable ? a->vx : 0.0, vy = is_movable ? a->vy : 0.0;
+    Slowing slowing = slowing_by(s->accelerated.deceleration, vx, vy, own_instant(a, p));
     p->ax = slowing.ax;
     p->ay = slowing.ay;
     p->ends = slowing.stops;

@@ -237,7 +237,7 @@ typedef struct Queue { /* tournament tree: level 0 has one time per disc, and th
 
 typedef struct Clock { /* a time since the start is epoch + (epoch_rest + time) */
     double now;        /* time of the last impact */
-    double now_low;    /* its low part, with acceleration; see instant.h */
+    double now_low;    /* its low part, with acceleration; see arithmetic/double_double.h */
     double epoch;
     double epoch_rest;
     double reported; /* time of the last impact since the start; it never decreases */

@@ -9,7 +9,6 @@
 #include "carom/core/impact_record.h"
 #include "carom/core/pit/motion.h"
 #include "carom/core/pit/separation.h"
-#include "carom/core/impact_record.h"
 
 /* ---- two discs ---- */
 

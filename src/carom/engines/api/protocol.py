@@ -106,7 +106,7 @@ class QuietWorld(World, Protocol):
         """Take steps until one has contacts or a warning. Return the number of steps.
 
         The state after each step is written to a row of the arrays, whose shapes are ``(k, n, 2)``, ``(k, n, 2)`` and
-        ``(k, n)``. At most k steps are taken. `observe` then returns the last step.
+        ``(k, n)``. At most k steps are taken. `observe` then returns the last step. It has been called once before.
         """
 
 

@@ -16,7 +16,7 @@ from carom.model.trace import EDGE_DTYPE, NO_EDGE
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.core.wall_features import Point, WallFeature
+    from carom.core.wall_features import Point
     from carom.model.disc_arrays import DiscArrays
 
 #: `MOST_OBSTACLES` of pic/state.h.
@@ -92,9 +92,9 @@ class Obstacles:
 
 
 class Grounds(NamedTuple):
-    """Grounds are half-planes and straight faces on which a disc can slide, roll or rest under gravity.
+    """Data of each feature of all walls for lasting contact.
 
-    Data of each feature of all walls for lasting contact.
+    A ground is a half-plane or a straight face on which a disc can slide, roll or rest under gravity.
 
     Attributes:
         rows: Shape ``(features, 4)``: whether a disc can be in lasting contact with the feature, the numbers of the

@@ -134,7 +134,7 @@ class EventDrivenRun:
             start, obstacles, duration_s, accelerating, contact_s, standstill, cell_factor, all_pairs
         )
         self._ended: Outcome | None = None
-        self._reached: tuple[float, float] = (0.0, 0.0)  # time since the epoch, as two floats: see instant.h
+        self._reached: tuple[float, float] = (0.0, 0.0)  # time since the epoch, as two floats: see double_double.h
         self._obstacles = obstacles
         self._fixed = _fixed_of(start, contact_s) | {"acceleration": acceleration}
         if self.options.record == "all":

@@ -1,4 +1,4 @@
-"""Search for the largest step of one method, on a grid of steps from the whole run in one step to small ones."""
+"""Search for the largest step with which a method is accurate enough, on a grid that begins with the whole run."""
 
 from __future__ import annotations
 

@@ -252,22 +252,22 @@ def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: 
     scorers: dict[tuple[str, float], Scorer] = {}
     left = iter(pit)
 
-    def scored(job: Job, answer: Answer[Trace]) -> Row:
+    def score_answer(job: Job, answer: Answer[Trace]) -> Row:
         return _row(job, answer, usable, pit[_key(_pit_job(job))].value, scorers)
 
-    of_engine: dict[tuple[str, str, float], list[Row]] = {}
+    rows_by_engine: dict[tuple[str, str, float], list[Row]] = {}
     for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
-        similar = of_engine.setdefault((job.scene.name, job.engine, job.dt_s), [])
+        similar = rows_by_engine.setdefault((job.scene.name, job.engine, job.dt_s), [])
         same = next((row for row in similar if _is_same_run(row.trace, answer.value)), None)
         if same is None:
-            row = scored(job, answer)
+            row = score_answer(job, answer)
             similar.append(row)
         else:
             row = replace(same, job=job, trace=answer.value)
         rows[_key(job)] = row
         if answer.status is Status.RAN:  # score PIT while engines run
-            rows |= {key: scored(sampling[key], pit[key]) for key in islice(left, 1)}
-    return rows | {key: scored(sampling[key], pit[key]) for key in left}
+            rows |= {key: score_answer(sampling[key], pit[key]) for key in islice(left, 1)}
+    return rows | {key: score_answer(sampling[key], pit[key]) for key in left}
 
 
 def _is_same_run(one: Trace | None, other: Trace | None) -> bool:

@@ -93,7 +93,7 @@ class Merit:
 def error_part(judged: Judged) -> float:
     """Return a scene's error over PIT's on a logarithmic scale from 0 (rounding) over 1/2 (PIT's error) to 1.
 
-    Without an error, the grade decides: an exact or close scene without an impact has 0, a wrong scene has 1.
+    A wrong scene has 1. If there is no error to measure, an exact or close scene has 0, any other 1.
     """
     if judged.wrong or math.isnan(judged.price):
         return 1.0 if judged.behind else 0.0
