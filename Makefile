@@ -257,6 +257,7 @@ endef
 # target installs what it needs, and what has more needs nothing besides. pip compiles Carom while a second one unpacks.
 define install
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Carom needs CPython 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + ": make PYTHON=python3.11 ...")'
+	@command -v uv >/dev/null 2>&1 || $(PYTHON) -c 'import pip, sys; sys.exit(0 if tuple(map(int, pip.__version__.split(".")[:2])) >= (22, 3) else "pip of $(PYTHON) is " + pip.__version__ + ", 22.3 or later is needed: $(PYTHON) -m pip install --upgrade pip")'
 	@rm -rf build
 	@if command -v uv >/dev/null 2>&1; then \
 		uv venv --quiet --allow-existing --python $(PYTHON) $(VENV) && uv pip install --python $(BIN)/python --editable '.[$(1)]'; \
