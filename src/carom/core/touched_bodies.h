@@ -63,6 +63,11 @@ static inline double contact_end(const Leg *leg, bool is_flat, double nx, double
     return last->ends;
 }
 
+/* Return whether impacts can have a tangential impulse. With the tangential restitution -1 they have none. */
+static inline bool can_rub(const ContactFriction *contact) {
+    return contact->friction > 0.0 && contact->restitution > -1.0;
+}
+
 /* Store an impact of a disc on a body at a time since the start. `slides` says whether friction may have acted. `stops`
    says whether the impact leaves no relative velocity along the normal. */
 static inline void note_touched(TouchedBodies *t, Touched body, double time, bool slides, bool stops) {

@@ -74,6 +74,25 @@ def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_
     assert set(trace.impacts["second"][1:].tolist()) <= {-1, -2, 1}
 
 
+@each("solve", [carom.solve_pic, partial(carom.solve_pit, frame_rate_hz=240.0)])
+def test_a_wall_without_tangential_impulse_does_not_end_the_contact_with_a_wall_across(
+    solve: Callable[[Scene], carom.Trace],
+) -> None:
+    """With a tangential restitution of -1 friction has no impulse: the disc still moves with the driven wall."""
+    scene = Scene(
+        name="rounding",
+        discs=[Disc(position_m=(-5.0, 0.0), velocity_m_s=(34.84694149, 27.94789776), radius_m=0.5, spin_rad_s=3.0)],
+        walls=[
+            Wall(point_m=(-3.3, 0.0), normal=(-1.0, 0.0), velocity_m_s=(0.6498171847389411, 0.7), restitution=0.0),
+            Wall(point_m=(0.0, 2.4), normal=(0.0, -1.0), surface_speed_m_s=31.7, restitution=1.0),
+        ],
+        wall_friction=0.05,
+        wall_tangential_restitution=-1.0,
+        duration_s=1.0,
+    )
+    assert solve(scene).impacts["second"].tolist() == [-1, -2]
+
+
 @each("kind", ["half-plane", "edge"])
 @each("angle", ANGLES)
 @each("solve", [carom.solve_pic, partial(carom.solve_pit, frame_rate_hz=240.0)])

@@ -39,7 +39,7 @@ static inline double driven_contact_end(const State *s, Index body, bool is_flat
 
 /* Store an impact of two discs that was just applied. The normal is the unit vector from one to the other. */
 static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, bool is_elastic) {
-    bool slides = s->law.contact.friction > 0.0 && !is_elastic, stops = s->law.restitution == 0.0 && !is_elastic;
+    bool slides = can_rub(&s->law.contact) && !is_elastic, stops = s->law.restitution == 0.0 && !is_elastic;
     Index pair[2] = {i, j};
     for (int k = 0; k < 2; k++) {
         Index other = pair[1 - k];
@@ -54,7 +54,7 @@ static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, doubl
 static CAROM_NOINLINE void note_touching_wall(State *s, Index i, Index k, double nx, double ny, bool is_elastic) {
     const Law *law = s->feature_count > 0 ? &s->wall_laws[s->features[k].wall] : &s->law;
     bool is_bent_inwards = s->feature_count > 0 && s->features[k].kind == INNER_ARC;
-    bool slides = law->wall_contact.friction > 0.0 && !is_elastic;
+    bool slides = can_rub(&law->wall_contact) && !is_elastic;
     bool stops = law->wall_restitution == 0.0 && !is_elastic && !is_bent_inwards;
     Index wall = s->feature_count > 0 ? s->features[k].wall : k;
     bool is_flat = s->feature_count == 0 || s->features[k].kind <= FACE;

@@ -76,7 +76,7 @@ static inline void note_pair_contact(State *s, Index i, Index j, double nx, doub
     for (int k = 0; k < 2; k++) {
         double until = driven_contact_end(disc_path(s, pair[1 - k]), false, nx, ny);
         if (s->discs[pair[k]].inverse_mass > 0.0)
-            note_contact(s, pair[k], (Touched){(int)pair[1 - k], nx, ny, until}, s->law.contact.friction > 0.0, stops);
+            note_contact(s, pair[k], (Touched){(int)pair[1 - k], nx, ny, until}, can_rub(&s->law.contact), stops);
     }
 }
 
@@ -171,5 +171,5 @@ static inline void note_wall_contact(State *s, Index i, Index k, double nx, doub
     }
     bool stops = law->wall_restitution == 0.0 && !is_curved_inwards && s->gx * nx + s->gy * ny == 0.0;
     double until = driven_contact_end(wall_path(s, k), is_flat, nx, ny);
-    note_contact(s, i, (Touched){(int)body, nx, ny, until}, law->wall_contact.friction > 0.0, stops);
+    note_contact(s, i, (Touched){(int)body, nx, ny, until}, can_rub(&law->wall_contact), stops);
 }
