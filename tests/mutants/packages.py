@@ -28,6 +28,7 @@ _LOOP = (
     f"{_CORE}/*/*.h",
     f"{_CORE}/*/*.c",
     f"!{_CORE}/*.py",
+    f"!{_CORE}/wasm/*",  # `core.wasm` is built before the tests
     *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)),
 )
 _PIC = (
