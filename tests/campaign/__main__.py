@@ -14,7 +14,7 @@ from tests.campaign.campaign import Campaign
 from tests.campaign.gas_checks import check_gas
 from tests.campaign.gases import MOST_DISCS
 
-#: A gas has up to millions of impacts and no time limit of its own: it takes seconds, or minutes on a busy machine.
+#: A gas has up to about a million impacts and no time limit of its own. It takes seconds, or minutes on a busy machine.
 HANGING_S = 3600.0
 
 CAMPAIGN = Campaign(
