@@ -78,7 +78,7 @@ def each(names: str, values: Iterable[Any]) -> Callable[[Callable[..., None]], C
                         test(**{**fixtures, **arguments})
                 except pytest.skip.Exception as exception:
                     skipped.append(exception)
-                except (Exception, pytest.fail.Exception) as exception:  # noqa: BLE001 - reported after the last row
+                except (Exception, pytest.fail.Exception, BaseExceptionGroup) as exception:  # noqa: BLE001 - reported after the last row
                     exception.add_note(f"with {dict(zip(wanted, row, strict=True))}")
                     failed.append(exception)
             if failed[1:]:

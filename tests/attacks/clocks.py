@@ -14,7 +14,7 @@ from typing import Any
 from unittest import mock
 
 from tests.attacks.guard import HangError, within
-from tests.unit.execution.test_clocks import SCENE, Adapter
+from tests.unit.execution.test_timing import SCENE, Adapter
 
 from carom.engines.registry import load_adapter
 from carom.execution.job import Method

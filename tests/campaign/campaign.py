@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import multiprocessing
 import signal
 import sys
@@ -20,12 +21,17 @@ from carom.support.folders import write_file
 
 #: Exit code of a program that Ctrl-C has ended.
 INTERRUPTED = 130
-#: Seconds of clock time after which a process that checks one case is terminated.
-HANGING_S = 3600.0
 #: Seconds between two lines of progress.
 PROGRESS_S = 5.0
-#: Findings that the state keeps, and that are printed of one case; all are counted.
+#: Findings that the state keeps, and that a campaign prints of one case; all are counted.
 KEPT, PRINTED = 1000, 10
+
+
+class EarlierVersionError(Exception):
+    """A file of a state has not the content that this version writes."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(f"state of an earlier version: delete {path}")
 
 
 class Finding(NamedTuple):
@@ -101,10 +107,16 @@ class Tally:
 
     @classmethod
     def load(cls, path: Path) -> Tally:
-        """Return what a file holds, nothing done if it does not exist."""
+        """Return what a file holds, nothing done if it does not exist.
+
+        Raises:
+            EarlierVersionError: An earlier version has written the file.
+        """
         if not path.exists():
             return cls()
         held = json.loads(path.read_text(encoding="utf-8"))
+        if held.keys() != vars(cls()).keys():
+            raise EarlierVersionError(path)
         counters = {name: Counter(held[name]) for name in ("features", "differences")}
         return cls(**{**held, **counters, "findings": [tuple(finding) for finding in held["findings"]]})
 
@@ -181,6 +193,7 @@ class Campaign:
         case: What a case is: with `--gas 42`, say, one is checked.
         goal: What is counted up to a number that is asked for, and the number by default: "cases", or a sum.
         check: Returns what is found of the case of a number; called in another process.
+        hanging_s: Seconds of clock time after which a process that checks one case is terminated.
         sizes: Options that are whole numbers, with their defaults; `check` takes them as keywords.
         save: Takes the number of a case with findings, these, and the folder of `--out`; returns what to print.
     """
@@ -190,6 +203,7 @@ class Campaign:
     case: str
     goal: tuple[str, float]
     check: Callable[..., Checked]
+    hanging_s: float
     sizes: Mapping[str, int] = field(default_factory=dict)
     save: Callable[[int, Checked, Path], str] = lambda *_: ""
 
@@ -210,12 +224,15 @@ class Campaign:
         chosen = vars(parser.parse_args(arguments))
         check = partial(self.check, **{name: chosen[name] for name in self.sizes})
         number, state, ended = chosen[self.case], chosen["state"], True
-        tally = Tally() if state is None or number is not None else Tally.load(state)
+        try:
+            tally = Tally() if state is None or number is not None else Tally.load(state)
+        except EarlierVersionError as error:
+            parser.error(str(error))
         if number is None:
             end_s = time.monotonic() + 60.0 * chosen["minutes"]
             ended = self.run(tally, check, chosen[many], chosen["jobs"], end_s, state, chosen["out"])
         else:
-            self.count(tally, number, check(number), chosen["out"])
+            self.count(tally, number, check(number), chosen["out"], printed=None)
         print(tally.table())
         return 1 if tally.differences else 0 if ended else INTERRUPTED
 
@@ -230,7 +247,7 @@ class Campaign:
         out: Path = Path(),
     ) -> bool:
         """Check cases up to the goal, or for a time; return False after Ctrl-C."""
-        goes_on, shown_s, before_s, total = True, time.monotonic(), tally.total("seconds"), self.goal[0]
+        goes_on, shown_s, before_s, total = True, -math.inf, tally.total("seconds"), self.goal[0]
         before = tally.total(total)
 
         def end(*_: object) -> None:
@@ -252,15 +269,15 @@ class Campaign:
                     return goes_on
                 ready = wait([worker.connection for worker in workers if worker.number is not None], timeout=1.0)
                 for worker in workers:
-                    number, hangs = worker.number, time.monotonic() - worker.since_s > HANGING_S
+                    number, hangs = worker.number, time.monotonic() - worker.since_s > self.hanging_s
                     if number is not None and worker.connection in ready:
                         self.count(tally, number, worker.result(), out)
                     elif number is not None and hangs:
                         worker.replace()
                         worker.number = None
-                        text = f"the process was terminated after {HANGING_S:g} s"
+                        text = f"the process was terminated after {self.hanging_s:g} s"
                         self.count(tally, number, Checked(findings=[Finding("hangs", text)]), out)
-                if time.monotonic() - shown_s > PROGRESS_S or tally.begun <= jobs:
+                if time.monotonic() - shown_s > PROGRESS_S:
                     shown_s, done = time.monotonic(), max(1, tally.total(total) - before)
                     rate = (tally.total("seconds") - before_s) / done
                     text = f"{tally.total('cases'):,.0f} cases, {tally.total(total):,.0f} {total}, "
@@ -275,11 +292,11 @@ class Campaign:
                 tally.save(state)
             signal.signal(signal.SIGINT, heard)
 
-    def count(self, tally: Tally, number: int, checked: Checked, out: Path) -> None:
-        """Count a case; print its findings and how to see it again."""
+    def count(self, tally: Tally, number: int, checked: Checked, out: Path, *, printed: int | None = PRINTED) -> None:
+        """Count a case; print its findings, or the first ones, and how to see it again."""
         tally.add(number, checked)
         if checked.findings:
-            for finding in checked.findings[:PRINTED]:
+            for finding in checked.findings[:printed]:
                 print(f"{self.case} {number}: {finding.kind}: {finding.text}")
             print(
                 f"    again: python -m {self.program} --{self.case} {number}{self.save(number, checked, out)}",

@@ -45,7 +45,13 @@ def save_findings(number: int, checked: Checked, out: Path) -> str:
     return saved
 
 
-CAMPAIGN = Campaign("tests.campaign.features", __doc__, "scene", ("cases", 100), check_number, save=save_findings)
+#: The checks of a scene end after `SCENE_S`, 30 s of processor time, so that only a process that hangs, as in compiled
+#: code that hears no signal, takes twenty times as long.
+HANGING_S = 600.0
+
+CAMPAIGN = Campaign(
+    "tests.campaign.features", __doc__, "scene", ("cases", 100), check_number, HANGING_S, save=save_findings
+)
 
 if __name__ == "__main__":
     sys.exit(CAMPAIGN.main())

@@ -37,7 +37,7 @@ def check_number(number: int) -> Checked:
     return Checked("odd" if number % 2 else "even", {"impacts": 10}, {"size": number}, ["a feature"], findings, 0.5)
 
 
-CASES = Campaign("tests.campaign.cases", None, "case", ("cases", 9), check_number)
+CASES = Campaign("tests.campaign.cases", None, "case", ("cases", 9), check_number, 3600.0)
 
 
 @pytest.mark.release
@@ -56,13 +56,31 @@ def test_counts_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.release
-def test_a_process_that_hangs_or_ends_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_hangs_or_ends_is_replaced() -> None:
     """Its case is a finding, and the campaign continues with the next one."""
-    monkeypatch.setattr(campaign, "HANGING_S", 5.0)
     tally = Tally(begun=4)
-    assert CASES.run(tally, check_number, 4)
+    assert replace(CASES, hanging_s=4.0).run(tally, check_number, 4)
     assert tally.differences == {"hangs": 1, "crash": 1}
     assert (tally.begun, tally.total("cases")) == (8, 4)
+
+
+def test_every_finding_of_a_case_that_is_asked_for_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """A campaign prints ten of a case with more, and all of them if it is given the number of the case."""
+    many = Checked(findings=[Finding("wrong", f"in part {k}") for k in range(25)])
+    assert replace(CASES, check=lambda _: many).main(["--case", "3"]) == 1
+    assert capsys.readouterr().out.count("case 3: wrong: in part ") == 25
+    CASES.count(Tally(), 3, many, Path())
+    assert capsys.readouterr().out.count("case 3: wrong: in part ") == 10
+
+
+def test_a_state_of_an_earlier_version_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A file without the keys of today ends in a sentence that names it, before any case is checked."""
+    state = tmp_path / "state.json"
+    state.write_text('{"begun": 3, "counts": {}, "findings": []}', encoding="utf-8")
+    with pytest.raises(SystemExit) as ended:
+        CASES.main(["--cases", "9", "--state", str(state)])
+    assert ended.value.code == 2
+    assert f"state of an earlier version: delete {state}" in capsys.readouterr().err
 
 
 def test_a_broken_rule_is_reported_with_the_way_to_see_it_again(
@@ -120,6 +138,22 @@ def test_what_a_broken_kernel_raises_is_found(
     assert [violation.rule for violation in report.violations] == ["end"]
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
     assert "raised OverflowError: planted" in capsys.readouterr().out
+
+
+def check_slowly(_: int) -> Checked:
+    """Take so long that the campaign waits several times."""
+    time.sleep(2.5)
+    return Checked()
+
+
+@pytest.mark.release
+def test_progress_is_reported_at_once_and_then_every_five_seconds(capsys: pytest.CaptureFixture[str]) -> None:
+    """A first line shows that the first cases run, and there is no other while they do."""
+    begin_s = time.monotonic()
+    assert CASES.run(Tally(), check_slowly, 1)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("0 cases, ")
+    assert len(lines) <= 1 + (time.monotonic() - begin_s) / campaign.PROGRESS_S
 
 
 @pytest.mark.release

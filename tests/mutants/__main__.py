@@ -45,14 +45,14 @@ def main() -> None:
     packages = asked.package or list(PACKAGES)
     faults = faults_in(_ROOT)
     reasons = listed(asked.write.read_text()) if asked.write else {}
-    tried = _tried(asked.state, {fault.key for fault in faults})
+    tried = tried_before(asked.state, {fault.key for fault in faults})
     numbered = list(enumerate(faults, start=1))
     wanted = [pair for pair in drawn(numbered, packages, asked.faults, set(reasons)) if pair[1].key not in tried]
     if wanted:
         print(f"{len(faults)} places for a fault; {len(tried)} tried before, {len(wanted)} to try", flush=True)
         make_copy(_ROOT, asked.copy, wanted)
         _run(wanted, asked.copy, asked.state, 60.0 * asked.minutes)
-        tried = _tried(asked.state, {fault.key for fault in faults})
+        tried = tried_before(asked.state, {fault.key for fault in faults})
     table = _table(faults, tried, reasons)
     print(table)
     if asked.write:
@@ -61,11 +61,16 @@ def main() -> None:
         asked.write.write_text(f"{before}{_BEGIN}\n{table}\n{_END}{after}")
 
 
-def _tried(state: Path, keys: set[str]) -> dict[str, dict[str, str]]:
-    """Return what was found of the faults that there still are, by key."""
+def tried_before(state: Path, keys: set[str]) -> dict[str, dict[str, str]]:
+    """Return what was found of the faults that there still are, by key.
+
+    The program ends if an earlier version has written the file.
+    """
     if not state.exists():
         return {}
     rows = [json.loads(line) for line in state.read_text().splitlines()]
+    if any("package" not in row for row in rows):
+        sys.exit(f"state of an earlier version: delete {state}")
     return {row["key"]: row for row in rows if row["key"] in keys}
 
 

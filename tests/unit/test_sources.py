@@ -103,13 +103,15 @@ def core_sources() -> dict[str, str]:
 
 
 def test_each_file_of_the_core_is_short_and_begins_with_what_it_contains() -> None:
-    """One concept a file, at most 500 lines, after a comment about it; a header is included once."""
+    """One concept a file, at most 500 lines, after a comment about it; no file includes a header twice."""
     found = core_sources()
     assert len(found) > 40
     for name, text in found.items():
         assert len(text.splitlines()) <= 500, name
         assert re.match(r"/\* \S.*[.:]", text.partition("\n\n")[0].partition("*/")[0].replace("\n", " ")), name
         assert name.endswith(".c") or re.search(r"^#pragma once$", text, re.MULTILINE), name
+        included = re.findall(r"^#include\s*(\S+)", text, re.MULTILINE)
+        assert len(included) == len(set(included)), name
 
 
 def test_the_core_includes_nothing_but_a_few_headers_of_c_and_allocates_nothing() -> None:

@@ -1,12 +1,17 @@
-"""Comparison of runs that miss, stop, tunnel or can't be judged; planted faults are in `tests/planted`."""
+"""Comparison of runs that miss, stop, tunnel or can't be judged, and of traces that are refused.
+
+Planted faults are in `tests/planted`.
+"""
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,9 +19,10 @@ from docs.figures.stages import ROOT, imported_names, package_of, stages
 from numpy.typing import NDArray
 from tests.cases import each
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replayed
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import altered, disc_at, staged, sure, wall_at
 
 from carom import Scene, compare, solve_pic, solve_pit
+from carom.catalogue import find_scenes
 from carom.comparator import Grade, Score, Verdict
 from carom.errors import InputError
 from carom.model.trace import Outcome, Trace
@@ -44,7 +50,7 @@ def scored(reference: Trace, observed: Trace) -> Score:
 
 
 def changed(trace: Trace, impacts: NDArray[np.void]) -> Trace:
-    return dataclasses.replace(trace, impacts=impacts, dt_s=1 / 60)
+    return replace(trace, impacts=impacts, dt_s=1 / 60)
 
 
 def test_an_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) -> None:
@@ -58,7 +64,7 @@ def test_an_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) ->
 def test_a_run_that_stopped_early_says_so(reference: Trace) -> None:
     """A trace that ends before the scene is cut short and graded wrong; the reason has the engine's own message."""
     begun = solve_pic(reference.scene, until_s=0.3)
-    cut = dataclasses.replace(begun, outcome=Outcome.WARNED, notes=("bad state",), end_time_s=0.3)
+    cut = replace(begun, outcome=Outcome.WARNED, notes=("bad state",), end_time_s=0.3)
     score = scored(reference, cut)
     assert score.verdicts == (Verdict.CUT_SHORT, Verdict.UNDECIDED)
     assert "bad state" in score.findings[0].reason
@@ -94,8 +100,8 @@ def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> Non
 @each("horizon", [0, 0.1])
 def test_a_horizon_before_the_first_impact_decides_nothing(scene: Scene, reference: Trace, horizon: float) -> None:
     """Without an impact to compare, no run is graded, whether it finds all impacts or none; the reason says so."""
-    blind = dataclasses.replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
-    silent = dataclasses.replace(reference, impacts=reference.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
+    blind = replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
+    silent = replace(reference, impacts=reference.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
     for observed in (reference, solve_pit(scene), blind, silent):
         score = compare(reference, observed, sampling=solve_pit(scene), horizon=horizon)
         assert score.grade is Grade.UNGRADED
@@ -108,7 +114,7 @@ def test_what_is_invented_before_the_horizon_is_wrong_all_the_same(reference: Tr
     """A horizon without impacts still says that there is none before it."""
     impacts = reference.impacts[:1].copy()
     impacts["time_s"], impacts["second"] = 0.05, 2
-    score = compare(reference, dataclasses.replace(reference, impacts=impacts, dt_s=1e-3), horizon=0.1)
+    score = compare(reference, replace(reference, impacts=impacts, dt_s=1e-3), horizon=0.1)
     assert score.grade is Grade.WRONG
     assert Verdict.SPURIOUS in score.verdicts
 
@@ -162,7 +168,7 @@ def test_what_comes_early_because_of_what_was_late_is_sampled() -> None:
         score = compare(reference, pit, sampling=pit)
         if Verdict.EARLY in score.verdicts:
             assert score.grade is Grade.SAMPLED
-            lucky = dataclasses.replace(reference, dt_s=pit.dt_s)  # a PIT whose frame falls on the first impact
+            lucky = replace(reference, dt_s=pit.dt_s)  # a PIT whose frame falls on the first impact
             again = compare(reference, pit, sampling=lucky)
             assert again.grade is Grade.SAMPLED  # at its own phase PIT pays as much
             return
@@ -219,3 +225,55 @@ def test_each_stage_extends_the_result_of_the_stage_before() -> None:
     types = [annotations["return"] for annotations in results]
     assert all(issubclass(later, earlier) for earlier, later in pairwise(types))
     assert [next(iter(annotations.values())) for annotations in results[1:]] == types[:-1]
+
+
+# Traces that are refused ----------------------------------------------------------------------------------------------
+
+#: One disc that slides along a wall, and turns.
+SLIDING = solve_pic(find_scenes(["spin/slide"])[0].scene)
+
+
+def with_other(**fields: Any) -> Callable[[Trace], Trace]:
+    """Return what gives the first impact of a trace other bodies or velocities."""
+    return lambda trace: altered(trace, 0, **fields)
+
+
+def with_spin_of_the_wall(trace: Trace) -> Trace:
+    spins = sure(trace.spins).copy()
+    spins["second_after"][0] = 2.5
+    return replace(trace, spins=spins)
+
+
+@each(
+    "change, words",
+    [
+        (with_other(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
+        (with_other(second=9), r"second of impact 0 .* is disc 9 \(9\)"),
+        (with_other(first=-1), r"first of impact 0 .* is wall 0 \(-1\)"),
+        (with_spin_of_the_wall, "spin second_after of impact 0 .* is 2.5, but its second body is wall 0"),
+        (
+            with_other(velocity_second_before=(0.0, -0.1)),
+            "velocity_second_before of impact 0 .* is 0, -0.1, but its second body is wall 0",
+        ),
+        (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* a trace must end"),
+        (lambda trace: replace(trace, spins=None), "has no spins"),
+        (lambda trace: replace(trace, float_bits=16), r"float_bits of .* is 16, but must be one of \[32, 64\]"),
+    ],
+)
+def test_what_cannot_be_of_the_scene_is_refused_by_name(change: Callable[[Trace], Trace], words: str) -> None:
+    """Bodies that there are not, a wall that moves or turns, an end after the scene's, and floats of 16 bits."""
+    for pair in ((SLIDING, change(SLIDING)), (change(SLIDING), SLIDING)):
+        with pytest.raises(InputError, match=words):
+            compare(*pair)
+
+
+def test_pit_must_be_of_the_same_scene_and_step() -> None:
+    """A run at 1/60 s is "no worse than PIT at the same step" against no coarser PIT, nor against one of elsewhere."""
+    scene = find_scenes(["paper/late"])[0].scene
+    reference, observed = solve_pic(scene), solve_pit(scene, frame_rate_hz=60)
+    with pytest.raises(InputError, match=r"a step of 0.0166667 s, but sampling has one of 0.333333 s"):
+        compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=3))
+    with pytest.raises(InputError, match="sampling of 'spin/slide'"):
+        compare(reference, observed, sampling=solve_pit(SLIDING.scene, frame_rate_hz=60))
+    # A run without steps is compared with PIT at any step.
+    assert np.isfinite(compare(reference, reference, sampling=solve_pit(scene, frame_rate_hz=3)).price_paid)

@@ -1,4 +1,4 @@
-"""Times of impact where naive formulas fail; `tests/unit/core/test_pair.py` compares them with exact ones."""
+"""Times of impact where naive formulas fail; `tests/unit/core/test_pair_time.py` compares them with exact ones."""
 
 from __future__ import annotations
 

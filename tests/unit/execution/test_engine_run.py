@@ -19,8 +19,8 @@ from carom.engines.api import Setting
 from carom.engines.registry import load_adapter
 from carom.errors import AdapterError
 from carom.execution.engine_run import observe_run
-from carom.model.scene import as_scene
-from carom.model.trace import Outcome
+from carom.model.scene import Scene, as_scene
+from carom.model.trace import Outcome, Trace
 from carom.support.limits import LARGEST
 
 DT = 0.25
@@ -134,17 +134,71 @@ class OneByOne:
         return getattr(self.world, "counts", {})
 
 
-@each("engine", ["pic", "pit", "pymunk", "box2d", "mujoco", "pybullet"])
-@each("scene", ["paper/missed", "gravity/box", "contact/drop", "classics/bullet"])
-def test_quiet_steps_taken_at_once_change_nothing(engine: str, scene: str) -> None:
-    """Many steps in one call give the trace of the same steps one by one, with its states, samples and counts."""
-    adapter, scene_of = load_adapter(engine), as_scene(scene)
-    dt_s = 0.25 / scene_of.frame_rate_hz
-    world = OneByOne(adapter.prepare(scene_of, adapter.profiles["tuned"].settings(dt_s)))
+ENGINES = ("pic", "pit", "pymunk", "box2d", "mujoco", "pybullet")
+_BOX = [wall_at(-3, 0, 1, 0), wall_at(3, 0, -1, 0), wall_at(0, -3, 0, 1), wall_at(0, 3, 0, -1)]
+_SPINNING = [disc_at(-1, 0.2, 3, 1, r=0.3, spin_rad_s=5.0), disc_at(1, 0, -2, 0.5, r=0.4, m=2.0, spin_rad_s=-3.0)]
+_LEGS = [(0.0, (0.0, 0.0)), (0.31, (1.0, -1.0)), (1.2, (-1.0, 0.0))]
+_DRIVEN = disc_at(
+    *(0, 1.5),
+    r=0.25,
+    m=math.inf,
+    driven=True,
+    legs=[{"from_s": begin_s, "velocity_m_s": velocity} for begin_s, velocity in _LEGS],
+)
+_ROUGH: dict[str, Any] = {"friction": 0.3, "wall_friction": 0.2, "restitution": 0.9}
+#: Scenes in which a state has more than positions and velocities, or changes between contacts.
+SCENES = [
+    *map(as_scene, ("paper/missed", "gravity/box", "contact/drop", "classics/bullet")),
+    staged("spin", *_SPINNING, *_BOX, **_ROUGH, duration_s=2.0),
+    staged("spin and gravity", *_SPINNING, *_BOX, **_ROUGH, gravity_m_s2=(0.0, -5.0), duration_s=2.0),
+    staged("legs", disc_at(-1, -0.5, 2, 1, r=0.3), _DRIVEN, *_BOX, duration_s=2.0),
+    staged("legs and spin", _SPINNING[0], _DRIVEN, *_BOX, friction=0.2, duration_s=2.0),
+    staged("damping", *_SPINNING, *_BOX, **_ROUGH, damping_per_s=0.5, duration_s=2.0),
+]
+
+
+def assert_quiet_steps_change_nothing(engine: str, scene: Scene, profile: str) -> Trace:
+    """Compare with a run of single steps. Equal traces have the same bits, counts, notes and outcome."""
+    adapter, dt_s = load_adapter(engine), 0.5 / scene.frame_rate_hz
+    world = OneByOne(adapter.prepare(scene, adapter.profiles[profile].settings(dt_s)))
     one_by_one: Any = Makes(world)
     one_by_one.name, one_by_one.capabilities, one_by_one.profiles = engine, adapter.capabilities, adapter.profiles
-    found = observe_run(adapter, scene_of, "tuned", dt_s, samples=True)
-    assert found == observe_run(one_by_one, scene_of, "tuned", dt_s, samples=True)
+    found = observe_run(adapter, scene, profile, dt_s, samples=True)
+    assert found == observe_run(one_by_one, scene, profile, dt_s, samples=True)
+    return found
+
+
+@each("engine", ENGINES)
+@each("profile", ["default", "tuned"])
+@each("scene", SCENES)
+def test_quiet_steps_taken_at_once_change_nothing(engine: str, profile: str, scene: Scene) -> None:
+    """Many steps in one call give the trace of the same steps one by one, with its states, samples and counts."""
+    assert_quiet_steps_change_nothing(engine, scene, profile)
+
+
+_FALL = staged("fall", disc_at(0, 0), gravity_m_s2=(0.0, -500.0), duration_s=5.0)
+_KICK = staged("kick", disc_at(0, 0, m=1e-6), disc_at(-2, 0, 90, m=1e6), gravity_m_s2=(0.0, -1.0), duration_s=1.0)
+_FAR = staged("far", disc_at(0, 0, 1e6), gravity_m_s2=(0.0, -1e8), duration_s=100.0, frame_rate_hz=1.0)
+
+
+@each(
+    "engine, profile, scene, note",
+    [
+        ("box2d", "default", _FALL, "limits motion to 2 m a step"),
+        ("box2d", "tuned", _FALL, "limits motion to 2 m a step"),
+        ("pybullet", "default", _FALL, "clamps each component of a multibody's velocity"),
+        ("pybullet", "default", _KICK, "clamps each component of a multibody's velocity"),
+        ("mujoco", "default", _FAR, "reset the state"),
+    ],
+)
+def test_a_warning_in_quiet_steps_ends_the_run_at_the_same_step(
+    engine: str, profile: str, scene: Scene, note: str
+) -> None:
+    """A fall or an impact makes a disc too fast for the engine: the run ends with its warning, in that step."""
+    found = assert_quiet_steps_change_nothing(engine, scene, profile)
+    assert found.outcome is Outcome.WARNED
+    assert note in found.notes[0]
+    assert 0 < found.counts["steps"] < scene.step_count(found.dt_s)
 
 
 class Lost(Still):

@@ -71,7 +71,7 @@ def test_the_near_pairs_are_those_of_all_pairs(
 
 def test_blocks_come_in_the_order_of_their_second_discs() -> None:
     """If there are many blocks of pairs, none has a lower second disc than the block before."""
-    n = 400
+    n = 600
     blocks = found(np.zeros((n, 2)), np.full(n, 0.5), np.ones(n, np.bool_))
     assert len(blocks) > 1
     seconds = [[second for _, second in block] for block in blocks]

@@ -5,7 +5,9 @@ from __future__ import annotations
 import cmath
 import dataclasses
 import itertools
+import json
 import math
+import string
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ from tests.validation import contact_runs
 from carom import load_scene, save_scene, solve_pic, solve_pit
 from carom.model.scene import Chain, Scene
 from carom.model.trace import Mode
+from carom.studies.stress import attack as stress_attack
 from carom.studies.stress.attack import Attack, Trial
 from carom.studies.stress.contact import contact_attacks
 from carom.studies.stress.finite_walls import wall_attacks
@@ -40,6 +43,14 @@ def test_a_ladder_runs_from_harmless_to_absurd() -> None:
         assert (ladder[0], ladder[-1]) == ends, attack.name
         assert ladder == sorted(ladder, reverse=ladder[-1] < ladder[0]), attack.name
         assert len(set(ladder)) == len(ladder) >= 4, attack.name
+
+
+def test_every_entry_of_the_file_of_attacks_is_used() -> None:
+    """Each entry is an attack of the table, and each common sentence is part of one."""
+    held = json.loads(Path(stress_attack.__file__).with_name("attacks.json").read_text(encoding="utf-8"))
+    assert sorted(attack.name for attack in ATTACKS) == sorted(held["attacks"])
+    quoted = "".join(entry["truth"] + entry["gives_way"] for entry in held["attacks"].values())
+    assert {name for _, name, _, _ in string.Formatter().parse(quoted) if name} == set(held["sentences"])
 
 
 @each_attack

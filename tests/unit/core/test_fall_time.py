@@ -57,7 +57,7 @@ def assert_exact(make: Callable[[random.Random], Encounter], count: int, seed: i
     assert hits > count // 20
 
 
-@each("count, seed", release_after(1, [(30, 1), (1500, 2)]))
+@each("count, seed", release_after(1, [(50, 1), (1500, 2)]))
 @each("make", ENCOUNTERS)
 def test_a_disc_meets_a_fixed_one_at_the_exact_time(
     make: Callable[[random.Random], Encounter], count: int, seed: int

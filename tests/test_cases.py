@@ -1,0 +1,40 @@
+"""Rows of `each`: every row runs, and every row that fails is reported, whatever it raises and how deep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from tests.cases import each
+
+
+def wrong(second: str) -> None:
+    if second == "a":
+        raise ValueError(second)
+    pytest.fail(second)
+
+
+def not_raised(_: str) -> None:
+    with pytest.raises(ValueError, match="never"):
+        pass
+
+
+@pytest.mark.parametrize("fails", [wrong, not_raised])
+def test_two_each_run_every_row(fails: Callable[[str], None]) -> None:
+    """A group of failures of the inner rows, `pytest.fail` among them, does not hide the next outer row."""
+    tried = []
+
+    @each("first", [1, 2, 3])
+    @each("second", ["a", "b", "c"])
+    def test(first: int, second: str) -> None:
+        tried.append((first, second))
+        if first < 3 and second != "c":
+            fails(second)
+
+    with pytest.raises(BaseExceptionGroup, match="2 of 3 rows fail") as caught:
+        test()
+    assert len(tried) == 9
+    inner = [one for one in caught.value.exceptions if isinstance(one, BaseExceptionGroup)]
+    assert [len(one.exceptions) for one in inner] == [2, 2]
+    assert [one.__notes__ for one in inner] == [["with {'first': 1}"], ["with {'first': 2}"]]
+    assert [one.__notes__ for one in inner[0].exceptions] == [["with {'second': 'a'}"], ["with {'second': 'b'}"]]
