@@ -94,12 +94,12 @@ WORK: dict[str, tuple[tuple[str, ...], str, Callable[[Path], Any]]] = {
     "tune": (("tune", "pymunk", "paper/late", "--trials", "6"), "--out", _tuned),
     "advise": (("advise", "paper/late", "-e", "pit", "--phases", "2", "--budget", "20000"), "", _said),
     "certify": (("certify", "paper/late", "classics/bank-shot", "--digits", "30"), "--out", _certified),
-    "diff": (("diff", "old", "new", "--engine", "pit=pic", "--fail-on", "never"), "--page", _compared),
+    "diff": (("diff", "old", "new", "--engine", "pymunk=box2d", "--fail-on", "never"), "--page", _compared),
 }
 #: Those that go on with what is there.
 RESUMED = ("run", "bench", "timing", "stress", "tune")
 #: What two reports are made of, for `diff`.
-REPORTS = {"old": "pit", "new": "pic"}
+REPORTS = {"old": "pymunk", "new": "box2d"}
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
