@@ -50,7 +50,7 @@ class RecordedWorld:
 
     def advance(self, steps: int) -> None:
         """Take steps, with all their impacts."""
-        raise NotImplementedError
+        raise NotImplementedError  # PIC and PIT advance differently
 
     def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
         """Take steps until one has an impact or a warning, see `carom.engines.api.QuietWorld`."""

@@ -161,16 +161,16 @@ def _crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
     """Return the bodies of the pairs in order, if they form a row between two immovable or driven bodies; else None."""
-    beside: dict[int, list[int]] = {}
+    neighbours: dict[int, list[int]] = {}
     for first, second in pairs:
-        beside.setdefault(first, []).append(second)
-        beside.setdefault(second, []).append(first)
-    ends = [body for body, others in beside.items() if len(others) == 1]
-    if len(ends) != 2 or len(pairs) < 2 or len(beside) != len(pairs) + 1:
+        neighbours.setdefault(first, []).append(second)
+        neighbours.setdefault(second, []).append(first)
+    ends = [body for body, others in neighbours.items() if len(others) == 1]
+    if len(ends) != 2 or len(pairs) < 2 or len(neighbours) != len(pairs) + 1:
         return None
     row = [min(ends)]
-    while len(row) < len(beside):
-        onwards = [body for body in beside[row[-1]] if body not in row]
+    while len(row) < len(neighbours):
+        onwards = [body for body in neighbours[row[-1]] if body not in row]
         if len(onwards) != 1:
             return None
         row += onwards

@@ -79,10 +79,10 @@ class BallContacts:
                     continue
                 centre, most = (bodies.x[i], bodies.y[i]), self._known(i, k)
                 gap, place = ground.off_it(*centre) - ground.level, ground.along_it(*centre)
-                beside = ground.span and not ground.span[0] < place < ground.span[1]
+                is_beyond_end = ground.span and not ground.span[0] < place < ground.span[1]
                 off = ground.off_it(bodies.vx[i], bodies.vy[i])
                 slow = off * off <= 2 * ground.presses * most
-                if not beside and -arb(disc.radius_m) < gap <= most and (slow or off < 0):
+                if not is_beyond_end and -arb(disc.radius_m) < gap <= most and (slow or off < 0):
                     yield i, ground
                     break
 
