@@ -79,7 +79,7 @@ def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
         shape = bodies.obstacles[k].shape
         if not isinstance(shape, Plane) or shape.stretch is not None:
             return None
-        law = bodies.wall_law(k, bodies.scene.discs[disc].radius_m)
+        law = bodies.laws.of_straight(k, bodies.scene.discs[disc].radius_m)
         leg = bodies.legs_from(wall_body(k), last[-1].time_s)[0]
         normals.append(shape.normal)
         room = room - law.level

@@ -14,14 +14,15 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from flint import arb, ctx
 
 from carom.model.scene import Scene
 from carom.model.trace import wall_body, wall_index
-from carom.solvers.certified.balls import SLACK, ZERO, BallLeg, ball, legs_of
+from carom.solvers.certified.balls import SLACK, ZERO, BallLeg, legs_of
 from carom.solvers.certified.contact_state import ContactStates
+from carom.solvers.certified.laws import Laws
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 
 if TYPE_CHECKING:
@@ -57,58 +58,13 @@ def _pull(scene: Scene, shape: Plane | Round) -> int:
     return (along > 0) - (along < 0)
 
 
-class PairLaw(NamedTuple):
-    """Constants of a pair of discs at the working precision.
-
-    A share is a disc's part of the change of relative velocity.
-    """
-
-    reach: arb
-    reach2: arb
-    share_i: arb
-    share_j: arb
-    keep_i: arb
-    keep_j: arb
-    change_i: arb
-    change_j: arb
-
-
-class WallLaw(NamedTuple):
-    """Constants of a wall for discs of one radius.
-
-    An impact changes velocities to ``M v`` and positions to ``M x + shift``; for e = 1 this is a reflection.
-    """
-
-    nx: arb
-    ny: arb
-    length: arb
-    level: arb
-    m_xx: arb
-    m_xy: arb
-    m_yy: arb
-    shift_x: arb
-    shift_y: arb
-
-
-class RoundLaw(NamedTuple):
-    """Constants of a vertex or an arc for discs of one radius: centre, and distance from a touching disc's centre.
-
-    `change` is the factor of a disc's velocity change. For `root` and (px, py) see `carom.solvers.certified.meeting`.
-    """
-
-    cx: arb
-    cy: arb
-    reach: arb
-    reach2: arb
-    change: arb
-
-
 class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
     Attributes:
         obstacles: Faces, vertices and arcs of the walls, and half-planes: see `carom.solvers.certified.obstacles`.
             Obstacles are numbered like walls, and are the walls if all walls are half-planes.
+        laws: Constants of impacts at the working precision.
         time: Reference instant of each disc: an exact float64, in seconds.
         x: x coordinate of each centre at the reference instant. `y`, `vx` and `vy` are similar. With gravity, all are
             relative to the falling frame.
@@ -161,10 +117,7 @@ class BallBodies:
             if legs := self.legs(disc):
                 self.vx[disc], self.vy[disc] = legs[0].vx, legs[0].vy
         self._speed = arb(greatest_speed(scene))
-        self._kind = [(disc.mass_kg, disc.radius_m) for disc in discs]
-        self._pair_laws: dict[tuple[tuple[float, float], tuple[float, float]], PairLaw] = {}
-        self._wall_laws: dict[tuple[int, float | None], WallLaw] = {}
-        self._round_laws: dict[tuple[int, float], RoundLaw] = {}
+        self.laws = Laws(scene, self.obstacles)
         self._orthogonal: dict[tuple[int, int], bool] = {}
 
     def __len__(self) -> int:
@@ -174,9 +127,7 @@ class BallBodies:
         """Lower the working precision to `bits`, and discard constants computed at the old precision."""
         ctx.prec = bits
         self._legs.clear()
-        self._pair_laws.clear()
-        self._wall_laws.clear()
-        self._round_laws.clear()
+        self.laws = Laws(self.scene, self.obstacles)
 
     def state_bits(self, i: int) -> int:
         """Return the number of accurate bits in the state of disc `i`.
@@ -376,67 +327,6 @@ class BallBodies:
     def turn(self, i: int, impulse: arb) -> None:
         """Reduce the spin of disc `i` by an impulse along its rim. The impulse is divided by the disc's mass."""
         self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
-
-    def pair_law(self, i: int, j: int) -> PairLaw:
-        """Return the constants of discs `i` and `j`.
-
-        The share of the first disc is ``(1 + e) (1/m1) / (1/m1 + 1/m2)``.
-        """
-        key = (self._kind[i], self._kind[j])
-        law = self._pair_laws.get(key)
-        if law is None:
-            (mass_i, radius_i), (mass_j, radius_j) = key
-            turn = arb(self.scene.restitution) + 1
-            if math.isinf(mass_i) or math.isinf(mass_j):
-                share_i, share_j = (turn, ZERO) if math.isinf(mass_j) else (ZERO, turn)
-            else:
-                share_i, share_j = (turn * mass / (arb(mass_i) + arb(mass_j)) for mass in (arb(mass_j), arb(mass_i)))
-            reach = arb(radius_i) + arb(radius_j)
-            reach2 = reach * reach
-            law = PairLaw(reach, reach2, share_i, share_j, 1 - share_i, 1 - share_j, share_i / reach2, share_j / reach2)
-            self._pair_laws[key] = law
-        return law
-
-    def wall_law(self, k: int, radius: float | None) -> WallLaw:
-        """Return the constants of the k-th obstacle, a half-plane or a face, for discs of a radius (None for 0).
-
-        The half-plane is ``(p - q).n >= 0``. The direction of the stored normal is exact, but rounding makes its length
-        differ from 1. So distances are divided by ``|n|``, and reflections by ``|n|^2``.
-        """
-        law = self._wall_laws.get((k, radius))
-        if law is None:
-            obstacle = self.obstacles[k]
-            shape = obstacle.shape
-            assert isinstance(shape, Plane)  # noqa: S101 - callers pass straight obstacles only
-            (px, py), (nx, ny) = map(ball, shape.point), map(ball, shape.normal)
-            length2 = nx * nx + ny * ny
-            length = length2.sqrt()
-            thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
-            level = px * nx + py * ny + thick * length
-            turn = arb(self.materials[obstacle.wall].restitution) + 1
-            if ny.is_zero() or nx.is_zero():  # exact: 1 and 0 need no division
-                xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
-            else:
-                xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2
-            law = WallLaw(nx, ny, length, level, xx, xy, yy, turn * level * nx / length2, turn * level * ny / length2)
-            self._wall_laws[k, radius] = law
-        return law
-
-    def round_law(self, k: int, radius: float) -> RoundLaw:
-        """Return the constants of the k-th obstacle, a vertex or an arc, for discs of a radius."""
-        law = self._round_laws.get((k, radius))
-        if law is None:
-            obstacle = self.obstacles[k]
-            shape = obstacle.shape
-            assert isinstance(shape, Round)  # noqa: S101 - callers pass round obstacles only
-            (cx, cy), inside = shape.centre, shape.inside
-            thick = arb(radius) + ball(obstacle.half_width)
-            reach = ball(shape.radius2).sqrt() + (ZERO - thick if inside else thick)
-            reach2 = reach * reach
-            change = (arb(self.materials[obstacle.wall].restitution) + 1) / reach2
-            law = RoundLaw(ball(cx), ball(cy), reach, reach2, ZERO - change if inside else change)
-            self._round_laws[k, radius] = law
-        return law
 
     def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
         """Record an impact of disc `i` with another body at `time`, which is at most `latest`.

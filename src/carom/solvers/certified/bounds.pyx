@@ -293,7 +293,7 @@ cdef class LowerBounds:
             return
         if isinstance(shape, Round):
             wall.form = HOLLOW if shape.inside else ROUND
-            law = self.bodies.round_law(k, 0.0)  # the reach for a disc of radius 0
+            law = self.bodies.laws.of_round(k, 0.0)  # the reach for a disc of radius 0
             wall.round.x, wall.round.y = ldexp(law.cx, -self.length), ldexp(law.cy, -self.length)
             wall.round.radius = ldexp(law.reach, -self.length)
             wall.round.rim = wall.round.radius * (1.0 + 8.0 * ROUNDOFF)
@@ -301,7 +301,7 @@ cdef class LowerBounds:
             wall.round.error = 19.0 * ROUNDOFF * (greater(fabs(wall.round.x), fabs(wall.round.y)) + wall.round.rim)
             wall.round.error += tiny(self.length)
             return
-        law = self.bodies.wall_law(k, 0.0)  # the level for a disc of radius 0
+        law = self.bodies.laws.of_straight(k, 0.0)  # the level for a disc of radius 0
         # A face's normal is as long as its edge. Scale the normal to a length of about 1; the margins cover the
         # rounding.
         _, size = frexp(float_above(law.length))

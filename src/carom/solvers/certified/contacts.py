@@ -97,7 +97,7 @@ class BallContacts:
         bodies.x[i], bodies.y[i] = ground.at(place)
         if off * off <= 2 * ground.presses * self._known(i, k):
             return self._settle(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
-        near = WallApproach((ZERO - off) * bodies.wall_law(k, None).length, ZERO)
+        near = WallApproach((ZERO - off) * bodies.laws.of_straight(k, None).length, ZERO)
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
     def _known(self, i: int, k: int) -> arb:
@@ -284,7 +284,7 @@ class BallContacts:
         if vertex is None or not isinstance(shape, Round) or shape.radius2 != 0:
             raise Undecided(replace(trouble, proven=True))
         a, p, u = ground.along, ground.presses, state.speed
-        reach = bodies.round_law(wall_index(vertex), bodies.scene.discs[i].radius_m).reach
+        reach = bodies.laws.of_round(wall_index(vertex), bodies.scene.discs[i].radius_m).reach
         powers = (u * u - p * reach, a * u, (a * a + p * p) / 4)
         if not powers[0] > 0:
             raise Undecided(replace(trouble, proven=bool(powers[0] < 0)))
@@ -361,7 +361,7 @@ def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
         return None
     if belts and belts[obstacle.wall]:
         return None
-    law, (gx, gy) = bodies.wall_law(k, bodies.scene.discs[i].radius_m), bodies.gravity
+    law, (gx, gy) = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.gravity
     nx, ny, level = law.nx, law.ny, law.level / law.length
     presses, along = (ZERO - gx * nx - gy * ny) / law.length, (gx * ny - gy * nx) / law.length
     span, never = None, {wall_body(k)}

@@ -13,10 +13,11 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.model.trace import NO_EDGE, wall_index
-from carom.solvers.certified.ball_bodies import BallBodies, PairLaw
+from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import ZERO
 from carom.solvers.certified.contact_state import BallMode, Bounce
 from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.laws import PairLaw
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
 from carom.solvers.certified.slowing import slow, stop
 from carom.solvers.certified.two_frictions import BallFrictions, stick, take
@@ -177,7 +178,7 @@ def _velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]
 def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
     """Apply the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``, so these need no computation."""
     i, j = meeting.first, meeting.second
-    law = bodies.pair_law(i, j)
+    law = bodies.laws.of_discs(i, j)
     (_, _, vxi, vyi), (_, _, vxj, vyj) = bodies.state(i, meeting.at), bodies.state(j, meeting.at)
     xi, yi, xj, yj = near.xi, near.yi, near.xj, near.yj
     straight = near.pull is None
@@ -217,7 +218,7 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
     i = meeting.first
     if isinstance(near, RoundApproach):
         return _bounce_round(bodies, meeting, near)
-    law = bodies.wall_law(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
+    law = bodies.laws.of_straight(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
     leg = bodies.legs_from(meeting.second, meeting.at)[0]
     x, y, vx, vy = bodies.less(leg, meeting.at, *bodies.moved(i, meeting.at), bodies.vx[i], bodies.vy[i])
     if near is not None:  # the disc arrives at the speed ``root / |n|``
@@ -258,7 +259,7 @@ def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal
     """Apply friction to two discs at contact, like `pair_tangential_impulse` of `core/impact_law.h`."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
-    law, scene = bodies.pair_law(i, j), bodies.scene
+    law, scene = bodies.laws.of_discs(i, j), bodies.scene
     w_i, w_j = bodies.inverse_mass[i], bodies.inverse_mass[j]
     slip = near.slip() + reach * (bodies.surface(i) + bodies.surface(j))
     inverse_effective_mass = (

@@ -141,10 +141,10 @@ def _is_beyond(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: 
     (x, y), radius = place, bodies.scene.discs[i].radius_m
     shape = bodies.obstacles[k].shape
     if isinstance(shape, Round):
-        circle = bodies.round_law(k, radius)
+        circle = bodies.laws.of_round(k, radius)
         distance = ((x - circle.cx) ** 2 + (y - circle.cy) ** 2).sqrt()
         return bool(distance + far < circle.reach if shape.inside else distance > circle.reach + far)
-    law = bodies.wall_law(k, radius)
+    law = bodies.laws.of_straight(k, radius)
     if x * law.nx + y * law.ny - law.level > far * law.length:
         return True
     if shape.stretch is None:

@@ -12,8 +12,9 @@ from carom.solvers.certified.sign_changes import falls_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from carom.solvers.certified.ball_bodies import BallBodies, RoundLaw
+    from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.balls import BallLeg
+    from carom.solvers.certified.laws import RoundLaw
 
 
 class PairApproach(NamedTuple):

@@ -64,7 +64,7 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallL
 
 def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of discs `i` < `j` with a curved path; None if there is certainly none."""
-    law, (ax, ay), (bx, by) = bodies.pair_law(i, j), bodies.pull(i), bodies.pull(j)
+    law, (ax, ay), (bx, by) = bodies.laws.of_discs(i, j), bodies.pull(i), bodies.pull(j)
     pull = (bx - ax, by - ay)
     (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
     (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
@@ -82,7 +82,7 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg 
 
 def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     """Return the impact of discs `i` < `j` on straight paths; None if there is certainly none."""
-    law = bodies.pair_law(i, j)
+    law = bodies.laws.of_discs(i, j)
     (xi, yi, vxi, vyi), (xj, yj, vxj, vyj) = bodies.state(i, at), bodies.state(j, at)
     dx, dy, ux, uy = xj - xi, yj - yi, vxj - vxi, vyj - vyi
     if dy.is_zero() and uy.is_zero():

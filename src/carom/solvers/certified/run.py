@@ -8,25 +8,21 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from flint import arb, ctx
 
 from carom.core.extension import find_extension_notes
 from carom.model.trace import Outcome, Trace, impact_array, mode_array, spin_array
-from carom.solvers.certified.accumulation import without_end
+from carom.solvers.certified.attempt import Attempt, Goal, Stop
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import float_above, nearest
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.exact import contact_at_start
-from carom.solvers.certified.impacts import BallEvent, carry_out
-from carom.solvers.certified.meeting import Meeting
-from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
-from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending, Undecided
-from carom.solvers.certified.selection import OutOfTime, Selection
-from carom.solvers.certified.slowing import kept, slow, undamped
+from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
+from carom.solvers.certified.slowing import kept, undamped
 from carom.solvers.certified.wall_meetings import finite_contact_at_start
 from carom.solvers.options import require_goal
 
@@ -36,17 +32,11 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.solvers.run import Progress
 
-#: Number of events between two checks of accuracy and progress.
-_CHUNK = 32
 #: Bits of the first attempt in addition to the requested digits: enough for a few hundred impacts in most scenes.
 _FIRST_BITS = 160
-#: Bits by which the working precision exceeds the accuracy of the most accurate disc.
-_GUARD_BITS = 24
 #: The next precision is the prediction from the bits lost so far times 1.125. The next precision is between 1.5 and 8
 #: times the last one, since the first impacts predict little.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
-#: The working precision is lowered if less than this fraction is useful.
-_LOWER_AT = 0.9
 #: Outcomes with infinitely many impacts.
 _ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
 #: Outcome of a run for each ending from which the run can be advanced further.
@@ -55,26 +45,6 @@ _GOES_ON = {
     Ending.COMPLETED: Outcome.COMPLETED,
     Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS,
 }
-
-
-#: Key of an event at the start.
-_START = (-1, -1, 0.0)
-
-
-class Goal(NamedTuple):
-    """Goal of a run: a time of the undamped run, a number of impacts, and a deadline as `time.perf_counter`."""
-
-    time: arb
-    impacts: float
-    deadline_s: float
-    progress: Progress | None
-
-
-class Stop(NamedTuple):
-    """Result of an attempt: its ending, or the undecided event; neither if the balls became too wide."""
-
-    ending: Ending | None = None
-    degeneracy: Degeneracy | None = None
 
 
 class CertifiedRun:
@@ -266,144 +236,6 @@ class CertifiedRun:
         if stop.degeneracy is not None:  # enough bits to resolve this event
             wanted = max(wanted, attempt.bits + self._tie_bits - stop.degeneracy.bits + _FIRST_BITS)
         return min(math.ceil(max(wanted, attempt.bits * _LEAST_RISE)), self._most_bits)
-
-
-class Attempt:
-    """A run at one precision. An attempt repeats the events certified before, and then selects further impacts.
-
-    Attributes:
-        bits: Initial precision.
-        precision: Working precision.
-        bodies: State of the bodies after the last impact.
-        events: Data with which the next attempt repeats each event: both bodies, and a lower bound of the time.
-        impacts: Number of impacts among the events.
-        is_cut: Whether the last event was left half applied because it was undecided.
-        commuted: Pairs of consecutive impacts whose order is unknown and does not affect the result.
-    """
-
-    def __init__(
-        self, scene: Scene, bits: int, log: Recording, earlier: Attempt | None = None, events: int | None = None
-    ) -> None:
-        self.bits = self.precision = bits
-        self.impacts, self.is_cut = 0, False
-        with ctx.workprec(bits):
-            self.bodies = BallBodies(scene)
-            for i in range(len(scene.discs)) if scene.table_deceleration_m_s2 else ():
-                if self.bodies.movable[i]:
-                    slow(self.bodies, i, arb(0), 0.0)
-        self._tolerance = arb(10) ** -log.digits
-        self.events: list[tuple[int, int, float]] = []
-        self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []
-        self._known = earlier.events[:events] if earlier else []
-        self._selection: Selection | None = None
-        self._log = log
-        log.begin_again()
-
-    def _begin(self) -> None:
-        """Start the contact of each disc that touches a wall below it, or apply its impact if it approaches."""
-        contacts = BallContacts(self.bodies)
-        for i, ground in list(contacts.lying()) if self.bodies.falls else ():
-            begun = contacts.begin(i, ground)
-            self._add_event(
-                carry_out(self.bodies, begun) if isinstance(begun, Meeting) else BallEvent(None, (begun,)), _START
-            )
-
-    @property
-    def has_replayed(self) -> bool:
-        """Whether all events certified before have been repeated."""
-        return len(self.events) >= len(self._known)
-
-    def bits_lost(self) -> int:
-        """Return the bits of accuracy that the least accurate disc has lost."""
-        with ctx.workprec(self.precision):
-            return self.bits - self.bodies.worst_accuracy_bits()
-
-    def advance(self, goal: Goal) -> Stop:
-        """Advance to the goal, or as far as this precision permits."""
-        with ctx.workprec(self.precision):
-            try:
-                return self._replay(goal) or self._select(goal)
-            except Undecided as undecided:
-                self.is_cut = True
-                return Stop(None, undecided.degeneracy if self._log.convert() else None)
-            except OutOfTime:
-                return Stop(Ending.TIME_BUDGET)
-            except KeyboardInterrupt:
-                return Stop(Ending.INTERRUPTED)
-            finally:
-                self.precision = ctx.prec
-
-    def _replay(self, goal: Goal) -> Stop | None:
-        if not self.events:
-            self._begin()
-        while not self.has_replayed:
-            first, second, at = self._known[len(self.events)]
-            if first == second:
-                BallContacts(self.bodies).consider_landing(first, None)
-            meeting = meet(self.bodies, first, second, at)
-            stop = self._carry_out(meeting, goal) if meeting is not None and meeting.decided else Stop()
-            if stop is not None:
-                return stop
-        return None
-
-    def _select(self, goal: Goal) -> Stop:
-        if self._selection is None:
-            for i in range(len(self.bodies)):
-                BallContacts(self.bodies).consider_landing(i, self._tolerance)
-            self._selection = Selection(self.bodies)
-        selection = self._selection
-        selection.end_s, selection.deadline_s = float_above(goal.time), goal.deadline_s
-        while True:
-            at_limit = self.impacts >= goal.impacts
-            try:
-                choice = selection.next_impact()
-            except Undecided as undecided:
-                if at_limit:
-                    return self._end(Ending.MAX_IMPACTS)
-                return Stop(None, undecided.degeneracy if self._log.convert() else None)
-            if choice is None or at_limit:
-                return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
-            if not choice.meeting.time <= goal.time:  # the goal is not a float64, and the impact is too close to it
-                if choice.meeting.time > goal.time:
-                    return self._end(Ending.COMPLETED)
-                selection.is_at_the_end(choice.meeting)
-            if choice.commutes:
-                self.commuted.append((self.impacts, self.impacts + 1))
-            stop = self._carry_out(choice.meeting, goal)
-            for i in choice.meeting[:2]:
-                if i >= 0:
-                    BallContacts(self.bodies).consider_landing(i, self._tolerance)
-            selection.changed(choice.meeting)
-            if stop is not None:
-                return stop
-
-    def _end(self, ending: Ending) -> Stop:
-        return Stop(ending if self._log.convert() and self._log.state_is_good(self.bodies) else None)
-
-    def _add_event(self, event: BallEvent, how: tuple[int, int, float]) -> None:
-        self._log.add(event)
-        self.events.append(how)
-        self.impacts += event.impact is not None
-
-    def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
-        """Apply and record an event.
-
-        Every `_CHUNK` events, convert the events, lower the precision, and check whether to stop.
-        """
-        self._add_event(carry_out(self.bodies, meeting), meeting[:3])
-        if len(self.events) % _CHUNK:
-            return None
-        if not self._log.convert():
-            return Stop()
-        if goal.progress is not None:
-            goal.progress(self.impacts, max(self.bodies.time))
-        if time.perf_counter() > goal.deadline_s:
-            return Stop(Ending.TIME_BUDGET)
-        enough = self.bodies.best_accuracy_bits() + _GUARD_BITS
-        if enough < _LOWER_AT * ctx.prec:
-            self.bodies.lower_precision(max(enough, 64))
-        endless = without_end(self._log, self.bodies)
-        return None if endless is None else Stop(Ending.DEGENERATE, endless)
 
 
 def trouble_at_start(bodies: BallBodies) -> Degeneracy | None:

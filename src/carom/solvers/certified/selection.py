@@ -188,7 +188,7 @@ class Selection:
         # from `at`.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
         gained = bodies.strongest_pull() * (window.upper() + length)  # the velocities are values at time 0
-        reach = bodies.pair_law(i, j).reach + 2 * most * (fastest + gained) * length
+        reach = bodies.laws.of_discs(i, j).reach + 2 * most * (fastest + gained) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
     def _report_unresolved(self, meeting: Meeting) -> Degeneracy:

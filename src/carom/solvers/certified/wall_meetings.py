@@ -55,7 +55,7 @@ def to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i`, which is in contact with another straight obstacle."""
-    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.seen(i, at, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
     pull = bodies.pull(i)[0] * law.nx + bodies.pull(i)[1] * law.ny
@@ -66,7 +66,7 @@ def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Bal
 
 def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` if gravity has no component along the normal."""
-    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.less(leg, at, *bodies.moved(i, at), bodies.vx[i], bodies.vy[i])
     speed = vx * law.nx + vy * law.ny
     if speed >= 0:
@@ -86,7 +86,7 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
 def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` if gravity has a component along the normal."""
     k = wall_index(second)
-    law, pulled = bodies.wall_law(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
+    law, pulled = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
     x, y, vx, vy = bodies.seen(i, at, leg)
     gx, gy = bodies.gravity
     gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
@@ -171,7 +171,7 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
             return None
         return (_fall_on_round if curved else _touch_round)(bodies, i, second, at, leg)
     x, y, vx, vy = bodies.seen(i, at, leg)
-    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
+    law = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
     if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge or next to it
         return None
@@ -202,7 +202,7 @@ def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
     """Return the first contact of a falling disc with a circle that is on the edge; None if there is none."""
-    law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+    law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
     x, y, ux, uy = bodies.seen(i, at, leg)
@@ -222,7 +222,7 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
 
 
 def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
-    law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+    law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:  # the disc does not fit inside
         return None
     x, y, ux, uy = bodies.seen(i, at, leg)
@@ -347,14 +347,14 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
     x, y, ux, uy = bodies.seen(i, 0.0, bodies.legs_from(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity
     if isinstance(shape, Plane):
-        law = bodies.wall_law(number, radius)
-        free, on = x * law.nx + y * law.ny - bodies.wall_law(number, None).level, On.INSIDE
+        law = bodies.laws.of_straight(number, radius)
+        free, on = x * law.nx + y * law.ny - bodies.laws.of_straight(number, None).level, On.INSIDE
         gap, speed = x * law.nx + y * law.ny - law.level, ux * law.nx + uy * law.ny
         pull = arb(bodies.pulls[number])
         if shape.stretch is not None:
             on = _foot(shape.stretch, x, y)
     else:
-        reach = bodies.round_law(number, radius)
+        reach = bodies.laws.of_round(number, radius)
         sign = -1 if shape.inside else 1
         dx, dy = x - reach.cx, y - reach.cy
         square = dx * dx + dy * dy
