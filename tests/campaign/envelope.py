@@ -29,13 +29,13 @@ from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import ZERO, float_above
 from carom.solvers.certified.contact_state import BallMode
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.impacts import BallEvent, BallImpact, carry_out
+from carom.solvers.certified.impacts import BallEvent, BallImpact, apply_meeting
 from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
-from carom.solvers.certified.recording import damped
+from carom.solvers.certified.recording import damp_impact
 from carom.solvers.certified.result import Degeneracy, Undecided
-from carom.solvers.certified.run import trouble_at_start
+from carom.solvers.certified.run import find_degenerate_start
 from carom.solvers.certified.selection import OutOfTime, Selection
-from carom.solvers.certified.slowing import damped_time, kept, slow, undamped
+from carom.solvers.certified.slowing import damped_time, speed_fraction, start_deceleration, undamped_time_of
 
 #: Bits of the balls: far more than the 53 of the roundings that they hold.
 PRECISION = 192
@@ -197,11 +197,11 @@ class _Widened:
         """Return the envelope, with a limit of events."""
         found, bodies = self.found, self.bodies
         try:
-            if (trouble := trouble_at_start(bodies)) is not None:
+            if (trouble := find_degenerate_start(bodies)) is not None:
                 raise Undecided(trouble)
             self._begin()
             selection = Selection(bodies)
-            end = undamped(self.scene.damping_per_s, arb(self.scene.duration_s))
+            end = undamped_time_of(self.scene.damping_per_s, arb(self.scene.duration_s))
             selection.end_s, selection.deadline_s = float_above(end), deadline_s
             commutes = False
             while len(found.events) < most:
@@ -227,15 +227,15 @@ class _Widened:
     def _begin(self) -> None:
         """Begin the motion on a table, and the contacts of discs that lie on something; widen all other centres."""
         bodies, contacts, table = self.bodies, BallContacts(self.bodies), self.scene.table_deceleration_m_s2
-        lying = dict(contacts.lying()) if bodies.falls else {}
+        lying = dict(contacts.find_resting()) if bodies.falls else {}
         for i in range(len(bodies)):
             if bodies.movable[i] and i not in lying:
                 bodies.x[i], bodies.y[i] = self._wider(bodies.x[i], bodies.y[i], self.found.gap_m)
                 if table:
-                    slow(bodies, i, ZERO, 0.0)
+                    start_deceleration(bodies, i, ZERO, 0.0)
         for i, ground in lying.items():
-            closing = -float(ground.off_it(bodies.vx[i], bodies.vy[i]).mid())
-            begun = contacts.begin(i, ground)
+            closing = -float(ground.normal_part(bodies.vx[i], bodies.vy[i]).mid())
+            begun = contacts.begin_contact(i, ground)
             if isinstance(begun, Meeting):
                 self._carry_out(self._delayed(begun, i, self.found.gap_m / closing, ground.length))
             else:
@@ -263,14 +263,14 @@ class _Widened:
     def _carry_out(self, meeting: Meeting) -> None:
         bodies, (first, second) = self.bodies, meeting[:2]
         rounding = self._rounding(meeting)
-        event = carry_out(bodies, meeting)
+        event = apply_meeting(bodies, meeting)
         self._add(event, meeting, rounding, is_on_one_edge=not isinstance(meeting.near, Seam))
         discs = [(body, side) for side, body in enumerate((first, second)) if body >= 0 and bodies.movable[body]]
         for i, side in discs if first != second else ():
             self._last_rounding[i] = (rounding.velocities[side], rounding.spins[side])
             self._widen(i, meeting, rounding.velocities[side], rounding.spins[side])
         for i in {body for body, _ in discs}:
-            BallContacts(bodies).consider_landing(i, arb(LANDING_PART))
+            BallContacts(bodies).record_landing(i, arb(LANDING_PART))
 
     def _widen(self, i: int, meeting: Meeting, speed_m_s: float, spin_rad_s: float) -> None:
         """Widen the state of a disc after an impact.
@@ -293,13 +293,13 @@ class _Widened:
             return
         # The deceleration is against the velocity: both are widened together.
         time, at = meeting.time, meeting.at
-        (x, y), velocity = bodies.place_at(i, time), bodies.velocity(i, time, at)
+        (x, y), velocity = bodies.centre_at(i, time), bodies.velocity(i, time, at)
         vx, vy = (v if v.is_exact() else v + arb(0, speed_m_s) for v in velocity)
         (x, y), wait = self._wider(x, y, gap_m), time - arb(at)
         bodies.acceleration[i], bodies.contacts.stops[i] = None, None
         bodies.vx[i], bodies.vy[i], bodies.time[i] = vx, vy, at
         bodies.x[i], bodies.y[i] = x - vx * wait, y - vy * wait
-        slow(bodies, i, time, at)
+        start_deceleration(bodies, i, time, at)
 
     @staticmethod
     def _wider(x: arb, y: arb, by: float) -> tuple[arb, arb]:
@@ -315,7 +315,7 @@ class _Widened:
         if first == second:
             return Rounding((falls[0], 0.0), (0.0, 0.0))
         speeds = [math.hypot(*map(_size, bodies.velocity(i, meeting.time, meeting.at))) for i in movers]
-        rims = [_size(bodies.surface(i)) for i in movers]
+        rims = [_size(bodies.rim_speed(i)) for i in movers]
         return law_rounding(self.scene, first, bodies.trace_body(second), speeds, rims, falls)
 
     def _fall_m_s(self, i: int, time: arb) -> float:
@@ -342,9 +342,9 @@ class _Widened:
         in_contact = max(self._in_contact[body] for body in (impact.first, impact.second) if body >= 0)
         own_s = (1 + in_contact) * clock_resolution(_size(impact.time))
         if damping := self.scene.damping_per_s:
-            left = float(kept(damping, impact.time).lower())
+            left = float(speed_fraction(damping, impact.time).lower())
             own_s = own_s / max(left, UNIT) + clock_resolution(self._clock(impact.time))
-            impact = damped(damping, impact)
+            impact = damp_impact(damping, impact)
         if impact.edge != NO_EDGE and meeting is not None:
             is_on_one_edge &= len(self.bodies.obstacles[wall_index(meeting.second)].edges) == 1
         position = len(events) - len(event.modes)  # an impact comes before the modes that it begins or ends
@@ -368,11 +368,11 @@ class _Widened:
 
     def _final_states(self) -> list[FinalState]:
         bodies, damping, end_s = self.bodies, self.scene.damping_per_s, self.scene.duration_s
-        now = undamped(damping, arb(end_s))
-        left, found = kept(damping, now), []
+        now = undamped_time_of(damping, arb(end_s))
+        left, found = speed_fraction(damping, now), []
         for i in range(len(bodies)):
             moves = bodies.movable[i]
-            place = bodies.place_at(i, now) if moves else bodies.place(i, end_s)
+            place = bodies.centre_at(i, now) if moves else bodies.centre(i, end_s)
             vx, vy = bodies.velocity(i, now, end_s)
             speed, spin = math.hypot(_size(vx), _size(vy)), bodies.spin_at(i, now)
             by_impact, by_impact_spin = self._last_rounding[i]

@@ -17,7 +17,7 @@ from flint import arb
 from carom.core.wall_features import Exact, exact
 from carom.model.trace import EdgeKind, wall_body, wall_index
 from carom.solvers.certified.balls import ball, float_above
-from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, less
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtract
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
 if TYPE_CHECKING:
@@ -34,12 +34,12 @@ _COLLAPSE = 20
 _CRUSH = 256
 
 
-def without_end(log: Recording, bodies: BallBodies) -> Degeneracy | None:
+def find_accumulation(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the collapse or crush that the last impacts form; None if they form neither."""
-    return _collapse(log, bodies) or _crush(log, bodies) or _crush_in_a_row(log, bodies)
+    return _find_collapse(log, bodies) or _find_crush(log, bodies) or _find_crush_in_row(log, bodies)
 
 
-def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
+def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the collapse that the last impacts form, if any."""
     scene = bodies.scene
     if not log.rows or not (scene.restitution < 1 or any(material.restitution < 1 for material in bodies.materials)):
@@ -60,7 +60,7 @@ def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     return Degeneracy(Degenerate.COLLAPSE, tuple(sorted(involved)), first, latest, proven=False, bits=known)
 
 
-def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
+def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of a disc between two half-planes that approach each other, if it had many impacts with both.
 
     Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
@@ -80,7 +80,7 @@ def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
         if not isinstance(shape, Plane) or shape.stretch is not None:
             return None
         law = bodies.laws.of_straight(k, bodies.scene.discs[disc].radius_m)
-        leg = bodies.legs_from(wall_body(k), last[-1].time_s)[0]
+        leg = bodies.legs_after(wall_body(k), last[-1].time_s)[0]
         normals.append(shape.normal)
         room = room - law.level
         if leg is not None:
@@ -113,7 +113,7 @@ class _Facing(NamedTuple):
     edge: tuple[int, int]
 
 
-def _crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
+def _find_crush_in_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the crush of discs in a row between two bodies, if the last impacts were in this row.
 
     The time of the crush is exact. The time is known only if centres, velocities and normals are on one line, the discs
@@ -124,7 +124,7 @@ def _crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     if not bodies.fastest_drive or len(last) < _CRUSH:
         return None
     pairs = {(row.first, row.second) for row in last}
-    row = _path(pairs, bodies)
+    row = _order_row(pairs, bodies)
     window = [one.values for one in log.rows[-_CRUSH * (len(pairs) - 1) :]]
     if row is None or len(window) < _CRUSH * (len(pairs) - 1):
         return None
@@ -133,17 +133,17 @@ def _crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
         for one in log.rows
         if not {one.values.first, one.values.second}.isdisjoint(row[1:-1])
     }
-    if struck != pairs or not _is_alone(row, bodies) or _loses_or_slips(row, bodies):
+    if struck != pairs or not _is_alone(row, bodies) or _has_loss_or_slip(row, bodies):
         return None
     ends = [_find_facing(last, row[0], row[1]), _find_facing(last, row[-1], row[-2])]
-    obstacles = [_obstacle(bodies, end) for end in ends]
-    line = _line(row, obstacles, bodies)
+    obstacles = [_find_obstacle(bodies, end) for end in ends]
+    line = _find_line(row, obstacles, bodies)
     if line is None:
         return None
     room = rate = arb(0)
     now, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
-        place, speed, ends_s = _surface(end, obstacle, line, bodies, now)
+        place, speed, ends_s = _surface_motion(end, obstacle, line, bodies, now)
         sign = (
             1 if dot(end.normal, line) > 0 else -1
         )  # 1: the discs are in the direction of the line, seen from the body
@@ -159,7 +159,7 @@ def _crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     return Degeneracy(Degenerate.CRUSH, tuple(sorted(row)), now, float_above(crushed), proven=False, bits=known)
 
 
-def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
+def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
     """Return the bodies of the pairs in order, if they form a row between two immovable or driven bodies; else None."""
     neighbours: dict[int, list[int]] = {}
     for first, second in pairs:
@@ -183,18 +183,20 @@ def _is_alone(row: list[int], bodies: BallBodies) -> bool:
     scene = bodies.scene
     others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     others = [body for body in others if body not in row]
-    moves = any(bodies.legs(_key(body, bodies)) or (body >= 0 and bodies.movable[body]) for body in others)
-    return not others or (not moves and not all(bodies.legs(_key(body, bodies)) for body in (row[0], row[-1])))
+    moves = any(bodies.legs(_obstacle_body(body, bodies)) or (body >= 0 and bodies.movable[body]) for body in others)
+    return not others or (
+        not moves and not all(bodies.legs(_obstacle_body(body, bodies)) for body in (row[0], row[-1]))
+    )
 
 
-def _key(body: int, bodies: BallBodies) -> int:
+def _obstacle_body(body: int, bodies: BallBodies) -> int:
     """Return the number of a body in `BallBodies`. A wall has the number of its first obstacle."""
     if body >= 0:
         return body
     return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
 
 
-def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
+def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
     """Return whether several discs lose energy (so that they may rest on each other), or friction changes a spin."""
     scene, arrays = bodies.scene, bodies.scene.arrays
     walls = [wall_index(body) for body in row if body < 0]
@@ -214,17 +216,17 @@ def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
     return _Facing(body, disc, (-nx, -ny) if found.first == disc else (nx, ny), found.edge)
 
 
-def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
+def _find_obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
     """Return the obstacle that the outer disc of a row meets, at its position at time 0; None if it meets a disc."""
     if end.body >= 0:
         return None
     of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
     edge, kind = end.edge
     fits = [one for one in of_wall if one.kind is None or (one.kind == EdgeKind(kind) and edge in one.edges)]
-    start = _centre_of(bodies, end.disc)
+    start = _exact_centre(bodies, end.disc)
 
     def away2(shape: Round) -> Fraction:
-        away = less(start, shape.centre)
+        away = subtract(start, shape.centre)
         return dot(away, away)
 
     facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
@@ -238,20 +240,20 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
     return facing[0] if facing else min(rounds, key=itemgetter(0))[1]
 
 
-def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
+def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
     """Return the exact direction of the line on which a row stays; None if the row is not exactly on a line."""
-    scene, start = bodies.scene, _centre_of(bodies, row[1])
+    scene, start = bodies.scene, _exact_centre(bodies, row[1])
     if obstacles[0] is None:
-        line = less(start, _centre_of(bodies, row[0]))
+        line = subtract(start, _exact_centre(bodies, row[0]))
     else:
         shape = obstacles[0].shape
-        line = shape.normal if isinstance(shape, Plane) else less(start, shape.centre)
+        line = shape.normal if isinstance(shape, Plane) else subtract(start, shape.centre)
         if not any(line):
             return None
     vectors: list[Exact] = [exact(scene.gravity_m_s2)]
     for body in row:
         if body >= 0:
-            vectors += [less(_centre_of(bodies, body), start), exact(scene.discs[body].velocity_m_s)]
+            vectors += [subtract(_exact_centre(bodies, body), start), exact(scene.discs[body].velocity_m_s)]
         moving = scene.discs[body] if body >= 0 else scene.walls[wall_index(body)]
         vectors += [exact(leg.velocity_m_s) for leg in moving.legs or ()] + [exact(moving.velocity_m_s)]
     for obstacle in obstacles:
@@ -259,18 +261,18 @@ def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) 
             continue
         shape = obstacle.shape
         if not isinstance(shape, Plane):
-            vectors.append(less(shape.centre, start))
+            vectors.append(subtract(shape.centre, start))
             continue
         vectors.append(shape.normal)
         if shape.stretch is not None:
             begin, end = shape.stretch
-            along = less(end, begin)
-            if not 0 < dot(less(start, begin), along) < dot(along, along):
+            along = subtract(end, begin)
+            if not 0 < dot(subtract(start, begin), along) < dot(along, along):
                 return None
     return None if any(x * line[1] != y * line[0] for x, y in vectors) else line
 
 
-def _surface(
+def _surface_motion(
     end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
 ) -> tuple[arb, arb, float]:
     """Return an end surface's position extrapolated to time 0, its speed, and the end of its present leg."""
@@ -278,18 +280,18 @@ def _surface(
     length = (dx * dx + dy * dy).sqrt()
     sign = 1 if dot(end.normal, line) > 0 else -1
     if obstacle is None:
-        (x, y), depth = _centre_of(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
+        (x, y), depth = _exact_centre(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
     elif isinstance(obstacle.shape, Plane):
         (x, y), depth = obstacle.shape.point, ball(obstacle.half_width)
     else:
         (x, y), depth = obstacle.shape.centre, ball(obstacle.shape.radius2).sqrt()
         depth = ball(obstacle.half_width) + (arb(0) - depth if obstacle.shape.inside else depth)
     place = (ball(x) * dx + ball(y) * dy) / length + sign * depth
-    leg = bodies.legs_from(_key(end.body, bodies), now_s)[0]
+    leg = bodies.legs_after(_obstacle_body(end.body, bodies), now_s)[0]
     if leg is None:
         return place, arb(0), math.inf
     return place + (leg.x * dx + leg.y * dy) / length, (leg.vx * dx + leg.vy * dy) / length, leg.end_s
 
 
-def _centre_of(bodies: BallBodies, disc: int) -> Exact:
+def _exact_centre(bodies: BallBodies, disc: int) -> Exact:
     return exact(bodies.scene.discs[disc].position_m)

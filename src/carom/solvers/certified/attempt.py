@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
-from carom.solvers.certified.accumulation import without_end
+from carom.solvers.certified.accumulation import find_accumulation
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import float_above
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.impacts import BallEvent, carry_out
+from carom.solvers.certified.impacts import BallEvent, apply_meeting
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degeneracy, Ending, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
-from carom.solvers.certified.slowing import slow
+from carom.solvers.certified.slowing import start_deceleration
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -71,7 +71,7 @@ class Attempt:
             self.bodies = BallBodies(scene)
             for i in range(len(scene.discs)) if scene.table_deceleration_m_s2 else ():
                 if self.bodies.movable[i]:
-                    slow(self.bodies, i, arb(0), 0.0)
+                    start_deceleration(self.bodies, i, arb(0), 0.0)
         self._tolerance = arb(10) ** -log.digits
         self.events: list[tuple[int, int, float]] = []
         self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []
@@ -83,10 +83,10 @@ class Attempt:
     def _begin(self) -> None:
         """Start the contact of each disc that touches a wall below it, or apply its impact if it approaches."""
         contacts = BallContacts(self.bodies)
-        for i, ground in list(contacts.lying()) if self.bodies.falls else ():
-            begun = contacts.begin(i, ground)
+        for i, ground in list(contacts.find_resting()) if self.bodies.falls else ():
+            begun = contacts.begin_contact(i, ground)
             self._add_event(
-                carry_out(self.bodies, begun) if isinstance(begun, Meeting) else BallEvent(None, (begun,)), _START
+                apply_meeting(self.bodies, begun) if isinstance(begun, Meeting) else BallEvent(None, (begun,)), _START
             )
 
     @property
@@ -120,7 +120,7 @@ class Attempt:
         while not self.has_replayed:
             first, second, at = self._known[len(self.events)]
             if first == second:
-                BallContacts(self.bodies).consider_landing(first, None)
+                BallContacts(self.bodies).record_landing(first, None)
             meeting = meet(self.bodies, first, second, at)
             stop = self._carry_out(meeting, goal) if meeting is not None and meeting.decided else Stop()
             if stop is not None:
@@ -130,7 +130,7 @@ class Attempt:
     def _select(self, goal: Goal) -> Stop:
         if self._selection is None:
             for i in range(len(self.bodies)):
-                BallContacts(self.bodies).consider_landing(i, self._tolerance)
+                BallContacts(self.bodies).record_landing(i, self._tolerance)
             self._selection = Selection(self.bodies)
         selection = self._selection
         selection.end_s, selection.deadline_s = float_above(goal.time), goal.deadline_s
@@ -153,7 +153,7 @@ class Attempt:
             stop = self._carry_out(choice.meeting, goal)
             for i in choice.meeting[:2]:
                 if i >= 0:
-                    BallContacts(self.bodies).consider_landing(i, self._tolerance)
+                    BallContacts(self.bodies).record_landing(i, self._tolerance)
             selection.changed(choice.meeting)
             if stop is not None:
                 return stop
@@ -171,7 +171,7 @@ class Attempt:
 
         Every `_CHUNK` events, convert the events, lower the precision, and check whether to stop.
         """
-        self._add_event(carry_out(self.bodies, meeting), meeting[:3])
+        self._add_event(apply_meeting(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:
             return None
         if not self._log.convert():
@@ -183,5 +183,5 @@ class Attempt:
         enough = self.bodies.best_accuracy_bits() + _GUARD_BITS
         if enough < _LOWER_AT * ctx.prec:
             self.bodies.lower_precision(max(enough, 64))
-        endless = without_end(self._log, self.bodies)
+        endless = find_accumulation(self._log, self.bodies)
         return None if endless is None else Stop(Ending.DEGENERATE, endless)

@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 State = tuple[arb, arb, arb, arb]
 
 
-def greatest_speed(scene: Scene) -> float:
+def find_greatest_speed(scene: Scene) -> float:
     """Return the greatest speed among discs, spinning rims and driven bodies, metres a second; 1 if nothing moves."""
     speeds = [max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in scene.discs]
-    return max(*speeds, fastest_drive(scene)) or 1.0
+    return max(*speeds, bound_drive_speeds(scene)) or 1.0
 
 
-def fastest_drive(scene: Scene) -> float:
+def bound_drive_speeds(scene: Scene) -> float:
     """Return a bound on the speeds of driven bodies and belts; 0 if there are none."""
     arrays = scene.arrays
     drives = (*(arrays.wall_drives or ()), *arrays.disc_drives)
@@ -46,7 +46,7 @@ def fastest_drive(scene: Scene) -> float:
     return max(speeds, default=0.0) * (1.0 + SLACK)
 
 
-def _pull(scene: Scene, shape: Plane | Round) -> int:
+def _gravity_sign(scene: Scene, shape: Plane | Round) -> int:
     """Return the sign of gravity's component along a straight obstacle's normal.
 
     The sign is negative if discs fall towards the obstacle, and 0 for round obstacles.
@@ -107,16 +107,16 @@ class BallBodies:
         self.contacts = ContactStates(len(discs))
         self.falls = scene.gravity_m_s2 != (0.0, 0.0)
         self.gravity = (arb(scene.gravity_m_s2[0]), arb(scene.gravity_m_s2[1]))
-        self.pulls = [_pull(scene, obstacle.shape) for obstacle in self.obstacles]
+        self.pulls = [_gravity_sign(scene, obstacle.shape) for obstacle in self.obstacles]
         drives = {wall_body(k): drive for k, drive in enumerate(scene.arrays.wall_drives or ())}
         drives |= dict(zip(scene.arrays.driven_discs, scene.arrays.disc_drives, strict=True))
         self._drives: dict[int, Drive] = {body: drive for body, drive in drives.items() if not drive.stands}
-        self.fastest_drive = fastest_drive(scene)
+        self.fastest_drive = bound_drive_speeds(scene)
         self._legs: dict[int, tuple[BallLeg, ...]] = {}
         for disc in scene.arrays.driven_discs:
             if legs := self.legs(disc):
                 self.vx[disc], self.vy[disc] = legs[0].vx, legs[0].vy
-        self._speed = arb(greatest_speed(scene))
+        self._speed = arb(find_greatest_speed(scene))
         self.laws = Laws(scene, self.obstacles)
         self._orthogonal: dict[tuple[int, int], bool] = {}
 
@@ -136,7 +136,7 @@ class BallBodies:
         the radius.
         """
         radius = arb(self.scene.discs[i].radius_m)
-        x, y = self.place(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
+        x, y = self.centre(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
         size = x.mid().max(ZERO - x.mid()) + y.mid().max(ZERO - y.mid()) + radius
         spread = (x - x.mid()) + (y - y.mid())
         spread_v = (self.vx[i] - self.vx[i].mid()) + (self.vy[i] - self.vy[i].mid())
@@ -160,7 +160,7 @@ class BallBodies:
         bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
-    def untouched(self, *bodies: int) -> bool:
+    def are_at_start(self, *bodies: int) -> bool:
         """Return whether none of these discs has had an impact, so that their states are the exact start."""
         return all(body < 0 or self.partner[body] is None for body in bodies)
 
@@ -175,7 +175,7 @@ class BallBodies:
         """
         return self.time[i] if body < 0 else max(self.time[i], self.time[body])
 
-    def since(self, i: int, second: int) -> arb:
+    def find_last_impact(self, i: int, second: int) -> arb:
         """Return the time of the last impact of disc `i` that can affect its next impact with `second`; 0 for none.
 
         If two walls are exactly orthogonal, an impact on one changes neither the distance from the other nor the speed
@@ -183,16 +183,18 @@ class BallBodies:
         """
         latest = ZERO
         for key, time in self.met[i].items():
-            if not (second < 0 and key < 0 and self.orthogonal(key, second)):
+            if not (second < 0 and key < 0 and self.are_orthogonal(key, second)):
                 latest = latest.max(time)
         return latest
 
-    def began(self, i: int, second: int, at: float) -> arb | None:
+    def find_last_impact_of_either(self, i: int, second: int, at: float) -> arb | None:
         """Return the time of the last impact that can affect two bodies' next impact; None if it is before `at`."""
-        times = [self.since(disc, second) for disc in (i, second) if disc >= 0 and not at > self.last_met[disc]]
+        times = [
+            self.find_last_impact(disc, second) for disc in (i, second) if disc >= 0 and not at > self.last_met[disc]
+        ]
         return times[0].max(times[-1]) if times else None
 
-    def orthogonal(self, one: int, other: int) -> bool:
+    def are_orthogonal(self, one: int, other: int) -> bool:
         """Return whether two obstacles are exactly orthogonal and frictionless.
 
         Impacts on one of two such obstacles don't affect impacts on the other.
@@ -223,52 +225,52 @@ class BallBodies:
         """Return whether the k-th obstacle is driven."""
         return bool(self.legs(wall_body(k)))
 
-    def legs_from(self, body: int, at: float) -> tuple[BallLeg | None, ...]:
+    def legs_after(self, body: int, at: float) -> tuple[BallLeg | None, ...]:
         """Return the leg of a driven body at an instant and all later legs; ``(None,)`` for other bodies."""
         return tuple(leg for leg in self.legs(body) if leg.end_s > at) or (None,)
 
-    def until(self, at: float, leg: BallLeg | None, *discs: int) -> arb:
+    def bound_wait(self, at: float, leg: BallLeg | None, *discs: int) -> arb:
         """Return an upper bound of the time from `at` until the mode of a disc or the leg of a driven body ends."""
-        ends = self.contacts.until(at, *discs)
+        ends = self.contacts.bound_wait(at, *discs)
         return ends if leg is None else ends.min(arb(leg.end_s) - at)
 
-    def bends(self, body: int) -> bool:
+    def is_curved(self, body: int) -> bool:
         """Return whether a body's path is curved or changes direction in the falling frame."""
         fixed = body < 0 or not self.movable[body]
         if body >= 0 and self.acceleration[body] is not None:
             return True
         return fixed and (self.falls or len(self.legs(body)) > 1)
 
-    def state(self, i: int, at: float) -> State:
+    def state_in_frame(self, i: int, at: float) -> State:
         """Return position and velocity of disc `i` at an instant on its present path or leg, in the falling frame."""
-        leg = None if self.movable[i] else self.legs_from(i, at)[0]
-        return *self.moved(i, at), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
+        leg = None if self.movable[i] else self.legs_after(i, at)[0]
+        return *self.centre_in_frame(i, at), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
 
-    def seen(self, i: int, at: float, leg: BallLeg | None) -> State:
+    def relative_state(self, i: int, at: float, leg: BallLeg | None) -> State:
         """Return position and velocity of disc `i` at an instant, relative to a driven body's leg, or to the walls."""
-        return self.less(leg, at, *self.place(i, at), *self.velocity(i, arb(at), at))
+        return self.subtract_leg(leg, at, *self.centre(i, at), *self.velocity(i, arb(at), at))
 
-    def less(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
+    def subtract_leg(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
         """Return a state relative to a driven body that is on a leg, at an instant."""
         if leg is None:
             return x, y, vx, vy
         moved_x, moved_y = leg.moved_at(arb(at))
         return x - moved_x, y - moved_y, vx - leg.vx, vy - leg.vy
 
-    def moved(self, i: int, at: float) -> tuple[arb, arb]:
+    def centre_in_frame(self, i: int, at: float) -> tuple[arb, arb]:
         """Return the centre of disc `i` at the exact instant `at` on its present path, in the falling frame."""
-        if not self.movable[i] and (leg := self.legs_from(i, at)[0]) is not None:
+        if not self.movable[i] and (leg := self.legs_after(i, at)[0]) is not None:
             x, y = leg.moved_at(arb(at))
             return self.x[i] + x, self.y[i] + y
         if not self.movable[i] or (at == self.time[i] and self.acceleration[i] is None):
             return self.x[i], self.y[i]
         if self.acceleration[i] is not None:
-            (x, y), half_square = self.place_at(i, arb(at)), arb(at) * arb(at) / 2
+            (x, y), half_square = self.centre_at(i, arb(at)), arb(at) * arb(at) / 2
             return x - self.gravity[0] * half_square, y - self.gravity[1] * half_square
         dt = arb(at) - self.time[i]
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
-    def place_at(self, i: int, time: arb) -> tuple[arb, arb]:
+    def centre_at(self, i: int, time: arb) -> tuple[arb, arb]:
         """Return the centre of disc `i` at a time on its path, relative to the walls. The disc must not be driven."""
         if not self.movable[i]:
             return self.x[i], self.y[i]
@@ -281,16 +283,16 @@ class BallBodies:
             self.y[i] + self.vy[i] * dt + ay * half_square,
         )
 
-    def pull(self, i: int) -> tuple[arb, arb]:
+    def acceleration_of(self, i: int) -> tuple[arb, arb]:
         """Return the acceleration of disc `i` relative to the walls."""
         own = self.acceleration[i]
         return own if own is not None else self.gravity if self.movable[i] else (ZERO, ZERO)
 
-    def place(self, i: int, at: float) -> tuple[arb, arb]:
+    def centre(self, i: int, at: float) -> tuple[arb, arb]:
         """Return the centre of disc `i` at the exact instant `at`, relative to the walls."""
         if self.acceleration[i] is not None:
-            return self.place_at(i, arb(at))
-        x, y = self.moved(i, at)
+            return self.centre_at(i, arb(at))
+        x, y = self.centre_in_frame(i, at)
         if not (self.falls and self.movable[i]):
             return x, y
         half_square = arb(at) * arb(at) / 2
@@ -298,7 +300,7 @@ class BallBodies:
 
     def velocity(self, i: int, time: arb, at: float) -> tuple[arb, arb]:
         """Return the velocity of disc `i` at a time on its present path, or its leg at `at`, relative to the walls."""
-        if not self.movable[i] and (leg := self.legs_from(i, at)[0]) is not None:
+        if not self.movable[i] and (leg := self.legs_after(i, at)[0]) is not None:
             return leg.vx, leg.vy
         if (own := self.acceleration[i]) is not None:
             dt = time - self.time[i]
@@ -311,7 +313,7 @@ class BallBodies:
         """Return the spin of disc `i` at a time on its present path."""
         return self.spin[i] + self.spin_rate[i] * (time - self.time[i])
 
-    def strongest_pull(self) -> arb:
+    def bound_acceleration(self) -> arb:
         """Return a bound of the acceleration that gravity, table and walls in contact give to a disc or its rim."""
         gx, gy = self.gravity
         friction = arb(max((material.friction for material in self.materials), default=0.0))
@@ -320,15 +322,15 @@ class BallBodies:
         resists = friction + arb(self.scene.wall_rolling_resistance)
         return table + (gx * gx + gy * gy).sqrt() * (1 + 2 * resists * turns)
 
-    def surface(self, i: int) -> arb:
+    def rim_speed(self, i: int) -> arb:
         """Return the rim speed of disc `i` relative to its centre; counterclockwise is positive."""
         return arb(self.scene.discs[i].radius_m) * self.spin[i]
 
-    def turn(self, i: int, impulse: arb) -> None:
+    def apply_spin_impulse(self, i: int, impulse: arb) -> None:
         """Reduce the spin of disc `i` by an impulse along its rim. The impulse is divided by the disc's mass."""
         self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
 
-    def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
+    def record_impact(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
         """Record an impact of disc `i` with another body at `time`, which is at most `latest`.
 
         The disc's state refers to the instant `at`.

@@ -41,7 +41,7 @@ def float_above(ball: arb) -> float:
     return value if value >= upper else math.nextafter(value, math.inf)
 
 
-def nearest(ball: arb) -> tuple[float, float]:
+def round_to_float(ball: arb) -> tuple[float, float]:
     """Return the float64 nearest to a ball's midpoint, and a bound of its error.
 
     `float(ball)` can be off by a unit in the last place. To correct this error, the exact remainder is rounded to 53
@@ -52,7 +52,7 @@ def nearest(ball: arb) -> tuple[float, float]:
     high = float(ball)
     size = abs(high)
     if not SMALLEST < size < math.inf:
-        return _nearest_out_of_range(ball)
+        return _round_out_of_range(ball)
     rest = ball - high
     low = float(rest)
     value = high + low
@@ -62,13 +62,13 @@ def nearest(ball: arb) -> tuple[float, float]:
     return value, math.nextafter(float(ball.rad()) + size * ROUNDING, math.inf)
 
 
-def _nearest_out_of_range(ball: arb) -> tuple[float, float]:
-    """Compute `nearest` of a very small or large ball, which must be scaled to avoid subnormal remainders."""
+def _round_out_of_range(ball: arb) -> tuple[float, float]:
+    """Compute `round_to_float` of a very small or large ball, which must be scaled to avoid subnormal remainders."""
     mantissa, exponent = ball.mid().man_exp()
     if mantissa == 0:
         return 0.0, math.nextafter(float(ball.rad()), math.inf)
     power = int(exponent) + int(mantissa).bit_length()
-    scaled = nearest(ball * arb((1, -power)))
+    scaled = round_to_float(ball * arb((1, -power)))
     value, radius = (math.ldexp(number, power) for number in scaled)
     if (
         math.ldexp(value, -power),
@@ -78,7 +78,7 @@ def _nearest_out_of_range(ball: arb) -> tuple[float, float]:
     return value, radius
 
 
-def quotient(part: arb, length: arb) -> tuple[float, float]:
+def divide_to_float(part: arb, length: arb) -> tuple[float, float]:
     """Return a float64 close to the quotient of two balls, and a bound of its error."""
     if part.is_zero():
         return 0.0, 0.0
@@ -87,7 +87,7 @@ def quotient(part: arb, length: arb) -> tuple[float, float]:
         value = divided / divisor  # at most 5 roundings: less than 2 from each operand, and 1 from the division
         if min(abs(value), abs(divided), divisor) > SMALLEST:
             return value, abs(value) * 6.0 * ROUNDING
-    return nearest(+(part / length))
+    return round_to_float(+(part / length))
 
 
 class BallLeg(NamedTuple):

@@ -269,7 +269,7 @@ cdef class LowerBounds:
         path.radius = ldexp(bodies.scene.discs[i].radius_m, -self.length)
         path.rim = path.radius * (1.0 + 8.0 * ROUNDOFF)
         path.immovable = not bodies.movable[i]
-        path.bends = bodies.bends(i)
+        path.bends = bodies.is_curved(i)
         fastest = greater(fabs(path.vx), fabs(path.vy))
         path.error = 19.0 * ROUNDOFF * (greater(fabs(path.x), fabs(path.y)) + path.rim)
         path.error += ldexp(spread(x) + spread(y), -self.length) + tiny(self.length)
@@ -281,7 +281,7 @@ cdef class LowerBounds:
         if partner is not None and (not self.table.falls if partner < 0 else bodies.have_just_met(i, partner)):
             path.met = self._column(partner)
             hollow = partner < 0 and self.table.walls[path.met - self.table.discs].form == HOLLOW
-            if hollow or path.bends or (partner >= 0 and bodies.bends(partner)):
+            if hollow or path.bends or (partner >= 0 and bodies.is_curved(partner)):
                 path.met = NOBODY
 
     cdef _load_wall(self, Py_ssize_t k):

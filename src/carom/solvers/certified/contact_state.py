@@ -35,20 +35,20 @@ class BallGround(NamedTuple):
     span: tuple[arb, arb] | None
     never_met: frozenset[int]
 
-    def at(self, place: arb) -> tuple[arb, arb]:
+    def centre_at(self, place: arb) -> tuple[arb, arb]:
         """Return the centre of a disc at a position along the ground."""
         x, y = place * self.ny + self.level * self.nx, self.level * self.ny - place * self.nx
         return x / self.length, y / self.length
 
-    def going(self, part: arb) -> tuple[arb, arb]:
+    def vector_along(self, part: arb) -> tuple[arb, arb]:
         """Return the vector with a given length along the ground."""
         return part * self.ny / self.length, ZERO - part * self.nx / self.length
 
-    def along_it(self, x: arb, y: arb) -> arb:
+    def tangential_part(self, x: arb, y: arb) -> arb:
         """Return the component of a vector along the ground."""
         return (x * self.ny - y * self.nx) / self.length
 
-    def off_it(self, x: arb, y: arb) -> arb:
+    def normal_part(self, x: arb, y: arb) -> arb:
         """Return the component of a vector along the normal."""
         return (x * self.nx + y * self.ny) / self.length
 
@@ -115,7 +115,7 @@ class Gliding(NamedTuple):
     branch: tuple[int, int, bool, bool]
     end: End | None = None
 
-    def after(self, wait: arb) -> GlideState:
+    def state_after(self, wait: arb) -> GlideState:
         """Return the state `wait` seconds after the start of the mode."""
         place, speed, slip, rim = self.begun
         return GlideState(
@@ -165,7 +165,7 @@ class ContactStates:
         self.launched: list[Launch | None] = [None] * discs
         self.barred: list[frozenset[int]] = [frozenset()] * discs
 
-    def forget(self, i: int) -> None:
+    def clear(self, i: int) -> None:
         """Delete the contact state of disc `i`."""
         self.gliding[i] = self.bounces[i] = self.landings[i] = self.stops[i] = self.launched[i] = None
         self.barred[i] = frozenset()
@@ -177,12 +177,12 @@ class ContactStates:
             return landing.time
         return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
 
-    def until(self, at: float, *discs: int) -> arb:
+    def bound_wait(self, at: float, *discs: int) -> arb:
         """Return an upper bound of the time from `at` until the mode of one of the discs ends."""
         ends = [end.upper() - at for i in discs if (end := self.end_of(i)) is not None]
         return min(ends, default=arb("inf"))
 
-    def launch(self, i: int, body: int) -> Launch | None:
+    def launch_from(self, i: int, body: int) -> Launch | None:
         """Return how disc `i` left the end of a face, if it turned around the vertex `body`; else None."""
         launch = self.launched[i]
         return launch if launch is not None and launch.vertex == body else None

@@ -20,12 +20,12 @@ from carom.core.resolution import gap_resolution, size_of
 from carom.model.trace import Mode, wall_body, wall_index
 from carom.solvers.certified.balls import ZERO, ball, float_above, float_below
 from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
-from carom.solvers.certified.landing import after_all, is_alone
+from carom.solvers.certified.landing import meets_only_ground, sum_bounces
 from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
-from carom.solvers.certified.sign_changes import falls_of
-from carom.solvers.certified.two_frictions import sign, take
+from carom.solvers.certified.sign_changes import find_falls
+from carom.solvers.certified.two_frictions import share_frictions, sign_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,7 +51,7 @@ class BallContacts:
             return None
         return Meeting(i, i, max(at, min(float_below(time), float_above(time))), time, float_above(time))
 
-    def along_one(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
+    def gap_on_same_ground(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
         """Return the gap of two discs on the same ground as a polynomial of time since `at`; None for others."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
@@ -59,9 +59,9 @@ class BallContacts:
         bodies, ground = self._bodies, one.ground
         kinds = [(bodies.scene.discs[k].inertia_factor, g.branch) for k, g in ((i, one), (j, other))]
         rate = ZERO if kinds[0] == kinds[1] else other.rate - one.rate
-        (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
+        (xi, yi), (xj, yj) = bodies.centre(i, at), bodies.centre(j, at)
         (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
-        ahead, speed = ground.along_it(xj - xi, yj - yi), ground.along_it(uj - ui, vj - vi)
+        ahead, speed = ground.tangential_part(xj - xi, yj - yi), ground.tangential_part(uj - ui, vj - vi)
         radii = [arb(bodies.scene.discs[k].radius_m) for k in (i, j)]
         along = reach if (radii[0] - radii[1]).is_zero() else 2 * (radii[0] * radii[1]).sqrt()
         side = 1 if ahead > 0 else -1
@@ -69,7 +69,7 @@ class BallContacts:
 
     # The start --------------------------------------------------------------------------------------------------------
 
-    def lying(self) -> Iterator[tuple[int, BallGround]]:
+    def find_resting(self) -> Iterator[tuple[int, BallGround]]:
         """Yield each disc that touches a ground at the start, up to float64 rounding, with the ground."""
         bodies = self._bodies
         for i, disc in enumerate(bodies.scene.discs):
@@ -77,30 +77,33 @@ class BallContacts:
                 ground = ground_of(bodies, i, k)
                 if ground is None:
                     continue
-                centre, most = (bodies.x[i], bodies.y[i]), self._known(i, k)
-                gap, place = ground.off_it(*centre) - ground.level, ground.along_it(*centre)
+                centre, most = (bodies.x[i], bodies.y[i]), self._gap_resolution(i, k)
+                gap, place = ground.normal_part(*centre) - ground.level, ground.tangential_part(*centre)
                 is_beyond_end = ground.span and not ground.span[0] < place < ground.span[1]
-                off = ground.off_it(bodies.vx[i], bodies.vy[i])
+                off = ground.normal_part(bodies.vx[i], bodies.vy[i])
                 slow = off * off <= 2 * ground.presses * most
                 if not is_beyond_end and -arb(disc.radius_m) < gap <= most and (slow or off < 0):
                     yield i, ground
                     break
 
-    def begin(self, i: int, ground: BallGround) -> BallMode | Meeting:
+    def begin_contact(self, i: int, ground: BallGround) -> BallMode | Meeting:
         """Place disc `i` on its ground and start its contact.
 
         If the disc approaches the ground, return an impact instead.
         """
         bodies, k = self._bodies, wall_index(ground.body)
-        place, speed = ground.along_it(bodies.x[i], bodies.y[i]), ground.along_it(bodies.vx[i], bodies.vy[i])
-        off, rim = ground.off_it(bodies.vx[i], bodies.vy[i]), bodies.surface(i)
-        bodies.x[i], bodies.y[i] = ground.at(place)
-        if off * off <= 2 * ground.presses * self._known(i, k):
-            return self._settle(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
+        place, speed = (
+            ground.tangential_part(bodies.x[i], bodies.y[i]),
+            ground.tangential_part(bodies.vx[i], bodies.vy[i]),
+        )
+        off, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
+        bodies.x[i], bodies.y[i] = ground.centre_at(place)
+        if off * off <= 2 * ground.presses * self._gap_resolution(i, k):
+            return self._start_mode(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
         near = WallApproach((ZERO - off) * bodies.laws.of_straight(k, None).length, ZERO)
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
-    def _known(self, i: int, k: int) -> arb:
+    def _gap_resolution(self, i: int, k: int) -> arb:
         """Return the float64 resolution of the gap between disc `i` and a straight obstacle at the start."""
         disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
         point = shape.point if isinstance(shape, Plane) else (0, 0)
@@ -109,19 +112,19 @@ class BallContacts:
 
     # Modes ------------------------------------------------------------------------------------------------------------
 
-    def go_on(self, meeting: Meeting) -> BallMode:
+    def end_mode(self, meeting: Meeting) -> BallMode:
         """Apply the end of a disc's mode and start the next mode."""
         i, at = meeting.first, meeting.at
         gliding, landing = self._states.gliding[i], self._states.landings[i]
         if landing is not None:
-            return self._settle(i, landing.ground, landing.time, at, landing.state)
+            return self._start_mode(i, landing.ground, landing.time, at, landing.state)
         if gliding is None or gliding.end is None:
             raise TypeError(f"the mode of disc {i} does not end")
-        end, state = gliding.end, gliding.after(gliding.end.wait)
+        end, state = gliding.end, gliding.state_after(gliding.end.wait)
         if end.over:
             return self._leave_face(i, gliding, state, at)
         slip, rim = (ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
-        return self._settle(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
+        return self._start_mode(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, at: float) -> None:
         """Release disc `i` from its wall before an impact.
@@ -129,10 +132,10 @@ class BallContacts:
         The disc's new path is the tangent of the old path, in the falling frame.
         """
         bodies = self._bodies
-        place, velocity, spin = bodies.place_at(i, time), bodies.velocity(i, time, at), bodies.spin_at(i, time)
-        self._fly(i, place, velocity, spin, time, at)
+        place, velocity, spin = bodies.centre_at(i, time), bodies.velocity(i, time, at), bodies.spin_at(i, time)
+        self._set_flight(i, place, velocity, spin, time, at)
 
-    def after_impact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
+    def restore_contact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
         """Return disc `i` to its wall after an impact, or let it leave.
 
         Return the disc's new mode; None if the mode is unchanged.
@@ -143,18 +146,20 @@ class BallContacts:
         """
         bodies, ground = self._bodies, before.ground
         time, at = meeting.time, meeting.at
-        x, y = bodies.place_at(i, time)
+        x, y = bodies.centre_at(i, time)
         vx, vy = bodies.velocity(i, time, at)
         if not self._keeps_normal_speed(i, ground, meeting, normal):
-            off = ground.off_it(vx, vy)
+            off = ground.normal_part(vx, vy)
             if off > 0:
-                return self._record(i, ground, time, at, before.mode, Mode.FLIGHT)
+                return self._describe_change(i, ground, time, at, before.mode, Mode.FLIGHT)
             others = (body for body in (meeting.first, meeting.second) if body != i)
-            raise Undecided(self._trouble(Degenerate.RESTING_CONTACT, i, ground, time, *others, proven=bool(off < 0)))
-        rim = bodies.surface(i)
-        speed = ground.along_it(vx, vy)
-        settled = self._settle(
-            i, ground, time, at, GlideState(ground.along_it(x, y), speed, speed + rim, rim), before.mode
+            raise Undecided(
+                self._describe_degeneracy(Degenerate.RESTING_CONTACT, i, ground, time, *others, proven=bool(off < 0))
+            )
+        rim = bodies.rim_speed(i)
+        speed = ground.tangential_part(vx, vy)
+        settled = self._start_mode(
+            i, ground, time, at, GlideState(ground.tangential_part(x, y), speed, speed + rim, rim), before.mode
         )
         now = self._states.gliding[i]
         same = now is not None and now.mode is before.mode and now.rate.overlaps(before.rate)
@@ -166,14 +171,14 @@ class BallContacts:
         if other < 0:
             rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
             flat = isinstance(bodies.obstacles[wall_index(other)].shape, Plane)
-            return flat and not rubs and bodies.orthogonal(other, ground.body)
+            return flat and not rubs and bodies.are_orthogonal(other, ground.body)
         if bodies.scene.arrays.rubs_discs:
             return False
         theirs = self._was_on.get(other)
         alike = bodies.scene.discs[i].radius_m == bodies.scene.discs[other].radius_m
-        return (alike and theirs == ground.body) or ground.off_it(*normal).is_zero()
+        return (alike and theirs == ground.body) or ground.normal_part(*normal).is_zero()
 
-    def strike(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
+    def release_struck(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
         """Release those discs of an impact that are in contact. Return the contacts of these discs by disc number."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
@@ -181,10 +186,10 @@ class BallContacts:
             if self._bodies.acceleration[i] is not None:
                 self.release(i, time, at)
         for i in discs:
-            self._states.forget(i)
+            self._states.clear(i)
         return before
 
-    def _settle(
+    def _start_mode(
         self, i: int, ground: BallGround, time: arb, at: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
         """Start a contact mode of disc `i` with a state at a time."""
@@ -192,7 +197,7 @@ class BallContacts:
         gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
         if before is None:
             before = Mode.FLIGHT if gliding is None else gliding.mode
-        self._states.forget(i)
+        self._states.clear(i)
         y, (place, speed, slip, rim) = bodies.inverse_inertia_ratio[i], state
         c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
         most = (arb(material.friction) * ground.presses, c * ground.presses)
@@ -200,10 +205,10 @@ class BallContacts:
         if resists and slip.is_zero():  # rolling: speed and rim speed cancel exactly
             speed = ZERO if rim.is_zero() else speed
             rim = ZERO - speed
-        signs = sign(slip), sign(rim) if resists else 0
-        by = None if None in signs else take(ground.along, ZERO, most, y, signs)  # type: ignore[arg-type]
+        signs = sign_of(slip), sign_of(rim) if resists else 0
+        by = None if None in signs else share_frictions(ground.along, ZERO, most, y, signs)  # type: ignore[arg-type]
         if by is None or by.sticks is None or by.blocks is None:
-            raise Undecided(self._trouble(Degenerate.MODE, i, ground, time))
+            raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, ground, time))
         turns = ZERO if by.blocks else ZERO - (by.friction + by.rolling) * y
         rate = ZERO - turns if by.sticks else ground.along - by.friction
         if by.sticks:
@@ -215,29 +220,29 @@ class BallContacts:
         mode = (Mode.BLOCK if by.blocks else Mode.SLIDE) if not by.sticks else Mode.ROLL
         if by.sticks and speed.is_zero() and rate.is_zero():
             mode = Mode.REST
-        taken = 0 if by.sticks else sign(by.friction), 0 if by.blocks else sign(by.rolling)
+        taken = 0 if by.sticks else sign_of(by.friction), 0 if by.blocks else sign_of(by.rolling)
         branch = (taken[0] or 0, taken[1] or 0, by.sticks, by.blocks)
         gliding = Gliding(time, ground, mode, GlideState(place, speed, slip, rim), rate, turns, branch)
-        self._states.gliding[i] = gliding._replace(end=self._end_of(i, gliding, resists=resists))
+        self._states.gliding[i] = gliding._replace(end=self._find_end(i, gliding, resists=resists))
         self._states.barred[i] = ground.never_met
-        self._put(i, at)
-        return self._record(i, ground, time, at, before, mode)
+        self._set_path(i, at)
+        return self._describe_change(i, ground, time, at, before, mode)
 
-    def _put(self, i: int, at: float) -> None:
+    def _set_path(self, i: int, at: float) -> None:
         """Set the path of disc `i` to that of its contact."""
         bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
         assert gliding is not None  # noqa: S101 - callers have just set it
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
         wait = gliding.since - arb(at)
-        (ax, ay), (vx, vy) = ground.going(rate), ground.going(speed)
-        x, y = ground.at(place)
+        (ax, ay), (vx, vy) = ground.vector_along(rate), ground.vector_along(speed)
+        x, y = ground.centre_at(place)
         bodies.acceleration[i], bodies.spin_rate[i] = (ax, ay), gliding.rim_rate / radius
         bodies.x[i], bodies.y[i] = x - wait * (vx - ax * wait / 2), y - wait * (vy - ay * wait / 2)
         bodies.vx[i], bodies.vy[i] = vx - ax * wait, vy - ay * wait
         bodies.spin[i] = rim / radius - bodies.spin_rate[i] * wait
-        bodies.note(i, ground.body, at, gliding.since, float_above(gliding.since))
+        bodies.record_impact(i, ground.body, at, gliding.since, float_above(gliding.since))
 
-    def _end_of(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
+    def _find_end(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
         """Return the earliest end of a contact mode without an impact; None for never."""
         (_, _, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
         found = []
@@ -248,13 +253,15 @@ class BallContacts:
             if toward < 0:
                 found.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
             elif not toward >= 0:
-                raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since))
+                raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since))
         found += self._find_ends(i, gliding)
         for end in found:
             if all(end is other or end.wait < other.wait for other in found):
                 return end._replace(time=gliding.since + end.wait)
         if found:
-            raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + found[0].wait))
+            raise Undecided(
+                self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since + found[0].wait)
+            )
         return None
 
     def _find_ends(self, i: int, gliding: Gliding) -> list[End]:
@@ -263,10 +270,10 @@ class BallContacts:
         if span is None:
             return []
         ways = [place - span[0], speed, half], [span[1] - place, ZERO - speed, ZERO - half]
-        falls = [fall for powers in ways if (fall := next(falls_of(powers), None)) is not None]
+        falls = [fall for powers in ways if (fall := next(find_falls(powers), None)) is not None]
         for wait, certain in falls:
             if not certain:
-                raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + wait))
+                raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since + wait))
         return [End(fall.time, ZERO, over=True) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
@@ -277,10 +284,10 @@ class BallContacts:
         last = bool(2 * state.place > ground.span[0] + ground.span[1])
         place = ground.span[last]
         (ax, ay), _ = (map(ball, point) for point in stretch_of(obstacle.shape))
-        begins_there = bool(place.overlaps(ground.along_it(ax, ay)))
+        begins_there = bool(place.overlaps(ground.tangential_part(ax, ay)))
         vertex = obstacle.neighbours[not begins_there]
         shape = None if vertex is None else bodies.obstacles[wall_index(vertex)].shape
-        trouble = self._trouble(Degenerate.EDGE, i, ground, end.time)
+        trouble = self._describe_degeneracy(Degenerate.EDGE, i, ground, end.time)
         if vertex is None or not isinstance(shape, Round) or shape.radius2 != 0:
             raise Undecided(replace(trouble, proven=True))
         a, p, u = ground.along, ground.presses, state.speed
@@ -288,17 +295,19 @@ class BallContacts:
         powers = (u * u - p * reach, a * u, (a * a + p * p) / 4)
         if not powers[0] > 0:
             raise Undecided(replace(trouble, proven=bool(powers[0] < 0)))
-        x, y = ground.at(place)
-        velocity = ground.going(u)
+        x, y = ground.centre_at(place)
+        velocity = ground.vector_along(u)
         spin = state.rim / arb(bodies.scene.discs[i].radius_m)
-        self._states.forget(i)
-        self._fly(i, (x, y), velocity, spin, end.time, at)
-        bodies.note(i, vertex, at, end.time, float_above(end.time))
+        self._states.clear(i)
+        self._set_flight(i, (x, y), velocity, spin, end.time, at)
+        bodies.record_impact(i, vertex, at, end.time, float_above(end.time))
         self._states.launched[i] = Launch(vertex, end.time, powers)
         self._states.barred[i] = ground.never_met - {vertex}
-        return self._record(i, ground, end.time, at, gliding.mode, Mode.FLIGHT)
+        return self._describe_change(i, ground, end.time, at, gliding.mode, Mode.FLIGHT)
 
-    def _fly(self, i: int, place: tuple[arb, arb], velocity: tuple[arb, arb], spin: arb, time: arb, at: float) -> None:
+    def _set_flight(
+        self, i: int, place: tuple[arb, arb], velocity: tuple[arb, arb], spin: arb, time: arb, at: float
+    ) -> None:
         bodies, (gx, gy), wait = self._bodies, self._bodies.gravity, time - arb(at)
         half_square = time * time / 2
         bodies.acceleration[i], bodies.spin_rate[i], bodies.spin[i] = None, ZERO, spin
@@ -307,13 +316,13 @@ class BallContacts:
         bodies.y[i] = place[1] - gy * half_square - bodies.vy[i] * wait
         bodies.time[i] = at
 
-    def _record(self, i: int, ground: BallGround, time: arb, at: float, before: Mode, after: Mode) -> BallMode:
+    def _describe_change(self, i: int, ground: BallGround, time: arb, at: float, before: Mode, after: Mode) -> BallMode:
         bodies = self._bodies
-        moves = (bodies.place_at(i, time), bodies.velocity(i, time, at), bodies.pull(i))
+        moves = (bodies.centre_at(i, time), bodies.velocity(i, time, at), bodies.acceleration_of(i))
         wall = bodies.trace_body(ground.body)
         return BallMode(time, i, wall, before, after, *moves, bodies.spin_at(i, time), bodies.spin_rate[i])
 
-    def _trouble(
+    def _describe_degeneracy(
         self, kind: Degenerate, i: int, ground: BallGround, time: arb, *others: int, proven: bool = False
     ) -> Degeneracy:
         bodies = self._bodies
@@ -322,7 +331,7 @@ class BallContacts:
 
     # The end of bounces -----------------------------------------------------------------------------------------------
 
-    def consider_landing(self, i: int, tolerance: arb | None) -> bool:
+    def record_landing(self, i: int, tolerance: arb | None) -> bool:
         """Record the landing of disc `i` after its remaining bounces.
 
         Return False if the bounces may differ in kind, or if another event may come before their end.
@@ -341,9 +350,9 @@ class BallContacts:
         window = hop / (1 - arb(material.restitution))
         if tolerance is not None and not window <= tolerance * bounce.time:
             return False
-        state = after_all(bodies, i, ground, bounce, hop, tolerance)
+        state = sum_bounces(bodies, i, ground, bounce, hop, tolerance)
         known = tolerance is None or window.is_zero()  # whether no other event can come before
-        if state is None or not (known or is_alone(bodies, i, ground, bounce.time, window)):
+        if state is None or not (known or meets_only_ground(bodies, i, ground, bounce.time, window)):
             return False
         self._states.landings[i] = Landing(bounce.time + window, ground, state)
         self._states.barred[i] = ground.never_met

@@ -24,21 +24,21 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
 
 
-def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
+def find_contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach each other, if any.
 
     The motion after such a start is not certain. `begun` maps discs to walls with which they start in contact; these
     pairs are ignored. Finite walls are not checked here.
     """
-    for i, j in _near_bodies(bodies):
+    for i, j in _find_near_bodies(bodies):
         body = bodies.trace_body(j)
         if begun.get(i) == body:
             continue
         if j >= 0:
-            spread, speed, gap = _pair_terms(bodies.scene, i, j)
-            pull = _pull_of_pair(bodies.scene, i, j, spread)
+            spread, speed, gap = _pair_polynomial(bodies.scene, i, j)
+            pull = _curvature_sign(bodies.scene, i, j, spread)
         else:
-            offset, rim2, toward = _root_form(bodies, i, j)
+            offset, rim2, toward = _find_root_form(bodies, i, j)
             gap, speed, pull = offset * abs(offset) - rim2, -toward, bodies.pulls[wall_index(j)]
         if gap <= 0 and speed < 0:
             kind = Degenerate.TOUCHING_START if gap == 0 else Degenerate.OVERLAPPING_START
@@ -50,24 +50,24 @@ def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy
     return None
 
 
-def exactly_grazing(bodies: BallBodies, i: int, j: int) -> bool:
+def do_graze(bodies: BallBodies, i: int, j: int) -> bool:
     """Return whether two discs on their initial paths only graze, or do not move relative to each other."""
-    _, d, a = _root_form(bodies, i, j)
+    _, d, a = _find_root_form(bodies, i, j)
     return d == 0 or a == 0
 
 
-def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
+def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
     """Return whether a falling disc on its initial path turns back exactly where it touches a half-plane.
 
     The condition is ``s^2 = 2 a (P - r |n|)``, with s, a and P the speed, gravity and the centre's offset along n.
     """
-    offset, rim2, toward = _root_form(bodies, i, wall_body(k))
-    pull = dot(bodies.scene.gravity_m_s2, _plane(bodies, wall_body(k)).normal)
+    offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
+    pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)
     left = 2 * pull * offset - toward * toward  # 2 a r |n|, if the disc turns back there
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 
-def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
+def are_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
     """Return whether two impacts on initial paths are at exactly the same instant.
 
     Both impacts must certainly take place.
@@ -79,7 +79,7 @@ def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[
     """
     if any(body < 0 and bodies.obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
         return False
-    (p1, q1, a1), (p2, q2, a2) = _root_form(bodies, *one), _root_form(bodies, *other)
+    (p1, q1, a1), (p2, q2, a2) = _find_root_form(bodies, *one), _find_root_form(bodies, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
     double_product = b - k * k - c  # equals 2 k sqrt(C) if the instants are equal
     if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
@@ -87,7 +87,7 @@ def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[
     return k >= 0 or k * k <= c  # sqrt(B) is not negative
 
 
-def _plane(bodies: BallBodies, body: int) -> Plane:
+def _plane_of(bodies: BallBodies, body: int) -> Plane:
     shape = bodies.obstacles[wall_index(body)].shape
     assert isinstance(shape, Plane)  # noqa: S101 - callers pass no finite walls
     return shape
@@ -97,7 +97,7 @@ def _sign(number: Fraction) -> int:
     return (number > 0) - (number < 0)
 
 
-def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
+def _pair_polynomial(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
     """Return the coefficients of ``a t^2 + 2 b t + c`` for two discs at the start."""
     p, q = scene.discs[i], scene.discs[j]
     dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
@@ -107,7 +107,7 @@ def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fract
     return ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
 
 
-def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
+def _curvature_sign(scene: Scene, i: int, j: int, spread: Fraction) -> int:
     """Return the sign of the second derivative of two discs' squared distance; 0 if both discs fall or neither falls.
 
     `spread` is the squared relative velocity of the discs.
@@ -120,20 +120,20 @@ def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
     return _sign(spread + (along if fixed[0] else -along))
 
 
-def _root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
+def _find_root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
     """Return P, Q and A of a disc and another body. A half-plane is given as the body number of an obstacle."""
     scene = bodies.scene
     if second >= 0:
-        a, b, c = _pair_terms(scene, first, second)
+        a, b, c = _pair_polynomial(scene, first, second)
         return -b, b * b - a * c, a
-    disc, plane, wall = scene.discs[first], _plane(bodies, second), wall_index(bodies.trace_body(second))
+    disc, plane, wall = scene.discs[first], _plane_of(bodies, second), wall_index(bodies.trace_body(second))
     offset = dot(disc.position_m, plane.normal) - dot(plane.point, plane.normal)
     rim2 = Fraction(disc.radius_m) ** 2 * dot(plane.normal, plane.normal)
     drive = scene.arrays.drive_of_wall(wall).velocity_at(0.0)
     return offset, rim2, dot(drive, plane.normal) - dot(disc.velocity_m_s, plane.normal)
 
 
-def _near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
+def _find_near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
     """Return all pairs whose gap at the start is below float64 resolution, ordered by disc, with discs before walls."""
     start = bodies.scene.arrays
     numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]

@@ -19,8 +19,8 @@ from carom.solvers.certified.contact_state import BallMode, Bounce
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.laws import PairLaw
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
-from carom.solvers.certified.slowing import slow, stop
-from carom.solvers.certified.two_frictions import BallFrictions, stick, take
+from carom.solvers.certified.slowing import start_deceleration, stop_disc
+from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking, share_frictions
 
 
 class BallImpact(NamedTuple):
@@ -50,7 +50,7 @@ class BallEvent(NamedTuple):
     modes: tuple[BallMode, ...] = ()
 
 
-def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
+def apply_meeting(bodies: BallBodies, meeting: Meeting) -> BallEvent:
     """Apply a meeting that certainly happens to the bodies, and return the event.
 
     Raises:
@@ -59,82 +59,89 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
     contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:
         if bodies.contacts.stops[first] is not None:
-            stop(bodies, meeting)
+            stop_disc(bodies, meeting)
             return BallEvent(None)
-        return BallEvent(None, (contacts.go_on(meeting),))
+        return BallEvent(None, (contacts.end_mode(meeting),))
     discs = [body for body in (first, second) if body >= 0 and bodies.movable[body]]
     curved = any(bodies.acceleration[i] is not None for i in discs)
-    in_contact = contacts.strike(discs, meeting.time, meeting.at)
+    in_contact = contacts.release_struck(discs, meeting.time, meeting.at)
     if curved and isinstance(meeting.near, PairApproach):
-        meeting = meeting._replace(near=_straight(bodies, meeting, meeting.near))
+        meeting = meeting._replace(near=_replace_by_tangents(bodies, meeting, meeting.near))
     spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
-    impact = _carry_out(bodies, meeting)._replace(spins_before=spins)
+    impact = _apply_impact(bodies, meeting)._replace(spins_before=spins)
     normal = (impact.nx, impact.ny)
-    modes = [contacts.after_impact(i, was, meeting, normal) for i, was in in_contact.items()]
+    modes = [contacts.restore_contact(i, was, meeting, normal) for i, was in in_contact.items()]
     for i in discs if bodies.scene.table_deceleration_m_s2 else ():
-        slow(bodies, i, meeting.time, meeting.at)
+        start_deceleration(bodies, i, meeting.time, meeting.at)
     return BallEvent(impact, tuple(mode for mode in modes if mode is not None))
 
 
-def _straight(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
+def _replace_by_tangents(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
     """Return the remaining approach of two discs, with curved paths replaced by their tangents at the impact."""
     wait, places, speeds = near.wait, [], []
     for i in meeting[:2]:
         u, v = bodies.velocity(i, meeting.time, meeting.at)
         if bodies.movable[i]:
-            places.append(bodies.place_at(i, meeting.time))
+            places.append(bodies.centre_at(i, meeting.time))
         else:
-            x, y = bodies.moved(i, meeting.at)
+            x, y = bodies.centre_in_frame(i, meeting.at)
             places.append((x + u * wait, y + v * wait))
         speeds.append((u, v))
     ux, uy = speeds[1][0] - speeds[0][0], speeds[1][1] - speeds[0][1]
     dx, dy = places[1][0] - places[0][0] - ux * wait, places[1][1] - places[0][1] - uy * wait
     alike = bodies.movable[meeting.first] and bodies.movable[meeting.second]
-    ways = (*bodies.moved(meeting.first, meeting.at), *bodies.moved(meeting.second, meeting.at), dx, dy, ux, uy)
+    ways = (
+        *bodies.centre_in_frame(meeting.first, meeting.at),
+        *bodies.centre_in_frame(meeting.second, meeting.at),
+        dx,
+        dy,
+        ux,
+        uy,
+    )
     return PairApproach(*ways, near.root, wait, None if alike else (ZERO, ZERO))
 
 
-def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
+def _apply_impact(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     if isinstance(meeting.near, Seam):
-        return _carry_out_either(bodies, meeting, meeting.near)
+        return _apply_impact_at_joint(bodies, meeting, meeting.near)
     scene = bodies.scene
     changing = bodies.falls or bodies.fastest_drive or scene.damping_per_s or scene.table_deceleration_m_s2
     before = _velocities(bodies, meeting) if changing else None
     edge = NO_EDGE
     if isinstance(meeting.near, PairApproach):
-        normal = _collide(bodies, meeting, meeting.near)
+        normal = _collide_discs(bodies, meeting, meeting.near)
         if bodies.scene.arrays.rubs_discs:
-            _slide_pair(bodies, meeting, meeting.near, normal)
+            _rub_discs(bodies, meeting, meeting.near, normal)
     else:
-        edge = _edge(bodies, meeting)
+        edge = _find_edge(bodies, meeting)
         velocity = _velocity_from_wall(bodies, meeting)
-        normal = _bounce(bodies, meeting, meeting.near)
-        rubbed = _slide_on_wall(bodies, meeting, velocity, normal)
+        normal = _bounce_off_straight(bodies, meeting, meeting.near)
+        rubbed = _rub_wall(bodies, meeting, velocity, normal)
         if isinstance(meeting.near, WallApproach):
             leaves = _restitution(bodies, meeting) * meeting.near.root / normal[2]
             bodies.contacts.bounces[meeting.first] = Bounce(meeting.time, meeting.second, leaves, rubbed)
     first, second, at, time, latest = meeting[:5]
     for disc, other in ((first, second), (second, first)):
         if disc >= 0 and bodies.movable[disc]:
-            bodies.note(disc, other, at, time, latest)
+            bodies.record_impact(disc, other, at, time, latest)
     spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
     body = bodies.trace_body(second)
     return BallImpact(first, body, time, *normal, _velocities(bodies, meeting), before, spins, edge)
 
 
-def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
+def _apply_impact_at_joint(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
     """Apply an impact at the joint of two obstacles.
 
     The disc's new state is the hull of the states after either impact.
     """
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     begun, time = [state[i] for state in states], bodies.time[i]
-    other = _carry_out(bodies, seam.other)
+    other = _apply_impact(bodies, seam.other)
     after_other = [state[i] for state in states]
     for state, value in zip(states, begun, strict=True):
         state[i] = value
     bodies.time[i] = time
-    one = _carry_out(bodies, seam.one)
+    one = _apply_impact(bodies, seam.one)
     bodies.contacts.bounces[i] = None  # it is undecided which obstacle the disc has met
     for state, value in zip(states, after_other, strict=True):
         state[i] = state[i].union(value)
@@ -144,7 +151,7 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
     return one._replace(time=meeting.time, nx=nx, ny=ny, length=arb(1), after=after, spins_after=spins)
 
 
-def _edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
+def _find_edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
     """Return number and kind of the edge of a finite wall that the disc hit.
 
     If the obstacle has several edges, the position decides.
@@ -156,8 +163,8 @@ def _edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
         return obstacle.edges[0], obstacle.kind
     outline = bodies.scene.arrays.walls[obstacle.wall]
     assert not isinstance(outline, tuple)  # noqa: S101 - for mypy
-    leg = bodies.legs_from(meeting.second, meeting.at)[0]
-    x, y, *_ = bodies.seen(meeting.first, float(meeting.time), leg)
+    leg = bodies.legs_after(meeting.second, meeting.at)[0]
+    x, y, *_ = bodies.relative_state(meeting.first, float(meeting.time), leg)
     return outline.edge_at(float(x), float(y), obstacle.edges), obstacle.kind
 
 
@@ -165,7 +172,7 @@ def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, ar
     first, second, at, time = meeting.first, meeting.second, meeting.at, meeting.time
     if second >= 0:
         return *bodies.velocity(first, time, at), *bodies.velocity(second, time, at)
-    leg = bodies.legs_from(second, at)[0]
+    leg = bodies.legs_after(second, at)[0]
     return *bodies.velocity(first, time, at), *((ZERO, ZERO) if leg is None else (leg.vx, leg.vy))
 
 
@@ -175,11 +182,11 @@ def _velocity_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]
     return vx - ux, vy - uy
 
 
-def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
+def _collide_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
     """Apply the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``, so these need no computation."""
     i, j = meeting.first, meeting.second
     law = bodies.laws.of_discs(i, j)
-    (_, _, vxi, vyi), (_, _, vxj, vyj) = bodies.state(i, meeting.at), bodies.state(j, meeting.at)
+    (_, _, vxi, vyi), (_, _, vxj, vyj) = bodies.state_in_frame(i, meeting.at), bodies.state_in_frame(j, meeting.at)
     xi, yi, xj, yj = near.xi, near.yi, near.xj, near.yj
     straight = near.pull is None
     if straight and near.dy.is_zero() and near.uy.is_zero():
@@ -213,14 +220,18 @@ def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) ->
     )
 
 
-def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundApproach | None) -> tuple[arb, arb, arb]:
+def _bounce_off_straight(
+    bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundApproach | None
+) -> tuple[arb, arb, arb]:
     """Apply the impact of a disc on a straight wall: a reflection, unless gravity has a component along the normal."""
     i = meeting.first
     if isinstance(near, RoundApproach):
-        return _bounce_round(bodies, meeting, near)
+        return _bounce_off_round(bodies, meeting, near)
     law = bodies.laws.of_straight(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
-    leg = bodies.legs_from(meeting.second, meeting.at)[0]
-    x, y, vx, vy = bodies.less(leg, meeting.at, *bodies.moved(i, meeting.at), bodies.vx[i], bodies.vy[i])
+    leg = bodies.legs_after(meeting.second, meeting.at)[0]
+    x, y, vx, vy = bodies.subtract_leg(
+        leg, meeting.at, *bodies.centre_in_frame(i, meeting.at), bodies.vx[i], bodies.vy[i]
+    )
     if near is not None:  # the disc arrives at the speed ``root / |n|``
         change = (_restitution(bodies, meeting) + 1) * near.root / (law.length * law.length)
         px, py = change * law.nx, change * law.ny
@@ -239,10 +250,10 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
     return ZERO - law.nx, ZERO - law.ny, law.length
 
 
-def _bounce_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
+def _bounce_off_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
     """Apply the impact of a disc on a vertex or an arc. The disc's speed of approach is ``root / reach``."""
     i = meeting.first
-    x, y = bodies.moved(i, meeting.at)
+    x, y = bodies.centre_in_frame(i, meeting.at)
     change = near.law.change * near.root
     dvx, dvy = change * near.px, change * near.py
     bodies.x[i], bodies.y[i] = x - dvx * near.wait, y - dvy * near.wait
@@ -255,26 +266,26 @@ def _restitution(bodies: BallBodies, meeting: Meeting) -> arb:
     return arb(bodies.materials[bodies.obstacles[wall_index(meeting.second)].wall].restitution)
 
 
-def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
+def _rub_discs(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
     """Apply friction to two discs at contact, like `pair_tangential_impulse` of `core/impact_law.h`."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
     law, scene = bodies.laws.of_discs(i, j), bodies.scene
     w_i, w_j = bodies.inverse_mass[i], bodies.inverse_mass[j]
-    slip = near.slip() + reach * (bodies.surface(i) + bodies.surface(j))
+    slip = near.slip() + reach * (bodies.rim_speed(i) + bodies.rim_speed(j))
     inverse_effective_mass = (
         w_i * (1 + bodies.inverse_inertia_ratio[i]) + w_j * (1 + bodies.inverse_inertia_ratio[j])
     ) * law.reach2
     pressed = (arb(scene.restitution) + 1) * near.root / ((w_i + w_j) * law.reach2)
     sticking = (arb(scene.tangential_restitution) + 1) * slip / inverse_effective_mass
-    tangential = stick(sticking, arb(scene.friction) * pressed).friction
+    tangential = limit_sticking(sticking, arb(scene.friction) * pressed).friction
     _change_velocity(bodies, i, tangential * w_i * ny, ZERO - tangential * w_i * nx, near.wait)
     _change_velocity(bodies, j, ZERO - tangential * w_j * ny, tangential * w_j * nx, near.wait)
-    bodies.turn(i, tangential * reach * w_i)
-    bodies.turn(j, tangential * reach * w_j)
+    bodies.apply_spin_impulse(i, tangential * reach * w_i)
+    bodies.apply_spin_impulse(j, tangential * reach * w_j)
 
 
-def _slide_on_wall(
+def _rub_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
 ) -> BallFrictions:
     """Apply friction and rolling resistance of a wall to a disc; return the removed slip and rim speed."""
@@ -287,14 +298,14 @@ def _slide_on_wall(
     nx, ny = ((ZERO - part) / normal[2] for part in normal[:2])
     vx, vy = velocity
     approach = near.root / normal[2] if isinstance(near, WallApproach | RoundApproach) else ZERO - vx * nx - vy * ny
-    slip = vx * ny - vy * nx + bodies.surface(i) + bodies.scene.arrays.belt_of_wall(wall)
+    slip = vx * ny - vy * nx + bodies.rim_speed(i) + bodies.scene.arrays.belt_of_wall(wall)
     pressed = (arb(material.restitution) + 1) * approach
     y, most = bodies.inverse_inertia_ratio[i], (arb(material.friction) * pressed, arb(rolling) * pressed)
     if rolling:
-        taken = take(slip, bodies.surface(i), most, y)
+        taken = share_frictions(slip, bodies.rim_speed(i), most, y)
     else:
-        taken = stick((arb(bodies.scene.wall_tangential_restitution) + 1) * slip / (1 + y), most[0])
-    bodies.turn(i, taken.friction + taken.rolling)
+        taken = limit_sticking((arb(bodies.scene.wall_tangential_restitution) + 1) * slip / (1 + y), most[0])
+    bodies.apply_spin_impulse(i, taken.friction + taken.rolling)
     if taken.blocks:
         bodies.spin[i] = ZERO
     tangential = taken.friction

@@ -14,14 +14,14 @@ from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.balls import ZERO, ball
 from carom.solvers.certified.contact_state import BallGround, Bounce, GlideState
 from carom.solvers.certified.obstacles import Round
-from carom.solvers.certified.two_frictions import sign, take
+from carom.solvers.certified.two_frictions import share_frictions, sign_of
 
 if TYPE_CHECKING:
     from carom.model.disc_arrays import Material
     from carom.solvers.certified.ball_bodies import BallBodies
 
 
-def after_all(
+def sum_bounces(
     bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb, tolerance: arb | None
 ) -> GlideState | None:
     """Return the state of a disc after all remaining bounces; None if they may differ in kind.
@@ -31,8 +31,8 @@ def after_all(
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
-    speed = ground.along_it(*bodies.velocity(i, bounce.time, bodies.time[i]))
-    place, rim = ground.along_it(*bodies.place_at(i, bounce.time)), bodies.surface(i)
+    speed = ground.tangential_part(*bodies.velocity(i, bounce.time, bodies.time[i]))
+    place, rim = ground.tangential_part(*bodies.centre_at(i, bounce.time)), bodies.rim_speed(i)
     sticks, blocks = bounce.taken.sticks, bounce.taken.blocks
     gives_back = material.friction and bodies.scene.wall_tangential_restitution
     if blocks is None or (sticks is None and not gives_back):
@@ -41,13 +41,13 @@ def after_all(
     if bounce.leaves.is_zero():
         return GlideState(place, speed, slip, rim)
     if gives_back:
-        ended = _given_back(bodies, ground, material, bounce, y, GlideState(place, speed, slip, rim))
+        ended = _sum_reversing_bounces(bodies, ground, material, bounce, y, GlideState(place, speed, slip, rim))
         if ended is None or tolerance is None or ended.slip.rad() <= tolerance / 1024 * abs(ended.slip):
             return ended
         return None
     pressed, gained = (1 + e) * bounce.leaves, ground.along * hop
     most = (arb(material.friction) * pressed, arb(c) * pressed)
-    by = take(slip + gained, rim, most, y) if material.friction or c else bounce.taken
+    by = share_frictions(slip + gained, rim, most, y) if material.friction or c else bounce.taken
     if (by.sticks, by.blocks) != (sticks, blocks):
         return None
     turned = (by.friction + by.rolling) * y
@@ -55,7 +55,7 @@ def after_all(
     slips, turns = change - turned, ZERO - turned
     free_slip, free_rim = material.friction and not sticks, c and not blocks
     for value, rate in (*([(slip, slips)] if free_slip else []), *([(rim, turns)] if free_rim else [])):
-        if sign(value) is None or {sign(value + rate), sign(value + rate / left)} != {sign(value)}:
+        if sign_of(value) is None or {sign_of(value + rate), sign_of(value + rate / left)} != {sign_of(value)}:
             return None
     way = hop * ((speed + change / left) / left - (change / left - gained / 2) / (1 - e * e))
     slip = ZERO if sticks else slip + slips / left
@@ -63,7 +63,7 @@ def after_all(
     return GlideState(place + way, speed + change / left, slip, rim)
 
 
-def _given_back(
+def _sum_reversing_bounces(
     bodies: BallBodies, ground: BallGround, material: Material, bounce: Bounce, y: arb, state: GlideState
 ) -> GlideState | None:
     """Return the state after bounces in which friction reverses slip; None if it is undecided whether slip remains.
@@ -92,10 +92,10 @@ def _given_back(
     left = GlideState(
         place + lasts * (speed + gained / 2 + taken), speed + gained + taken, slip + gained + taken * (1 + y), rim
     )
-    return None if sign(left.slip) is None else left._replace(rim=rim + taken * y)
+    return None if sign_of(left.slip) is None else left._replace(rim=rim + taken * y)
 
 
-def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
+def meets_only_ground(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
     """Return whether disc `i` certainly meets only its ground for the time `window` after `time`.
 
     The proof bounds the speed of each disc by the energy E of all discs. Impacts, friction and walls at rest do not
@@ -112,7 +112,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
         (u, v), rim = map(arb, discs[j].velocity_m_s), arb(discs[j].radius_m) * discs[j].spin_rad_s
         turning = ZERO if rim.is_zero() else rim * rim / bodies.inverse_inertia_ratio[j]
         energy, mass = energy + arb(discs[j].mass_kg) * (u * u + v * v + turning), mass + arb(discs[j].mass_kg)
-    (gx, gy), (x, y) = bodies.gravity, bodies.place_at(i, time)
+    (gx, gy), (x, y) = bodies.gravity, bodies.centre_at(i, time)
     most = energy.sqrt() + mass.sqrt() * (gx * gx + gy * gy).sqrt() * (time + window)
     own = most / arb(discs[i].mass_kg).sqrt() * window
     for j, disc in enumerate(discs):
@@ -123,20 +123,20 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
             fastest = most / arb(disc.mass_kg).sqrt()
             since = [(last - time).upper() for last in bodies.met[j].values()]
             late = max([ZERO, *since])  # the disc may already have had a slightly later impact
-            far = far + fastest * (window + 2 * late) + bodies.strongest_pull() * late * late
-        ox, oy = bodies.place_at(j, time)
+            far = far + fastest * (window + 2 * late) + bodies.bound_acceleration() * late * late
+        ox, oy = bodies.centre_at(j, time)
         reach = arb(disc.radius_m) + arb(discs[i].radius_m) + far
         if not (ox - x) ** 2 + (oy - y) ** 2 > reach * reach:
             return False
     if ground.span is not None:
-        place = ground.along_it(x, y)
+        place = ground.tangential_part(x, y)
         if not (place - own > ground.span[0] and place + own < ground.span[1]):
             return False
     others = (k for k in range(len(bodies.obstacles)) if wall_body(k) not in ground.never_met)
-    return all(_is_beyond(bodies, i, k, (x, y), own) for k in others)
+    return all(_is_out_of_reach(bodies, i, k, (x, y), own) for k in others)
 
 
-def _is_beyond(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: arb) -> bool:
+def _is_out_of_reach(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: arb) -> bool:
     """Return whether the distance of disc `i` from an obstacle is certainly greater than `far`."""
     (x, y), radius = place, bodies.scene.discs[i].radius_m
     shape = bodies.obstacles[k].shape

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb
 
 from carom.solvers.certified.balls import float_above
-from carom.solvers.certified.sign_changes import falls_of
+from carom.solvers.certified.sign_changes import find_falls
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -129,7 +129,7 @@ def undecided(
     return Meeting(first, second, at, time, float_above(time), False, resting, proven, turning)
 
 
-def contacts_ahead(
+def find_contacts(
     bodies: BallBodies, i: int, second: int, at: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
     """Yield each wait from `at` until a gap decreases through zero in the bodies' present motion, with its meeting.
@@ -137,8 +137,8 @@ def contacts_ahead(
     `powers` has the gap's coefficients of powers of the time since `at`. A meeting is undecided if the sign change is
     uncertain, or may come before the start of a path.
     """
-    begin, discs = bodies.began(i, second, at), [body for body in (i, second) if body >= 0]
-    for wait, certain in falls_of(powers, bodies.until(at, leg, *discs)):
+    begin, discs = bodies.find_last_impact_of_either(i, second, at), [body for body in (i, second) if body >= 0]
+    for wait, certain in find_falls(powers, bodies.bound_wait(at, leg, *discs)):
         time = arb(at) + wait
         if time < (arb(at) if begin is None else begin):
             continue

@@ -16,10 +16,10 @@ from carom.model.trace import wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import ZERO, float_above
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.exact import exactly_grazing
-from carom.solvers.certified.meeting import Meeting, PairApproach, contacts_ahead, undecided
-from carom.solvers.certified.sign_changes import squared_gap
-from carom.solvers.certified.wall_meetings import meet_finite, to_plane
+from carom.solvers.certified.exact import do_graze
+from carom.solvers.certified.meeting import Meeting, PairApproach, find_contacts, undecided
+from carom.solvers.certified.sign_changes import squared_gap_powers
+from carom.solvers.certified.wall_meetings import meet_feature, meet_straight
 
 if TYPE_CHECKING:
     from carom.solvers.certified.balls import BallLeg
@@ -37,9 +37,9 @@ def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     fixed = body if body < 0 or not bodies.movable[body] else disc
     if fixed >= 0 and bodies.movable[fixed]:
         pair = min(disc, body), max(disc, body)
-        curved = bodies.bends(disc) or bodies.bends(body)
+        curved = bodies.is_curved(disc) or bodies.is_curved(body)
         return _meet_on_curves(bodies, *pair, at, None) if curved else _meet_pair(bodies, *pair, at)
-    for leg in bodies.legs_from(fixed, at):
+    for leg in bodies.legs_after(fixed, at):
         begin_s = at if leg is None else max(at, leg.begin_s)
         meeting = _meet_on_leg(bodies, disc, body, begin_s, leg)
         if meeting is None or leg is None or meeting.time < leg.end_s:
@@ -58,22 +58,22 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallL
         return _meet_on_curves(bodies, *pair, at, leg) if curved else _meet_pair(bodies, *pair, at)
     k = wall_index(body)
     if bodies.obstacles[k].kind is not None:
-        return meet_finite(bodies, disc, body, at, leg)
-    return to_plane(bodies, disc, body, at, leg)
+        return meet_feature(bodies, disc, body, at, leg)
+    return meet_straight(bodies, disc, body, at, leg)
 
 
 def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of discs `i` < `j` with a curved path; None if there is certainly none."""
-    law, (ax, ay), (bx, by) = bodies.laws.of_discs(i, j), bodies.pull(i), bodies.pull(j)
+    law, (ax, ay), (bx, by) = bodies.laws.of_discs(i, j), bodies.acceleration_of(i), bodies.acceleration_of(j)
     pull = (bx - ax, by - ay)
-    (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
+    (xi, yi), (xj, yj) = bodies.centre(i, at), bodies.centre(j, at)
     (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
-    powers = BallContacts(bodies).along_one(i, j, at, law.reach) or squared_gap(d, u, pull, law.reach2)
-    for wait, meeting in contacts_ahead(bodies, i, j, at, powers, leg):
+    powers = BallContacts(bodies).gap_on_same_ground(i, j, at, law.reach) or squared_gap_powers(d, u, pull, law.reach2)
+    for wait, meeting in find_contacts(bodies, i, j, at, powers, leg):
         if not meeting.decided:
             return meeting
-        near = PairApproach(*bodies.moved(i, at), *bodies.moved(j, at), *d, *u, ZERO, wait, pull)
+        near = PairApproach(*bodies.centre_in_frame(i, at), *bodies.centre_in_frame(j, at), *d, *u, ZERO, wait, pull)
         x, y = near.offset()
         root = ZERO - x * (u[0] + pull[0] * wait) - y * (u[1] + pull[1] * wait)
         return meeting._replace(near=near._replace(root=root))
@@ -83,19 +83,19 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg 
 def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     """Return the impact of discs `i` < `j` on straight paths; None if there is certainly none."""
     law = bodies.laws.of_discs(i, j)
-    (xi, yi, vxi, vyi), (xj, yj, vxj, vyj) = bodies.state(i, at), bodies.state(j, at)
+    (xi, yi, vxi, vyi), (xj, yj, vxj, vyj) = bodies.state_in_frame(i, at), bodies.state_in_frame(j, at)
     dx, dy, ux, uy = xj - xi, yj - yi, vxj - vxi, vyj - vyi
     if dy.is_zero() and uy.is_zero():
-        root, wait = _on_a_line(dx, ux, law.reach)
+        root, wait = _solve_on_line(dx, ux, law.reach)
     elif dx.is_zero() and ux.is_zero():
-        root, wait = _on_a_line(dy, uy, law.reach)
+        root, wait = _solve_on_line(dy, uy, law.reach)
     else:
         b = dx * ux + dy * uy
         cross = dx * uy - dy * ux
         d = (ux * ux + uy * uy) * law.reach2 - cross * cross
         c = dx * dx + dy * dy - law.reach2
         if not (b < 0 and d > 0):
-            if b >= 0 or d < 0 or d.is_zero() or _grazes(bodies, i, j):
+            if b >= 0 or d < 0 or d.is_zero() or _do_graze(bodies, i, j):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
             return undecided(i, j, at, arb(at) + earliest.lower().max(ZERO), resting=not b < 0)
@@ -106,26 +106,26 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     if wait is None:
         return undecided(i, j, at, arb(at), resting=True)
     time = arb(at) + wait
-    begin = bodies.began(i, j, at)
+    begin = bodies.find_last_impact_of_either(i, j, at)
     if begin is not None and not time > begin:
         if (
             root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin
         ):  # the discs separate before both paths start
             return None
-        touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
+        touching = bool((time - begin).is_zero()) and not bodies.are_at_start(i, j)
         # Discs that already overlap and approach each other meet at once.
         return undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
     return Meeting(i, j, at, time, float_above(time), near=near)
 
 
-def _grazes(bodies: BallBodies, i: int, j: int) -> bool:
+def _do_graze(bodies: BallBodies, i: int, j: int) -> bool:
     """Return whether two discs on straight initial paths touch without an impact."""
-    straight = bodies.untouched(i, j) and not (bodies.bends(i) or bodies.bends(j))
-    return straight and exactly_grazing(bodies, i, j)
+    straight = bodies.are_at_start(i, j) and not (bodies.is_curved(i) or bodies.is_curved(j))
+    return straight and do_graze(bodies, i, j)
 
 
-def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
+def _solve_on_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
     """Return root and wait of an impact along an axis. The root is None for no impact, the wait if undecided."""
     if d > 0:
         gap, closing = d - reach, ZERO - u

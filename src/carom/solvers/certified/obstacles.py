@@ -91,13 +91,13 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
     widest = Fraction(float(scene.arrays.radius_m.max(initial=0.0)))
     for k, wall in enumerate(scene.arrays.walls):
         if isinstance(wall, Outline):
-            found += _of_outline(k, wall, len(found), widest)
+            found += _outline_obstacles(k, wall, len(found), widest)
         else:
             found.append(Obstacle(k, Plane(exact(wall[:2]), exact(wall[2:]))))
     return tuple(found)
 
 
-def less(a: Exact, b: Exact) -> Exact:
+def subtract(a: Exact, b: Exact) -> Exact:
     """Return the difference of two vectors."""
     return a[0] - b[0], a[1] - b[1]
 
@@ -107,7 +107,7 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
     return Fraction(a[0]) * Fraction(b[0]) + Fraction(a[1]) * Fraction(b[1])
 
 
-def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
+def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
     """Return the obstacles of a finite wall: both sides of each run of smoothly joined edges, then vertices and stops.
 
     `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, metres.
@@ -115,9 +115,9 @@ def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list
     runs, thick = runs_of(outline), Fraction(outline.half_width)
     if outline.radius == 0.0:
         return [Obstacle(k, Round(exact(outline.points[0]), _NOWHERE), thick, EdgeKind.VERTEX, (0,))]
-    sides = [Obstacle(k, *side, run.numbers) for run in runs for side in _sides(run, thick)]
+    sides = [Obstacle(k, *side, run.numbers) for run in runs for side in _build_sides(run, thick)]
     stops = [
-        _stop(side, side.shape, way)
+        _build_stop(side, side.shape, way)
         for n, side in enumerate(sides[::2])
         if isinstance(side.shape, Round) and (widest + thick) ** 2 >= side.shape.radius2
         for way in stops_of(runs, n, closed=outline.closed)
@@ -135,46 +135,46 @@ def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list
         else:
             vertex = before + len(sides) + len(vertices)
             takers = [(vertex, vertex)] * 2
-            vertices.append(_vertex(k, one, other, thick))
+            vertices.append(_build_vertex(k, one, other, thick))
         for side, (onward, back) in enumerate(takers):
             if one:
-                _link(sides, before_it - before + side, one, 1, wall_body(onward))
+                _link_side(sides, before_it - before + side, one, 1, wall_body(onward))
             if other:
-                _link(sides, after_it - before + side, other, 0, wall_body(back))
+                _link_side(sides, after_it - before + side, other, 0, wall_body(back))
     return [*sides, *vertices, *stops]
 
 
-def _stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
+def _build_stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
     """Return the obstacle for discs too large for an arc's inside: the arc's point in a direction from the centre."""
     ((cx, cy), radius2, *_), (_, left, _, right) = arc, quarters_of(way)
     shape = Round((cx + way[0], cy + way[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
     return replace(side, shape=shape, neighbours=(None, None))
 
 
-def _link(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
+def _link_side(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
     """Set the continuation of a side at an end of its run. For a clockwise arc, begin and end are exchanged."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))
 
 
-def _vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, thick: Fraction) -> Obstacle:
+def _build_vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, thick: Fraction) -> Obstacle:
     """Return the vertex between two runs, or at an end of an open chain."""
     numbers = [run.numbers[end] for run, end in ((one, -1), (other, 0)) if run]
     place = one.edge.b if one else other.edge.a if other else (0.0, 0.0)
     return Obstacle(k, Round(exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
 
 
-def _sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
+def _build_sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
     """Yield the left side and the right side of a run."""
     a, b = exact(run.edge.a), exact(run.edge.b)
     if run.circle is None:
-        ex, ey = less(b, a)
+        ex, ey = subtract(b, a)
         for normal in ((-ey, ex), (ey, -ex)):
             yield Plane(a, normal, Between(a, b)), thick, EdgeKind.FACE
         return
     centre = run.circle.x, run.circle.y
-    first, last = (less(a, centre), less(b, centre))
+    first, last = (subtract(a, centre), subtract(b, centre))
     sector = None if a == b else Between(first, last) if run.turn > 0 else Between(last, first)
     for inside in (run.turn > 0, run.turn < 0):
         yield Round(centre, run.circle.radius2, inside, sector), thick, EdgeKind.ARC

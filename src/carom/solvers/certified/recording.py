@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, ctx
 
 from carom.model.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
-from carom.solvers.certified.ball_bodies import greatest_speed
-from carom.solvers.certified.balls import nearest, quotient
-from carom.solvers.certified.slowing import damped_time, kept
+from carom.solvers.certified.ball_bodies import find_greatest_speed
+from carom.solvers.certified.balls import divide_to_float, round_to_float
+from carom.solvers.certified.slowing import damped_time, speed_fraction
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,9 +55,9 @@ class RecordedMode(NamedTuple):
 AT_REST = Vector((0.0, 0.0), (0.0, 0.0))
 
 
-def enclosed(x: arb, y: arb) -> Vector:
+def to_vector(x: arb, y: arb) -> Vector:
     """Convert two balls to a vector with radii."""
-    (x_value, x_radius), (y_value, y_radius) = nearest(x), nearest(y)
+    (x_value, x_radius), (y_value, y_radius) = round_to_float(x), round_to_float(y)
     return Vector((x_value, y_value), (x_radius, y_radius))
 
 
@@ -80,7 +80,7 @@ class Recording:
         self.rows: list[RecordedImpact] = []
         self.mode_rows: list[RecordedMode] = []
         self.events = 0
-        speed = greatest_speed(scene)
+        speed = find_greatest_speed(scene)
         length = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
         self._damping_per_s = scene.damping_per_s
         self._tolerance = arb(10) ** -digits
@@ -147,7 +147,7 @@ class Recording:
         return (
             all(ball.rad() <= self._speed_tolerance for ball in (*bodies.vx, *bodies.vy))
             and all(ball.rad() <= self._length_tolerance for ball in (*bodies.x, *bodies.y))
-            and all(bodies.surface(i).rad() <= self._speed_tolerance for i in range(len(bodies)))
+            and all(bodies.rim_speed(i).rad() <= self._speed_tolerance for i in range(len(bodies)))
         )
 
     def _take(self, event: BallEvent) -> bool:
@@ -170,8 +170,8 @@ class Recording:
         )
         if not good:
             return None
-        (t, dt), (w, dw), (a, da) = nearest(time), nearest(spin), nearest(spin_rate)
-        x, v, g = (enclosed(*vector) for vector in (place, velocity, acceleration))
+        (t, dt), (w, dw), (a, da) = round_to_float(time), round_to_float(spin), round_to_float(spin_rate)
+        x, v, g = (to_vector(*vector) for vector in (place, velocity, acceleration))
         named = (mode.disc, mode.wall, mode.before, mode.after)
         return RecordedMode(
             ModeRecord(t, 0, *named, x.value, v.value, g.value, w, a),
@@ -179,11 +179,11 @@ class Recording:
         )
 
     def _convert(self, undamped: BallImpact) -> bool:
-        impact = damped(self._damping_per_s, undamped)
+        impact = damp_impact(self._damping_per_s, undamped)
         first, second = impact.first, impact.second
         time, *after = +impact.time, *(+v for v in impact.after)
-        t, t_radius = nearest(time)
-        velocities = [enclosed(*after[:2]), enclosed(*after[2:])]
+        t, t_radius = round_to_float(time)
+        velocities = [to_vector(*after[:2]), to_vector(*after[2:])]
         # These radii include float64 rounding. If the radii exceed the limit, check those of the balls alone.
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
@@ -198,14 +198,14 @@ class Recording:
         if impact.before is None:
             before = [self._velocity[first], self._velocity[second] if second >= 0 else AT_REST]
         else:
-            before = [enclosed(*(+v for v in vector)) for vector in (impact.before[:2], impact.before[2:])]
+            before = [to_vector(*(+v for v in vector)) for vector in (impact.before[:2], impact.before[2:])]
         self._velocity[first] = velocities[0]
         if second >= 0:
             self._velocity[second] = velocities[1]
         n, v1, v2, w1, w2 = (self._normal(impact), *before, *velocities)
         if impact.spins_before is not None and self._turns:
             for disc, spin in zip(discs, impact.spins_before, strict=False):
-                self._spin[disc] = nearest(+spin)
+                self._spin[disc] = round_to_float(+spin)
         spins, spin_radii = self._spins(discs, spins_after)
         told = (v1.value, v2.value, w1.value, w2.value)
         values = ImpactRecord(t, first, second, n.value, *told, spins, impact.edge)
@@ -223,7 +223,7 @@ class Recording:
             return None, None
         before = [self._spin[disc] for disc in discs]
         for disc, spin in zip(discs, after, strict=True):
-            self._spin[disc] = nearest(spin)
+            self._spin[disc] = round_to_float(spin)
         left = [self._spin[disc] for disc in discs]
         (a, ar), (b, br) = (*before, (0.0, 0.0))[:2]
         (c, cr), (d, dr) = (*left, (0.0, 0.0))[:2]
@@ -232,28 +232,28 @@ class Recording:
     def _normal(self, impact: BallImpact) -> Vector:
         normal = self._wall_normals.get(impact.second)
         if normal is None:
-            (x, x_radius), (y, y_radius) = (quotient(part, impact.length) for part in (impact.nx, impact.ny))
+            (x, x_radius), (y, y_radius) = (divide_to_float(part, impact.length) for part in (impact.nx, impact.ny))
             normal = Vector((x, y), (x_radius, y_radius))
             if impact.second < 0 and impact.edge == NO_EDGE:
                 self._wall_normals[impact.second] = normal
         return normal
 
 
-def damped(damping_per_s: float, impact: BallImpact) -> BallImpact:
+def damp_impact(damping_per_s: float, impact: BallImpact) -> BallImpact:
     """Convert an impact of the undamped run to the impact of the damped run."""
     if not damping_per_s:
         return impact
-    left = kept(damping_per_s, impact.time)
+    left = speed_fraction(damping_per_s, impact.time)
     before, spins = impact.before, impact.spins_before
     return impact._replace(
         time=damped_time(damping_per_s, impact.time),
-        after=_times(impact.after, left),
-        before=None if before is None else _times(before, left),
+        after=_scale_all(impact.after, left),
+        before=None if before is None else _scale_all(before, left),
         spins_after=(impact.spins_after[0] * left, impact.spins_after[1] * left),
         spins_before=None if spins is None else (spins[0] * left, spins[1] * left),
     )
 
 
-def _times(parts: tuple[arb, arb, arb, arb], left: arb) -> tuple[arb, arb, arb, arb]:
+def _scale_all(parts: tuple[arb, arb, arb, arb], left: arb) -> tuple[arb, arb, arb, arb]:
     a, b, c, d = (part * left for part in parts)
     return a, b, c, d

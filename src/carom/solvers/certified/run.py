@@ -17,13 +17,13 @@ from carom.core.extension import find_extension_notes
 from carom.model.trace import Outcome, Trace, impact_array, mode_array, spin_array
 from carom.solvers.certified.attempt import Attempt, Goal, Stop
 from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.balls import float_above, nearest
+from carom.solvers.certified.balls import float_above, round_to_float
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.exact import contact_at_start
-from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
+from carom.solvers.certified.exact import find_contact_at_start
+from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, to_vector
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
-from carom.solvers.certified.slowing import kept, undamped
-from carom.solvers.certified.wall_meetings import finite_contact_at_start
+from carom.solvers.certified.slowing import speed_fraction, undamped_time_of
+from carom.solvers.certified.wall_meetings import find_finite_contact_at_start
 from carom.solvers.options import require_goal
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class CertifiedRun:
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
         goal = Goal(self._undamped(time_s), math.inf if max_impacts is None else max_impacts, deadline_s, progress)
         with ctx.workprec(self._attempt.precision):
-            start = trouble_at_start(self._attempt.bodies) if self.ending is None else None
+            start = find_degenerate_start(self._attempt.bodies) if self.ending is None else None
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
@@ -161,17 +161,17 @@ class CertifiedRun:
                 raise KeyboardInterrupt
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
-            now = undamped(self.scene.damping_per_s, arb(self.time_s))
-            left = kept(self.scene.damping_per_s, now)
+            now = undamped_time_of(self.scene.damping_per_s, arb(self.time_s))
+            left = speed_fraction(self.scene.damping_per_s, now)
             places = [
-                bodies.place_at(i, now) if bodies.movable[i] else bodies.place(i, self.time_s)
+                bodies.centre_at(i, now) if bodies.movable[i] else bodies.centre(i, self.time_s)
                 for i in range(len(bodies))
             ]
             velocities = [bodies.velocity(i, now, self.time_s) for i in range(len(bodies))]
             speeds = [(vx * left, vy * left) for vx, vy in velocities]
         with ctx.workprec(min(self.log.bits, attempt.precision)):
-            position, velocity = (np.array([enclosed(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
-            spin = np.array([nearest(+(bodies.spin_at(i, now) * left)) for i in range(len(bodies))])
+            position, velocity = (np.array([to_vector(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
+            spin = np.array([round_to_float(+(bodies.spin_at(i, now) * left)) for i in range(len(bodies))])
         trace = Trace(
             method="certified",
             scene=self.scene,
@@ -210,7 +210,7 @@ class CertifiedRun:
 
     def _undamped(self, time_s: float) -> arb:
         with ctx.workprec(self._most_bits):
-            return undamped(self.scene.damping_per_s, arb(time_s))
+            return undamped_time_of(self.scene.damping_per_s, arb(time_s))
 
     def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
         """Decide whether a higher precision may help after an attempt. The returned ending is None if so."""
@@ -238,9 +238,9 @@ class CertifiedRun:
         return min(math.ceil(max(wanted, attempt.bits * _LEAST_RISE)), self._most_bits)
 
 
-def trouble_at_start(bodies: BallBodies) -> Degeneracy | None:
+def find_degenerate_start(bodies: BallBodies) -> Degeneracy | None:
     """Return the degeneracy of the start, if any. Contact is degenerate, except with a wall below the disc."""
-    lying = BallContacts(bodies).lying() if bodies.falls else ()
+    lying = BallContacts(bodies).find_resting() if bodies.falls else ()
     begun = {i: bodies.trace_body(ground.body) for i, ground in lying}
-    found = contact_at_start(bodies, begun)
-    return found if found or bodies.scene.arrays.has_half_planes else finite_contact_at_start(bodies.scene, begun)
+    found = find_contact_at_start(bodies, begun)
+    return found if found or bodies.scene.arrays.has_half_planes else find_finite_contact_at_start(bodies.scene, begun)

@@ -20,7 +20,7 @@ from flint import arb
 from carom.solvers.certified import bounds
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import float_above, float_below
-from carom.solvers.certified.exact import exactly_simultaneous
+from carom.solvers.certified.exact import are_simultaneous
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
@@ -162,7 +162,7 @@ class Selection:
         mine, theirs = self._moved_by(one), self._moved_by(other)
         if mine & theirs:
             one_each = all(m.second < 0 and len(m.obstacles) == 1 for m in (one, other))
-            return one_each and self.bodies.orthogonal(one.second, other.second)
+            return one_each and self.bodies.are_orthogonal(one.second, other.second)
         window = one.time.union(other.time)
         return all(self._out_of_reach(i, j, window) for i in mine for j in theirs)
 
@@ -178,16 +178,16 @@ class Selection:
         """
         bodies = self.bodies
         at = float(window.mid())
-        (xi, yi), (xj, yj) = bodies.moved(i, at), bodies.moved(j, at)
+        (xi, yi), (xj, yj) = bodies.centre_in_frame(i, at), bodies.centre_in_frame(j, at)
         dx, dy = xj - xi, yj - yi
         fastest = max((bodies.vx[k] * bodies.vx[k] + bodies.vy[k] * bodies.vy[k]).upper() for k in range(len(bodies)))
         fastest, most = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
-            fastest, most = max([fastest, *(abs(bodies.surface(k)).upper() for k in range(len(bodies)))]), 13
+            fastest, most = max([fastest, *(abs(bodies.rim_speed(k)).upper() for k in range(len(bodies)))]), 13
         # Each disc moves at most at 5 (with friction 13) times the fastest speed, for twice the window plus the time
         # from `at`.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
-        gained = bodies.strongest_pull() * (window.upper() + length)  # the velocities are values at time 0
+        gained = bodies.bound_acceleration() * (window.upper() + length)  # the velocities are values at time 0
         reach = bodies.laws.of_discs(i, j).reach + 2 * most * (fastest + gained) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
@@ -211,9 +211,9 @@ class Selection:
             involved = sorted({*involved, *(body for body in last if body is not None)})
         proven = all(m.proven for m in meetings) or (
             len(meetings) == 2
-            and bodies.untouched(*involved)
-            and not any(map(bodies.bends, involved))
-            and exactly_simultaneous(bodies, meetings[0][:2], meetings[1][:2])
+            and bodies.are_at_start(*involved)
+            and not any(map(bodies.is_curved, involved))
+            and are_simultaneous(bodies, meetings[0][:2], meetings[1][:2])
         )
         bits = min(bodies.state_bits(body) for body in involved if body >= 0)
         latest = math.inf if kind is Degenerate.GRAZE else float_above(when)

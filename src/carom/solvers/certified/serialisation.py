@@ -41,8 +41,8 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
         "degeneracy": trouble,
         "end_time_s": trace.end_time_s,
         "fields": list(IMPACT_DTYPE.names or ()),
-        **_written(trace, ROWS, FINAL),
-        **_written(certified, RADII, FINAL_RADII),
+        **_write_fields(trace, ROWS, FINAL),
+        **_write_fields(certified, RADII, FINAL_RADII),
         **({} if trace.modes is None else {"mode_fields": list(MODE_DTYPE.names or ())}),
         "decimals": [list(row) for row in certified.decimals],
         "commuted": [list(pair) for pair in certified.commuted],
@@ -50,12 +50,14 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
     }
 
 
-def _written(found: object, rows: Mapping[str, np.dtype[np.void]], final: Iterable[str]) -> dict[str, Any]:
+def _write_fields(found: object, rows: Mapping[str, np.dtype[np.void]], final: Iterable[str]) -> dict[str, Any]:
     held = {name: getattr(found, name) for name in (*rows, *final)}
     return {
-        name: _plain(array) if name in rows else array.tolist() for name, array in held.items() if array is not None
+        name: _write_rows(array) if name in rows else array.tolist()
+        for name, array in held.items()
+        if array is not None
     }
 
 
-def _plain(rows: NDArray[np.void]) -> list[list[Any]]:
+def _write_rows(rows: NDArray[np.void]) -> list[list[Any]]:
     return [[value.tolist() if isinstance(value, np.ndarray) else value for value in row] for row in rows.tolist()]

@@ -39,7 +39,7 @@ class _Piece(NamedTuple):
     slope: int  # sign of the slope; 0 if undecided
 
 
-def squared_gap(
+def squared_gap_powers(
     place: tuple[arb, arb], velocity: tuple[arb, arb], pull: tuple[arb, arb], reach2: arb, *, inside: bool = False
 ) -> list[arb]:
     """Return the coefficients of a squared distance from the origin minus `reach2`, by powers of time, lowest first.
@@ -52,7 +52,7 @@ def squared_gap(
     return [arb(0) - power for power in powers] if inside else powers
 
 
-def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
+def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
     """Yield the times from 0 to `until` at which a polynomial changes from positive to negative, in order.
 
     Coefficients are given lowest power first. If the first coefficients are exactly zero, the next one gives the sign
@@ -68,18 +68,18 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
         yield Fall(arb(0), certain=False)
     if len(left) < 2:
         return
-    if len(left) <= 3 and (found := _of_parabola(*left)) is not None:
+    if len(left) <= 3 and (found := _find_parabola_falls(*left)) is not None:
         yield from (fall for fall in found if not fall.time > until)
         return
     polynomial = arb_poly(left)
     sign = _sign(left[0], ZERO)
     pending: list[_Piece] = []
-    for piece, at_end in _pieces(polynomial, _horizon(left, until)):
+    for piece, at_end in _split_time(polynomial, _bound_zeros(left, until)):
         if piece is not None:
             pending.append(piece)
         if at_end == 0:
             continue
-        fall = _between(polynomial, sign, pending, at_end)
+        fall = _find_fall(polynomial, sign, pending, at_end)
         if fall is not None:
             yield fall
         sign, pending = at_end, []
@@ -87,7 +87,7 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
         yield Fall(pending[0].low.union(pending[-1].high), certain=False)
 
 
-def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
+def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
     """Return the falls of ``c + b t + a t^2`` after 0: none or one. Return None if undecided or unless c > 0."""
     d = b * b - 4 * a * c
     if not c > 0:
@@ -99,7 +99,7 @@ def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
     return (Fall((ZERO - b - d.sqrt()) / (2 * a), certain=True),) if d > 0 and b >= 0 and a < 0 else None
 
 
-def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
+def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
     """Return the fall on consecutive pieces between two known signs, if any. A first sign of 0 means unknown."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
@@ -110,7 +110,7 @@ def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int
     return Fall(low.union(high), certain=False)
 
 
-def _pieces(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
+def _split_time(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
     """Yield pieces of the time up to a horizon, in order, each with the polynomial's sign at its end; 0 if undecided.
 
     None replaces a piece that certainly has no zero.
@@ -121,25 +121,25 @@ def _pieces(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None,
     while stack:
         low, high, depth = stack.pop()
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()
-        here = _around(polynomial, middle)
-        change = _spread(here, half)
+        here = _expand_about(polynomial, middle)
+        change = _bound_change(here, half)
         if (found := _sign(here[0], change)) != 0:
             yield None, found
             continue
         steep = here[1] if len(here) > 1 else arb(0)
-        slope = _sign(steep, _spread([k * here[k] for k in range(1, len(here))], half))
+        slope = _sign(steep, _bound_change([k * here[k] for k in range(1, len(here))], half))
         if slope == 0 and depth < most and change > _BLUR * here[0].rad():
             stack += [(middle, high, depth + 1), (low, middle, depth + 1)]
             continue
         yield _Piece(low, high, slope), _sign(polynomial(high), arb(0))
 
 
-def _around(polynomial: arb_poly, middle: arb) -> list[arb]:
+def _expand_about(polynomial: arb_poly, middle: arb) -> list[arb]:
     shifted = polynomial(arb_poly([middle, 1]))
     return [shifted[k] for k in range(polynomial.degree() + 1)]
 
 
-def _spread(powers: Sequence[arb], half: arb) -> arb:
+def _bound_change(powers: Sequence[arb], half: arb) -> arb:
     """Return a bound of a polynomial minus its constant term, for arguments up to `half` in magnitude."""
     total, power = arb(0), arb(1)
     for coefficient in powers[1:]:
@@ -152,7 +152,7 @@ def _sign(value: arb, spread: arb) -> int:
     return 1 if value > spread else -1 if arb(0) - value > spread else 0
 
 
-def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
+def _bound_zeros(powers: Sequence[arb], until: float | arb) -> arb:
     """Return a time after which a polynomial has no zero (Fujiwara's bound), at most `until`."""
     degree, last = len(powers) - 1, powers[-1].abs_lower()
     end = arb(until)
@@ -177,9 +177,9 @@ def _refine_zero(polynomial: arb_poly, low: arb, high: arb) -> arb:
     """
     while True:
         middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()
-        here = _around(polynomial, middle)
+        here = _expand_about(polynomial, middle)
         first, last = middle if here[0] > 0 else low, middle if here[0] < 0 else high
-        most = _spread([k * here[k] for k in range(1, len(here))], half)
+        most = _bound_change([k * here[k] for k in range(1, len(here))], half)
         slope = here[1] + (arb(0) - most).union(most)
         if slope < 0:
             zero = middle - here[0] / slope  # a very wide ball if the slope is nearly 0 at one end

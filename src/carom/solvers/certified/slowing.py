@@ -18,22 +18,22 @@ if TYPE_CHECKING:
     from carom.solvers.certified.meeting import Meeting
 
 
-def undamped(damping_per_s: float, time: arb) -> arb:
+def undamped_time_of(damping_per_s: float, time: arb) -> arb:
     """Return the time in which an undamped disc moves as far as a damped disc moves in `time`."""
     return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
 def damped_time(damping_per_s: float, undamped_time: arb) -> arb:
-    """Return the inverse of `undamped`."""
+    """Return the inverse of `undamped_time_of`."""
     return undamped_time if not damping_per_s else ZERO - (ZERO - damping_per_s * undamped_time).log1p() / damping_per_s
 
 
-def kept(damping_per_s: float, undamped_time: arb) -> arb:
+def speed_fraction(damping_per_s: float, undamped_time: arb) -> arb:
     """Return the fraction of a speed that remains at a time of the undamped run."""
     return 1 - damping_per_s * undamped_time
 
 
-def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
+def start_deceleration(bodies: BallBodies, i: int, time: arb, at: float) -> None:
     """Apply the table's deceleration to disc `i`, which has got a new velocity at `time`.
 
     Raises:
@@ -48,18 +48,18 @@ def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
         raise Undecided(Degeneracy(Degenerate.MODE, (i,), *when, proven=False, bits=bodies.state_bits(i)))
     deceleration = arb(bodies.scene.table_deceleration_m_s2)
     ax, ay = ZERO - deceleration * vx / speed, ZERO - deceleration * vy / speed
-    x, y = bodies.place_at(i, time)
+    x, y = bodies.centre_at(i, time)
     bodies.acceleration[i] = (ax, ay)
     bodies.contacts.stops[i] = time + speed / deceleration
     bodies.x[i], bodies.y[i] = x - wait * (vx - ax * wait / 2), y - wait * (vy - ay * wait / 2)
     bodies.vx[i], bodies.vy[i], bodies.time[i] = vx - ax * wait, vy - ay * wait, at
 
 
-def stop(bodies: BallBodies, meeting: Meeting) -> None:
+def stop_disc(bodies: BallBodies, meeting: Meeting) -> None:
     """Set the state of a disc that a table has stopped."""
     i = meeting.first
-    bodies.x[i], bodies.y[i] = bodies.place_at(i, meeting.time)
+    bodies.x[i], bodies.y[i] = bodies.centre_at(i, meeting.time)
     bodies.vx[i] = bodies.vy[i] = ZERO
-    bodies.contacts.forget(i)
+    bodies.contacts.clear(i)
     bodies.acceleration[i] = None
-    bodies.note(i, i, meeting.at, meeting.time, meeting.latest)
+    bodies.record_impact(i, i, meeting.at, meeting.time, meeting.latest)

@@ -24,22 +24,22 @@ class BallFrictions(NamedTuple):
     blocks: bool | None
 
 
-def sign(ball: arb) -> int | None:
+def sign_of(ball: arb) -> int | None:
     """Return the sign of all numbers in a ball; None if their signs differ."""
     return 0 if ball.is_zero() else 1 if ball > 0 else -1 if ball < 0 else None
 
 
-def cut(x: arb, most: arb) -> arb:
+def clamp(x: arb, most: arb) -> arb:
     """Return x, limited to the range from minus `most` to `most`."""
     return x.min(most).max(ZERO - most)
 
 
-def stick(sticking: arb, most: arb) -> BallFrictions:
+def limit_sticking(sticking: arb, most: arb) -> BallFrictions:
     """Return the slip that friction alone removes: `sticking`, limited to `most` by the friction cone."""
-    return BallFrictions(cut(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
+    return BallFrictions(clamp(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
 
 
-def take(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallFrictions:
+def share_frictions(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallFrictions:
     """Compute `share_frictions` of `core/contact_law.h`."""
     (slip, rim), (f_most, h_most) = signs, most
     f = h = ZERO
@@ -47,12 +47,12 @@ def take(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int]
     if not y.is_zero() and rim:
         h = h_most * rim
     elif not y.is_zero() and not h_most.is_zero():
-        f = f_most * slip if slip else cut(s1 - q1, f_most)
-        h, blocks = cut(q1 / y - f, h_most), _within(q1 / y - f, h_most)
+        f = f_most * slip if slip else clamp(s1 - q1, f_most)
+        h, blocks = clamp(q1 / y - f, h_most), _within(q1 / y - f, h_most)
     if slip:
         return BallFrictions(f_most * slip, h, sticks=False, blocks=blocks)
     left = (s1 - h * y) / (1 + y)
-    return BallFrictions(cut(left, f_most), h, sticks=_within(left, f_most), blocks=blocks)
+    return BallFrictions(clamp(left, f_most), h, sticks=_within(left, f_most), blocks=blocks)
 
 
 def _within(x: arb, most: arb) -> bool | None:

@@ -26,11 +26,11 @@ from flint import arb, ctx
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import SLACK, ZERO, ball, float_above
-from carom.solvers.certified.exact import exactly_grazing_wall
-from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, contacts_ahead, undecided
+from carom.solvers.certified.exact import does_graze_wall
+from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, WallApproach, find_contacts, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
-from carom.solvers.certified.sign_changes import falls_of, squared_gap
+from carom.solvers.certified.sign_changes import find_falls, squared_gap_powers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 _START_BITS = 2048
 
 
-def to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def meet_straight(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on a straight obstacle; None if there is certainly none.
 
     `leg` is the motion of the wall.
@@ -56,10 +56,10 @@ def to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i`, which is in contact with another straight obstacle."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
-    x, y, vx, vy = bodies.seen(i, at, leg)
+    x, y, vx, vy = bodies.relative_state(i, at, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
-    pull = bodies.pull(i)[0] * law.nx + bodies.pull(i)[1] * law.ny
-    for wait, meeting in contacts_ahead(bodies, i, second, at, [gap, speed, pull / 2], leg):
+    pull = bodies.acceleration_of(i)[0] * law.nx + bodies.acceleration_of(i)[1] * law.ny
+    for wait, meeting in find_contacts(bodies, i, second, at, [gap, speed, pull / 2], leg):
         return meeting._replace(near=WallApproach(ZERO - speed - pull * wait, wait)) if meeting.decided else meeting
     return None
 
@@ -67,7 +67,7 @@ def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Bal
 def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` if gravity has no component along the normal."""
     law = bodies.laws.of_straight(wall_index(second), bodies.scene.discs[i].radius_m)
-    x, y, vx, vy = bodies.less(leg, at, *bodies.moved(i, at), bodies.vx[i], bodies.vy[i])
+    x, y, vx, vy = bodies.subtract_leg(leg, at, *bodies.centre_in_frame(i, at), bodies.vx[i], bodies.vy[i])
     speed = vx * law.nx + vy * law.ny
     if speed >= 0:
         return None
@@ -78,7 +78,7 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
     time = arb(at) - gap / speed
     if time < at:  # before this path, which has no impact before `at`
         return None
-    begin = bodies.began(i, second, at)
+    begin = bodies.find_last_impact_of_either(i, second, at)
     decided = begin is None or bool(time > begin)
     return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
 
@@ -87,13 +87,13 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     """Return the impact of disc `i` if gravity has a component along the normal."""
     k = wall_index(second)
     law, pulled = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
-    x, y, vx, vy = bodies.seen(i, at, leg)
+    x, y, vx, vy = bodies.relative_state(i, at, leg)
     gx, gy = bodies.gravity
     gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
     d = speed * speed - 2 * pull * gap
     if d < 0 or (d.is_zero() and pulled > 0) or _turns_back(bodies, i, k):
         return None
-    begin = bodies.since(i, second)
+    begin = bodies.find_last_impact(i, second)
     if not d > 0:  # the disc may turn back where it touches the wall, or may rest on the wall
         root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
         time = arb(at) + (ZERO - speed - root) / pull
@@ -112,8 +112,8 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
 def _turns_back(bodies: BallBodies, i: int, k: int) -> bool:
     """Return whether a disc on its initial path turns back exactly where it touches a half-plane at rest: no impact."""
     obstacle = bodies.obstacles[k]
-    asked = obstacle.kind is None and bodies.untouched(i) and not bodies.is_driven(k)
-    return asked and exactly_grazing_wall(bodies, i, k)
+    asked = obstacle.kind is None and bodies.are_at_start(i) and not bodies.is_driven(k)
+    return asked and does_graze_wall(bodies, i, k)
 
 
 class On(Enum):
@@ -131,22 +131,22 @@ class _Touch(NamedTuple):
     on: On
 
 
-def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def meet_feature(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on an obstacle of a finite wall; None if there is certainly no impact.
 
     `leg` is the wall's motion.
     """
-    launch = bodies.contacts.launch(i, second)
+    launch = bodies.contacts.launch_from(i, second)
     if launch is not None:
         # The gap and its rate were 0 at the launch, so the other coefficients give the next contact.
-        fall = next(falls_of(launch.powers), None)
+        fall = next(find_falls(launch.powers), None)
         if fall is None:
             return None
         again = launch.time + fall.time
         if not fall.certain or not again.lower() > launch.time.upper():
             return undecided(i, second, at, again.lower().max(arb(at)), resting=False)
         at = max(at, float((launch.time + again) / 2))
-    touch = _touch(bodies, i, second, at, leg)
+    touch = _find_touch(bodies, i, second, at, leg)
     if touch is None or touch.on is On.BESIDE:
         return None
     meeting = touch.meeting
@@ -154,38 +154,38 @@ def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
         return meeting
     begin, end = bodies.obstacles[wall_index(second)].neighbours
     taker = {On.BEGIN: begin, On.END: end}.get(touch.on)
-    other = None if taker is None else _touch(bodies, i, taker, at, leg)
+    other = None if taker is None else _find_touch(bodies, i, taker, at, leg)
     if other is None or not other.meeting.decided:
         return undecided(i, second, at, meeting.time, resting=False)
     time = meeting.time.union(other.meeting.time)
     return meeting._replace(time=time, latest=float_above(time), near=Seam(meeting, other.meeting))
 
 
-def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+def _find_touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
     """Return the first contact of a disc with the line or the circle of an obstacle; None if there is none."""
     k = wall_index(second)
     shape = bodies.obstacles[k].shape
     curved = bodies.falls or bodies.acceleration[i] is not None
     if isinstance(shape, Round):
-        if _lets_by(bodies, i, k, shape):
+        if _passes_stop(bodies, i, k, shape):
             return None
         return (_fall_on_round if curved else _touch_round)(bodies, i, second, at, leg)
-    x, y, vx, vy = bodies.seen(i, at, leg)
+    x, y, vx, vy = bodies.relative_state(i, at, leg)
     law = bodies.laws.of_straight(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
     if straight and x * law.nx + y * law.ny < law.level:  # the disc is behind the edge or next to it
         return None
-    meeting = to_plane(bodies, i, second, at, leg)
+    meeting = meet_straight(bodies, i, second, at, leg)
     if meeting is None or shape.stretch is None:
         return None if meeting is None else _Touch(meeting, On.INSIDE)
-    return _Touch(meeting, _foot(shape.stretch, *_fly(bodies, i, x, y, vx, vy, meeting.time - at)))
+    return _Touch(meeting, _locate_foot(shape.stretch, *_position_after(bodies, i, x, y, vx, vy, meeting.time - at)))
 
 
-def _fly(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
+def _position_after(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
     """Return the position of disc `i` after a wait."""
     if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
-    (gx, gy), half = bodies.pull(i), wait / 2
+    (gx, gy), half = bodies.acceleration_of(i), wait / 2
     return x + wait * (vx + gx * half), y + wait * (vy + gy * half)
 
 
@@ -195,7 +195,7 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
     return shape
 
 
-def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
+def _passes_stop(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
     """Return whether an obstacle is an arc's end that disc `i` passes, because the disc fits inside the arc."""
     return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
@@ -205,12 +205,12 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:
         return None
-    x, y, ux, uy = bodies.seen(i, at, leg)
-    dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.pull(i)
-    powers = squared_gap((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
-    for wait, meeting in contacts_ahead(bodies, i, second, at, powers, leg):
-        px, py = _fly(bodies, i, dx, dy, ux, uy, wait)
-        on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
+    x, y, ux, uy = bodies.relative_state(i, at, leg)
+    dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.acceleration_of(i)
+    powers = squared_gap_powers((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
+    for wait, meeting in find_contacts(bodies, i, second, at, powers, leg):
+        px, py = _position_after(bodies, i, dx, dy, ux, uy, wait)
+        on = On.INSIDE if shape.sector is None else _locate_direction(shape.sector, px, py)
         if on is On.BESIDE:
             continue
         if not meeting.decided:
@@ -225,19 +225,19 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     law, shape = bodies.laws.of_round(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:  # the disc does not fit inside
         return None
-    x, y, ux, uy = bodies.seen(i, at, leg)
+    x, y, ux, uy = bodies.relative_state(i, at, leg)
     dx, dy = x - law.cx, y - law.cy
     a, b, cross = ux * ux + uy * uy, dx * ux + dy * uy, dx * uy - dy * ux
     d = a * law.reach2 - cross * cross
-    if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
+    if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _does_graze(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
     if c < 0 and not shape.inside:  # the disc is inside the circle: behind the arc or next to it
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
         # Take the point nearest to the centre, widened by the uncertainty of D.
-        wait = ((ZERO - b) - _root(d)).union(_root(d) - b) / a
-        if shape.sector is not None and _place(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
+        wait = ((ZERO - b) - _upper_root(d)).union(_upper_root(d) - b) / a
+        if shape.sector is not None and _locate_direction(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
             return None
         earliest = arb(at) + (wait.lower().max(ZERO) if wait.is_finite() else ZERO)
         return _Touch(undecided(i, second, at, earliest, resting=shape.inside or not b < 0), On.OPEN)
@@ -245,8 +245,8 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     later = ZERO - c / (b + root) if b > 0 else (root - b) / a
     wait = later if shape.inside else c / (root - b)
     px, py, time = dx + ux * wait, dy + uy * wait, arb(at) + wait
-    on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
-    begin = bodies.began(i, second, at)
+    on = On.INSIDE if shape.sector is None else _locate_direction(shape.sector, px, py)
+    begin = bodies.find_last_impact_of_either(i, second, at)
     past = ZERO if shape.inside else 2 * root / a  # time that the disc spends inside the circle of contact
     if time < at if begin is None else time + past < begin:
         return None
@@ -255,7 +255,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     return _Touch(Meeting(i, second, at, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on)
 
 
-def _foot(stretch: Between, x: arb, y: arb) -> On:
+def _locate_foot(stretch: Between, x: arb, y: arb) -> On:
     """Return the position on an edge of a point's orthogonal projection."""
     (ax, ay), (bx, by) = stretch
     ex, ey = ball(bx - ax), ball(by - ay)
@@ -270,7 +270,7 @@ def _foot(stretch: Between, x: arb, y: arb) -> On:
     return On.END if after_begin > 0 else On.OPEN
 
 
-def _place(sector: Between, x: arb, y: arb) -> On:
+def _locate_direction(sector: Between, x: arb, y: arb) -> On:
     """Return whether a direction is inside, outside or at an end of a sector."""
     (fx, fy), (lx, ly) = sector
     turns = []
@@ -288,13 +288,13 @@ def _place(sector: Between, x: arb, y: arb) -> On:
     return On.BESIDE if ((begun < 0 and ended > 0) if reflex else (begun < 0 or ended > 0)) else On.OPEN
 
 
-def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
+def _does_graze(bodies: BallBodies, i: int, second: int) -> bool:
     """Return whether a disc on its initial path only grazes a vertex, or an arc from outside, which is no impact.
 
     The condition is ``u^2 (R + r)^2 = (d x u)^2``, where r is the radius plus the half width. The condition has the
     form ``A + B R = 0`` with rational A, B and R^2, so squaring gives an exact answer.
     """
-    if not bodies.untouched(i) or bodies.is_driven(wall_index(second)):
+    if not bodies.are_at_start(i) or bodies.is_driven(wall_index(second)):
         return False
     obstacle, disc, shape = bodies.obstacles[wall_index(second)], bodies.scene.discs[i], _round_of(bodies, second)
     (cx, cy), radius2 = shape.centre, shape.radius2
@@ -305,12 +305,12 @@ def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
     return rest <= 0 and rest * rest == slope * slope * radius2
 
 
-def _root(square: arb) -> arb:
+def _upper_root(square: arb) -> arb:
     """Return the square root of a ball's upper bound; 0 if the bound is negative."""
     return square.upper().max(ZERO).sqrt()
 
 
-def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
+def find_finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the degeneracy of the first disc that touches and approaches a finite wall at the start; None for none.
 
     `begun` maps discs to walls with which they start in contact; these pairs are ignored.
@@ -326,10 +326,10 @@ def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degenerac
                 k
                 for k, wall in enumerate(scene.arrays.walls if bodies.movable[i] else ())
                 if not isinstance(wall, tuple) and begun.get(i) != wall_body(k)
-                if wall.gap(*disc.position_m, disc.radius_m) <= size + SLACK * _extent(wall)
+                if wall.gap(*disc.position_m, disc.radius_m) <= size + SLACK * _farthest_coordinate(wall)
             }
             for number, obstacle in enumerate(bodies.obstacles):
-                if obstacle.wall in near and (found := _start_contact(bodies, i, number)) is not None:
+                if obstacle.wall in near and (found := _check_start(bodies, i, number)) is not None:
                     kind, gap = found
                     proven = bool(gap.is_zero() or gap < 0)
                     named = (wall_body(obstacle.wall), i)
@@ -337,14 +337,14 @@ def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degenerac
     return None
 
 
-def _extent(wall: Outline) -> float:
+def _farthest_coordinate(wall: Outline) -> float:
     return max(map(abs, (*wall.box[0], *wall.box[1])))
 
 
-def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
+def _check_start(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
     """Return the degeneracy of a disc and an obstacle in contact at the start, and a ball with the gap's sign."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
-    x, y, ux, uy = bodies.seen(i, 0.0, bodies.legs_from(wall_body(number), 0.0)[0])
+    x, y, ux, uy = bodies.relative_state(i, 0.0, bodies.legs_after(wall_body(number), 0.0)[0])
     gx, gy = bodies.gravity
     if isinstance(shape, Plane):
         law = bodies.laws.of_straight(number, radius)
@@ -352,7 +352,7 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
         gap, speed = x * law.nx + y * law.ny - law.level, ux * law.nx + uy * law.ny
         pull = arb(bodies.pulls[number])
         if shape.stretch is not None:
-            on = _foot(shape.stretch, x, y)
+            on = _locate_foot(shape.stretch, x, y)
     else:
         reach = bodies.laws.of_round(number, radius)
         sign = -1 if shape.inside else 1
@@ -364,8 +364,8 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
             sign * (dx * ux + dy * uy),
             sign * (ux * ux + uy * uy + dx * gx + dy * gy),
         )
-        on = On.INSIDE if shape.sector is None else _place(shape.sector, dx, dy)
-        if reach.reach <= 0 or _lets_by(bodies, i, number, shape):
+        on = On.INSIDE if shape.sector is None else _locate_direction(shape.sector, dx, dy)
+        if reach.reach <= 0 or _passes_stop(bodies, i, number, shape):
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None

@@ -21,7 +21,7 @@ from carom.catalogue import catalogue
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.bounds import LowerBounds
-from carom.solvers.certified.impacts import carry_out
+from carom.solvers.certified.impacts import apply_meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import CertifiedTrace
 from carom.studies.bench.gas import gas_scene
@@ -132,7 +132,7 @@ def test_after_impacts_the_table_is_as_if_made_anew() -> None:
             if meeting is None or not meeting.decided:
                 table.raise_to(row, body, math.inf)
                 continue
-            carry_out(bodies, meeting)
+            apply_meeting(bodies, meeting)
             raised = {pair: bound for pair, bound in entries(table, bodies).items() if bound == math.inf}
             moved = [body for body in (meeting.first, meeting.second) if body >= 0]
             table.changed(*moved)

@@ -12,7 +12,7 @@ from tests.scene_builders import sure
 
 from carom import Disc, Outcome, Scene, Wall, certify
 from carom.model.trace import ImpactRecord
-from carom.solvers.certified.accumulation import _collapse
+from carom.solvers.certified.accumulation import _find_collapse
 from carom.solvers.certified.recording import RecordedImpact, Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate, Ending
 
@@ -188,7 +188,7 @@ def collapse_of(*times_s: float) -> Degeneracy | None:
     for time_s in times_s:
         record = ImpactRecord(time_s, 0, 1, (1.0, 0.0), still, still, still, still)
         log.rows.append(RecordedImpact(record, record, ()))
-    return _collapse(log, Known(found))  # type: ignore[arg-type] # all that is asked of bodies
+    return _find_collapse(log, Known(found))  # type: ignore[arg-type] # all that is asked of bodies
 
 
 def test_a_collapse_is_twenty_impacts_for_each_pair_of_bodies_within_two_units_of_the_clock() -> None:

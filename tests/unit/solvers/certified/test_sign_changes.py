@@ -11,7 +11,7 @@ from flint import arb, ctx
 from tests.cases import each, release_after
 
 from carom.solvers.certified.balls import ball
-from carom.solvers.certified.sign_changes import falls_of, squared_gap
+from carom.solvers.certified.sign_changes import find_falls, squared_gap_powers
 
 
 @pytest.fixture(autouse=True)
@@ -35,7 +35,7 @@ def test_each_fall_is_found_in_order_and_holds_its_root(seed: int) -> None:
     roots = [Fraction(rng.gauss(0.5, 1.0)) for _ in range(3)]
     roots.append(roots[0] + Fraction(rng.choice((1e-12, -1e-6, 1.0))))
     leading = rng.choice((1, -1))
-    falls = list(falls_of(powers_of(roots, leading)))
+    falls = list(find_falls(powers_of(roots, leading)))
     down = sorted(roots)[::2] if leading > 0 else sorted(roots)[1::2]
     ahead = [root for root in down if root > 0]
     assert all(fall.certain for fall in falls)
@@ -53,14 +53,14 @@ def test_a_parabola_falls_where_its_roots_say() -> None:
         roots += [roots[0] + Fraction(rng.choice((1e-9, -1e-3, 1.0)))] if seed < 300 else []
         leading = rng.choice((1, -1))
         down = sorted(roots)[0 if leading > 0 else 1 :: 2] if seed < 300 else roots[: leading < 0]
-        falls, ahead = list(falls_of(powers_of(roots, leading))), [root for root in down if root > 0]
+        falls, ahead = list(find_falls(powers_of(roots, leading))), [root for root in down if root > 0]
         assert [fall.certain for fall in falls] == [True] * len(ahead), seed
         assert all(fall.time.overlaps(ball(root)) for fall, root in zip(falls, ahead, strict=True))
 
 
 def test_a_touch_of_zero_is_not_called_certain_and_what_follows_it_is() -> None:
     """(t - 1)^2 (t - 3) (t - 4): open about 1, a fall at 3."""
-    first, second = falls_of(powers_of([Fraction(1), Fraction(1), Fraction(3), Fraction(4)]))
+    first, second = find_falls(powers_of([Fraction(1), Fraction(1), Fraction(3), Fraction(4)]))
     assert not first.certain
     assert first.time.overlaps(arb(1))
     assert first.time.rad() < arb(2) ** -40
@@ -71,23 +71,23 @@ def test_a_touch_of_zero_is_not_called_certain_and_what_follows_it_is() -> None:
 def test_what_begins_at_zero_is_told_by_its_next_power() -> None:
     """One that opens falls later; one that closes is in contact already, and that is no certain impact."""
     roots = [Fraction(0), Fraction(2), Fraction(3), Fraction(4)]
-    opens = list(falls_of(powers_of(roots, -1)))
+    opens = list(find_falls(powers_of(roots, -1)))
     assert [(float(fall.time), fall.certain) for fall in opens] == [(2.0, True), (4.0, True)]
-    closes = list(falls_of(powers_of(roots)))
+    closes = list(find_falls(powers_of(roots)))
     assert [(float(fall.time), fall.certain) for fall in closes] == [(0.0, False), (3.0, True)]
 
 
 def test_a_quartic_without_a_linear_power_is_decided() -> None:
     """Of a disc at rest under gravity: t^4 + 3 t^2 + 2 has no zero, and t^4 - 5 t^2 + 4 falls at 1 alone."""
-    assert list(falls_of([arb(2), arb(0), arb(3), arb(0), arb(1)])) == []
-    (fall,) = falls_of([arb(4), arb(0), arb(-5), arb(0), arb(1)])
+    assert list(find_falls([arb(2), arb(0), arb(3), arb(0), arb(1)])) == []
+    (fall,) = find_falls([arb(4), arb(0), arb(-5), arb(0), arb(1)])
     assert fall.certain
     assert fall.time.overlaps(arb(1))
 
 
 def test_a_fall_of_a_parabola_that_opens_almost_flat_is_narrow() -> None:
     """Of a disc that has bounced so often on a circle that its gap and speed are 1e-25 and 1e-11 of those to come."""
-    (fall,) = falls_of([arb(2.4e-32), arb(-4.7e-17), arb(-2.2e-7), arb(2.2e-8), arb(-1.3e-8)])
+    (fall,) = find_falls([arb(2.4e-32), arb(-4.7e-17), arb(-2.2e-7), arb(2.2e-8), arb(-1.3e-8)])
     assert fall.certain
     assert fall.time.rad() < fall.time * arb(2) ** -60
 
@@ -95,14 +95,19 @@ def test_a_fall_of_a_parabola_that_opens_almost_flat_is_narrow() -> None:
 def test_nothing_is_told_beyond_the_time_asked_for() -> None:
     """A leg's end cuts the search: the fall before it is found, the one after it is not."""
     powers = powers_of([Fraction(1), Fraction(2), Fraction(3), Fraction(4)])
-    assert [float(fall.time) for fall in falls_of(powers, 2.5)] == [1.0]
+    assert [float(fall.time) for fall in find_falls(powers, 2.5)] == [1.0]
 
 
 def test_wide_balls_end_the_search_soon() -> None:
     """Where the balls decide nothing, one open stretch is returned instead of many pieces."""
     wide = arb(0, 1e-3)
     falls = list(
-        falls_of([power + wide for power in squared_gap((arb(0), arb(1)), (arb(1), arb(0)), (arb(0), arb(-1)), arb(1))])
+        find_falls(
+            [
+                power + wide
+                for power in squared_gap_powers((arb(0), arb(1)), (arb(1), arb(0)), (arb(0), arb(-1)), arb(1))
+            ]
+        )
     )
     assert 1 <= len(falls) < 10
     assert not falls[0].certain
