@@ -83,7 +83,7 @@ def _on_a_floor(
 
 def _ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = _SPHERE) -> Disc:
     spin = -along / radius_m if rolls else 0.0
-    return disc(complex(0.0, radius_m), complex(along, 0.0), radius_m, spin_rad_s=spin, inertia_factor=inertia)
+    return disc(complex(0.0, radius_m), along, radius_m, spin_rad_s=spin, inertia_factor=inertia)
 
 
 def rolls_out(along: float, resists: float, friction: float) -> Staged:
@@ -179,7 +179,7 @@ def brax_58() -> Staged:
     slid = changed / (friction * g)
     rolls_s, slides_m = lasts - met - slid, changed * slid / 2.0
     scene = scene_of(
-        discs=[_ball(along, rolls=True), disc(complex(2.0 * radius + gap, radius), 0j, radius, inertia_factor=_SPHERE)],
+        discs=[_ball(along, rolls=True), disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)],
         walls=[FLOOR],
         gravity_m_s2=(0.0, -g),
         wall_friction=friction,
@@ -192,8 +192,8 @@ def brax_58() -> Staged:
         "Equal elastic spheres exchange velocities and keep their spins; angular momentum about the floor is "
         "conserved: 2/7 of v is left to the spinning sphere, 5/7 to the other"
     )
-    hit = impact(met, 0, 1, 0j, complex(along), -along / radius, 0.0)
-    final = [(complex(way, radius), complex(speed)) for way, speed in zip(ways, rolling, strict=True)]
+    hit = impact(met, 0, 1, 0, along, -along / radius, 0.0)
+    final = [(complex(way, radius), speed) for way, speed in zip(ways, rolling, strict=True)]
     spins = (-rolling[0] / radius, -rolling[1] / radius)
     return answered(scene, [hit], source, final=final, spins=spins)
 
@@ -201,7 +201,7 @@ def brax_58() -> Staged:
 def brax_151() -> Staged:
     """An elastic ball that lies on the ground stays there."""
     staged = _on_a_floor(
-        "A body at rest stays at rest", disc(complex(0.0, 0.1), 0j, 0.1), 0.0, 3.0, gravity_m_s2=9.8, restitution=1.0
+        "A body at rest stays at rest", disc(complex(0.0, 0.1), 0, 0.1), 0.0, 3.0, gravity_m_s2=9.8, restitution=1.0
     )
     return Staged(staged.scene.model_copy(update={"frame_rate_hz": 100.0}), staged.known)
 
@@ -211,7 +211,7 @@ def bullet3_2117() -> Staged:
     resists, g, speed, lasts = 0.02, 9.81, 0.5, 2.5
     slower = resists * g / (1.0 + _SPHERE)
     left, way = speed - slower * lasts, speed * lasts - slower * lasts**2 / 2.0
-    scene = scene_of(discs=[disc(0j, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts)
+    scene = scene_of(discs=[disc(0, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts)
     source = "v' = -c g/(1 + k) against the motion: the friction of a rolling ball has no other direction"
     return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
 
@@ -226,7 +226,7 @@ def matter_613() -> Staged:
 
 def bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
     """Stage a ball that is dropped, bounces infinitely often in finite time, and then rests for some time."""
-    ball = disc(complex(0.0, 0.5 + height_m), 0j, 0.5)
+    ball = disc(complex(0.0, 0.5 + height_m), 0, 0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
     source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
     return _on_a_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)

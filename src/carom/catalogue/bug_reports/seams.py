@@ -17,7 +17,7 @@ from carom.model.scene import Chain
 _LAW = "Newton's law: the velocity along the normal is reversed; a floor in pieces acts like one floor"
 
 
-def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1 + 0j) -> Staged:
+def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1) -> Staged:
     """Stage a disc that meets a wall once, half a second after the start, `at` metres along the wall.
 
     The wall is a floor at height 0. Floor and disc are rotated about the origin by `turn`.

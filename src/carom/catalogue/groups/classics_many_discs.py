@@ -17,9 +17,9 @@ def _one_into_two() -> Staged:
     cosine, sine = math.sqrt(3) / 2, 0.5
     scene = scene_of(
         discs=[
-            disc(complex(start_x, 0), complex(speed, 0), radius),
-            disc(complex(0, radius), 0j, radius),
-            disc(complex(0, -radius), 0j, radius),
+            disc(start_x, speed, radius),
+            disc(complex(0, radius), 0, radius),
+            disc(complex(0, -radius), 0, radius),
         ],
         duration_s=1.5,
     )

@@ -71,13 +71,13 @@ def _damped_stop() -> Staged:
     """A damped disc never meets a wall that is exactly as far away as the disc gets in infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
     scene = scene_of(
-        [disc(0j, complex(speed), radius)],
+        [disc(0, speed, radius)],
         walls=[Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))],
         damping_per_s=damping,
         duration_s=duration,
     )
     way, kept = speed * _undamped_s(duration, damping), math.exp(-damping * duration)
-    return answered(scene, [], f"{_LAW}: v/c in all", final=[(complex(way), complex(speed * kept))])
+    return answered(scene, [], f"{_LAW}: v/c in all", final=[(way, speed * kept)])
 
 
 def _damped_pair() -> Staged:
@@ -93,16 +93,16 @@ def _damped_pair() -> Staged:
     starts = (0.0, 2.0 * radius + gap)
     kept, left = 1.0 - damping * when, math.exp(-damping * duration)
     final = [
-        (complex(start + before * when + speed * (end - when)), complex(speed * left))
+        (start + before * when + speed * (end - when), speed * left)
         for start, before, speed in zip(starts, (fast, slow), after, strict=True)
     ]
     scene = scene_of(
-        [disc(complex(starts[0]), complex(fast), radius), disc(complex(starts[1]), complex(slow), radius, mass)],
+        [disc(starts[0], fast, radius), disc(starts[1], slow, radius, mass)],
         restitution=restitution,
         damping_per_s=damping,
         duration_s=duration,
     )
-    hit = impact(_clock_s(when, damping), 0, 1, complex(after[0] * kept), complex(after[1] * kept))
+    hit = impact(_clock_s(when, damping), 0, 1, after[0] * kept, after[1] * kept)
     return answered(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
 
 

@@ -52,7 +52,7 @@ def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
     scene = scene_of(
-        discs=[disc(complex(0, height + radius), complex(drift, 0), radius)],
+        discs=[disc(complex(0, height + radius), drift, radius)],
         walls=[FLOOR],
         wall_restitution=restitution,
         gravity_m_s2=vector(FALL),
@@ -107,7 +107,7 @@ def _box() -> Staged:
     unfolded = (start.real + velocity.real * duration) / length
     folded = abs(unfolded - 2 * round(unfolded / 2)) * length
     last = floor[-1][0]
-    end, speed = _fallen(complex(folded, 0), complex(across, landing), duration - last)
+    end, speed = _fallen(folded, complex(across, landing), duration - last)
     final = (complex(folded, end.imag) + complex(radius, radius), speed)
     source = "Sideways, gravity has no effect and the box unfolds; up and down, each hop lasts 2 u / g"
     return answered(scene, impacts, source, final=[final])
@@ -142,7 +142,7 @@ def _incline() -> Staged:
     pull, slide = -dot(FALL, normal), dot(FALL, along)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
     scene = scene_of(
-        discs=[disc((height + radius) * normal, 0j, radius)],
+        discs=[disc((height + radius) * normal, 0, radius)],
         walls=[Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))],
         wall_restitution=e,
         gravity_m_s2=vector(FALL),
