@@ -8,19 +8,10 @@ from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.model.scene import Disc, Scene
-from carom.studies.advise.run import (
-    Advice,
-    Advised,
-    Cause,
-    ClosedForm,
-    Demand,
-    HardImpact,
-    SearchEnding,
-    StepRange,
-    StepTrial,
-)
-from carom.studies.advise.sampling_limit import ContactWindow, PairLimit
-from carom.studies.advise.step_search import in_a_frame
+from carom.studies.advise.run import Advice, ClosedForm
+from carom.studies.advise.sampling_limit import Cause, ContactWindow, Demand, HardImpact, PairLimit
+from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, in_a_frame
+from carom.studies.advise.step_trial import StepTrial
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.noise import Noise, Spread

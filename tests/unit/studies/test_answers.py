@@ -17,7 +17,8 @@ from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Document, Media, Table
 from carom.studies.advise.document import advice_document
-from carom.studies.advise.run import Advice, SearchEnding, StepRange, Unable
+from carom.studies.advise.run import Advice, Unable
+from carom.studies.advise.step_search import SearchEnding, StepRange
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.document import bench_document
 from carom.studies.bench.growth_document import growth_document

@@ -30,8 +30,10 @@ from carom.report.files import require_report_extra
 from carom.report.provenance import making
 from carom.report.render.html import html
 from carom.studies.advise.figure import advice_svg
-from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchEnding, StepRange, StepTrial
-from carom.studies.advise.step_search import CONFIRM, in_a_frame
+from carom.studies.advise.run import Advice
+from carom.studies.advise.sampling_limit import Cause, HardImpact
+from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepRange, in_a_frame
+from carom.studies.advise.step_trial import StepTrial
 from carom.support.folders import write_files
 
 #: Name of the study in its output folders.
@@ -67,7 +69,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
     )
     evidence = Table(
         (
-            Column("", lambda answer: _name(answer.method)),
+            Column("", lambda answer: answer.method.label),
             Column("no miss", lambda answer: _range(answer.never_misses), number=True),
             Column("fails", lambda answer: _fails(answer, answer.never_misses), "at", number=True),
             Column(f"≤ {_angle(advice)}", lambda answer: _range(answer.demand), number=True),
@@ -119,7 +121,7 @@ def _answers(advice: Advice) -> Iterator[str]:
         yield f"{advice.scene.name}: no engine was searched."
     if needed := _yardstick(advice):
         yield f"Checking once per step (PIT) needs {needed}."
-    reasons = formatting.group_by((unable.reason, _name(unable.method)) for unable in advice.unable)
+    reasons = formatting.group_by((unable.reason, unable.method.label) for unable in advice.unable)
     for reason, names in reasons.items():
         yield f"Not run: {formatting.join_words(names)} ({reason})."
 
@@ -150,7 +152,7 @@ def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
         return "no tested step of any engine suffices"
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
-    names = [_name(answer.method) for _, answer in best]
+    names = [answer.method.label for _, answer in best]
     who = formatting.join_words(names, "or")
     any_step = all(_any(answer, found) for found, answer in best)
     steps = "any tested step ({} or more per second)" if any_step else "{} steps/s"
@@ -194,7 +196,7 @@ def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Blo
         of = ", as code:" if code else "."
         fewer = _times(advice, answer.never_misses)
         alone = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
-        yield Text(f"{_name(method)}, {kept}: {formatting.count(times, 'step')} per frame{alone}{of}", shown)
+        yield Text(f"{method.label}, {kept}: {formatting.count(times, 'step')} per frame{alone}{of}", shown)
         if code:
             yield Code(code, shown)
         words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
@@ -208,7 +210,7 @@ def _cut(advice: Advice, answer: Advised) -> bool:
 
 
 def _named(advice: Advice, method: Method) -> str:
-    return f"{_name(method)}{' +CCD' if method in advice.swept else ''}"
+    return f"{method.label}{' +CCD' if method in advice.swept else ''}"
 
 
 def _rated(answer: Advised, found: StepRange) -> str:
@@ -251,17 +253,17 @@ def _limits(advice: Advice) -> Iterator[str]:
                 continue
             passing, failing = _rates(found.coarser_passes), _rates(found.finer_failures)
             yield (
-                f"Smaller is not always better: {_name(answer.method)} {what} at {passing} steps per second, but not "
+                f"Smaller is not always better: {answer.method.label} {what} at {passing} steps per second, but not "
                 f"at {failing}."
             )
-    stopped = [_name(answer.method) for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
+    stopped = [answer.method.label for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
         yield f"The search stopped at {budget} for {formatting.join_words(stopped)}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
-            yield f"{_name(answer.method)} stopped at {_rate(last.dt_s)} steps per second: {last.reason}."
+            yield f"{answer.method.label} stopped at {_rate(last.dt_s)} steps per second: {last.reason}."
     if advice.cut is not None:
         until = formatting.seconds(advice.scene.duration_s)
         yield f"Only the time up to {until} was searched, because from the next impact on {advice.cut.value}."
@@ -284,16 +286,12 @@ def _curve(answer: Advised) -> Table:
         Column("direction error", lambda trial: _degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
-    name = f"{_name(answer.method)}, all tested steps"
+    name = f"{answer.method.label}, all tested steps"
     return Table(columns, answer.trials, title=name, folded=name, only=Media.IN_FULL)
 
 
 def _order(found: StepRange) -> float:
     return math.inf if found.passes is None else -found.passes.dt_s
-
-
-def _name(method: Method) -> str:
-    return method.label
 
 
 def _rate(dt_s: float) -> str:
@@ -327,7 +325,7 @@ def _fails(answer: Advised, found: StepRange) -> str:
 
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield the reasons why searches ended."""
-    for ending, names in formatting.group_by((one.ending, _name(one.method)) for one in rows).items():
+    for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"No finer step was tested because {ending.value}: {formatting.join_words(names)}."
 
 
@@ -335,7 +333,7 @@ def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield, for each method that refuses steps, the reason for the finest refused step."""
     for one in rows:
         if one.refused_s is not None:
-            yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps per second ({one.refusal})."
+            yield f"Not run: {one.method.label} at {_rate(one.refused_s)} steps per second ({one.refusal})."
 
 
 def _direction(answer: Advised) -> str:

@@ -26,26 +26,10 @@ from carom.execution.reference import solve_reference
 from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.studies.advise.hardest_impacts import Cause, Demand, HardImpact, hardest_impacts
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, StepSearch
+from carom.studies.advise.sampling_limit import Demand, HardImpact, hardest_impacts
+from carom.studies.advise.step_search import Advised, StepSearch
 from carom.studies.advise.step_trial import StepTrial, starts_of, try_starts
-
-__all__ = [
-    "Advice",
-    "Advised",
-    "Cause",
-    "ClosedForm",
-    "Demand",
-    "HardImpact",
-    "ReferenceCut",
-    "SearchEnding",
-    "StepRange",
-    "StepTrial",
-    "Unable",
-    "advise",
-    "hardest_impacts",
-]
 
 #: Number of hardest impacts for which start positions are chosen.
 AIMED = 3

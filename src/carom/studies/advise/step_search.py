@@ -9,7 +9,7 @@ from enum import Enum
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
-from carom.studies.advise.hardest_impacts import Demand
+from carom.studies.advise.sampling_limit import Demand
 from carom.studies.advise.step_trial import StepTrial, most_steps
 
 #: Number of evenly spread starts at which a result is confirmed.

@@ -44,7 +44,7 @@ def _on_a_floor(
     duration_s: float,
     *,
     up: float = 0.0,
-    velocity: complex = 0j,
+    velocity: complex = 0,
     tangent: float = 0.0,
     **of: Any,
 ) -> Scene:

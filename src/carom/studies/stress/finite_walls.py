@@ -54,11 +54,11 @@ def _thin_wall(value: float, phase: float) -> Trial:
         "thin-wall",
         f"A disc that moves {number(value, 3)} radii per step meets a wall without thickness head-on.",
         phase,
-        complex(-_RADIUS_M - speed * _until(phase), 0.0),
-        complex(speed),
+        -_RADIUS_M - speed * _until(phase),
+        speed,
         _upright(),
     )
-    return _once(scene, complex(-speed))
+    return _once(scene, -speed)
 
 
 @attack_at_phases
@@ -68,11 +68,11 @@ def _paddle(value: float, phase: float) -> Trial:
         "paddle",
         f"A wall without thickness moves {number(value, 3)} radii per step, head-on at a disc at rest.",
         phase,
-        complex(_RADIUS_M + speed * _until(phase)),
-        0j,
+        _RADIUS_M + speed * _until(phase),
+        0,
         _upright(velocity_m_s=(speed, 0.0)),
     )
-    return _once(scene, complex(2.0 * speed))
+    return _once(scene, 2.0 * speed)
 
 
 @attack_at_phases
@@ -81,11 +81,11 @@ def _wall_width(value: float, phase: float) -> Trial:
         "wall-width",
         f"A disc meets a wall of half width {metres(value)} head-on.",
         phase,
-        complex(-value - _RADIUS_M - _SPEED_M_S * _until(phase), 0.0),
-        complex(_SPEED_M_S),
+        -value - _RADIUS_M - _SPEED_M_S * _until(phase),
+        _SPEED_M_S,
         _upright(half_width_m=value),
     )
-    return _once(scene, complex(-_SPEED_M_S))
+    return _once(scene, -_SPEED_M_S)
 
 
 @attack_at_phases
@@ -103,8 +103,8 @@ def _wall_end(value: float, phase: float) -> Trial:
         f"A disc grazes the end of a thin wall, where 1 - b/R is {number(value, 3)}.",
         phase,
         complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height),
-        complex(_SPEED_M_S),
-        edges(-1j * _HALF_LENGTH_M, 0j),
+        _SPEED_M_S,
+        edges(-1j * _HALF_LENGTH_M, 0),
     )
     return _once(scene, after)
 
@@ -145,7 +145,7 @@ def _corner(value: float, phase: float) -> Trial:
         phase,
         start,
         velocity,
-        edges(side, 0j, side * cmath.exp(1j * angle)),
+        edges(side, 0, side * cmath.exp(1j * angle)),
     )
     across = -1j * cmath.exp(1j * angle)
     sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
@@ -167,11 +167,11 @@ def _legs(value: float, phase: float) -> Trial:
         "legs",
         f"A wall that turns {legs - 1} times strikes a disc at rest.",
         phase,
-        complex(_RADIUS_M + moved),
-        0j,
+        _RADIUS_M + moved,
+        0,
         _upright(legs=path),
     )
-    return _once(scene, complex(2.0 * speeds[-1]))
+    return _once(scene, 2.0 * speeds[-1])
 
 
 def wall_attacks() -> list[Attack]:

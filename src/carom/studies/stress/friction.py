@@ -82,7 +82,7 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
     """Make a trial of a spinning disc of unit mass that hits an equal disc at rest head-on."""
     dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
     begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
-    discs = [disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0j, 0j, _RADIUS_M)]
+    discs = [disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0, 0, _RADIUS_M)]
     scene = attacked(name, shows, discs, friction=friction)
     rim = _RADIUS_M * spin_rad_s
     impulse = _tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))

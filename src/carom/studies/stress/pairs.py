@@ -47,8 +47,8 @@ def _meeting(
     contact = 2 * radius
     across = offset * contact
     along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * dt * (STEPS_BEFORE + phase)
-    striker = disc(complex(origin - along, origin), complex(speed), radius)
-    scene = attacked(name, shows, [striker, disc(complex(origin, origin + across), 0j, radius, mass)])
+    striker = disc(complex(origin - along, origin), speed, radius)
+    scene = attacked(name, shows, [striker, disc(complex(origin, origin + across), 0, radius, mass)])
     return Trial(scene, velocity_judge(true_motion(scene), scene))
 
 
