@@ -84,7 +84,7 @@ def direction_limit(
     centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
     course = math.atan2(uy, ux)
     start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - course
-    turn = _turn(window)
+    turn = _turning_angle(window)
     if radius == 0.0 or turn == 0.0:
         return math.inf
 
@@ -104,16 +104,16 @@ def direction_limit(
             swept = (math.atan2(sign * place[1], sign * place[0]) - start) % math.tau
             crossings.append(swept if turn > 0 else math.tau - swept)
     within = [swept for swept in crossings if 0.0 < swept < abs(turn)]
-    return _lateness(window, math.copysign(min(within), turn)) if within else math.inf
+    return _delay_of_angle(window, math.copysign(min(within), turn)) if within else math.inf
 
 
-def _turn(window: ContactWindow) -> float:
+def _turning_angle(window: ContactWindow) -> float:
     """Return the signed angle by which w turns from contact to closest approach, radians; 0 head-on."""
     share = min(1.0, window.share)
     return math.copysign(2.0 * math.acos(share), window.miss_m) if share > 0.0 else 0.0
 
 
-def _lateness(window: ContactWindow, swept: float) -> float:
+def _delay_of_angle(window: ContactWindow, swept: float) -> float:
     """Return the time after which w has turned by an angle, seconds."""
     along = window.length_s * window.speed_m_s
     aside = abs(window.miss_m)
@@ -223,15 +223,15 @@ class HardImpact:
 
 def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
     """Return the largest steps for each impact of a reference, beginning with the hardest impact."""
-    found = [_hard(reference, k, demand) for k in range(len(reference.impacts))]
+    found = [_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 
 
-def _hard(reference: Trace, number: int, demand: Demand) -> HardImpact:
+def _hard_impact(reference: Trace, number: int, demand: Demand) -> HardImpact:
     impact, scene = reference.impacts[number], reference.scene
     first, second, at = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
     if second < 0:
-        return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), _of_wall(scene, second))
+        return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), _cause_of_wall(scene, second))
     fields = ("normal", "velocity_first_before", "velocity_second_before")
     normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
     one, other = scene.discs[first], scene.discs[second]
@@ -248,5 +248,5 @@ def _hard(reference: Trace, number: int, demand: Demand) -> HardImpact:
     return HardImpact(at, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)
 
 
-def _of_wall(scene: Scene, body: int) -> Cause:
+def _cause_of_wall(scene: Scene, body: int) -> Cause:
     return Cause.WALL if isinstance(scene.walls[wall_index(body)], Wall) else Cause.EDGE

@@ -136,7 +136,7 @@ def _lost(point: dict[str, Any]) -> int:
     return int(point["missed"]) + int(point["spurious"])
 
 
-def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
+def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
     """Return each scored point that is also in the baseline. PIT's points are omitted, because ratios refer to them."""
     both = [
         (scene.scene.name, point, found)

@@ -24,7 +24,7 @@ from carom.support.formatting import number
 NOTICED = 0.01
 
 
-def run_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
+def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Return the result of a reported bug and a method, with its scene."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
@@ -35,12 +35,12 @@ def run_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> U
     if answer.value is None:
         seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
-        seen, figure, reason = shows(complaint, answer.value)
+        seen, figure, reason = find_symptom(complaint, answer.value)
     result = CellResult(
         "complaint",
         line,
         method.name,
-        CellEnding.STILL_DOES if seen else CellEnding.DOES_NOT,
+        CellEnding.SEEN if seen else CellEnding.NOT_SEEN,
         value=figure if math.isfinite(figure) else None,
         reason=reason if seen or not reason else f"not as reported, but {reason}",
         runs=1,
@@ -49,7 +49,7 @@ def run_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> U
     return UnsavedResult(result, (scene,))
 
 
-def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
+def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows the reported bug, the deviation, and the reason in words.
 
     The deviation is the energy error if the report is about energy or nothing else is known. Otherwise the deviation is

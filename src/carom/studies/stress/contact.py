@@ -15,7 +15,7 @@ from typing import Any
 from carom.catalogue.closed_forms import disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Scene
-from carom.studies.stress.attack import Attack, Trial, attack, attack_at_phases, build_attack, closed_form_judge
+from carom.studies.stress.attack import Trial, attack, attack_at_phases, build_attack, closed_form_judge
 from carom.studies.stress.friction import spin_judge
 from carom.studies.stress.pairs import RATE_HZ, attacked
 from carom.support.formatting import number

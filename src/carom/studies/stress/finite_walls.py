@@ -11,7 +11,7 @@ from carom.catalogue.closed_forms import disc
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain, Scene, Wall
 from carom.model.walls import Leg, drive_of
-from carom.studies.stress.attack import Attack, Trial, attack_at_phases, closed_form_judge, velocity_judge
+from carom.studies.stress.attack import Trial, attack_at_phases, closed_form_judge, velocity_judge
 from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, attacked
 from carom.studies.stress.true_motion import true_motion
 from carom.support.formatting import metres, number

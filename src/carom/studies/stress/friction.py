@@ -15,7 +15,7 @@ from carom.catalogue.closed_forms import disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector
-from carom.studies.stress.attack import PHASES, TOLERANCE, Attack, Judge, Judgement, Trial, attack, closed_form_judge
+from carom.studies.stress.attack import PHASES, TOLERANCE, Judge, Judgement, Trial, attack, closed_form_judge
 from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, attacked
 from carom.support.formatting import number
 
@@ -155,6 +155,6 @@ def _rolling(value: float) -> list[Trial]:
     return [Trial(scene, spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
 
 
-def rough_attacks() -> list[Attack]:
+def friction_attacks() -> list[Attack]:
     """Return the attacks with friction and spin."""
     return [_friction, _spin, _inertia, _grip_chain, _rolling]

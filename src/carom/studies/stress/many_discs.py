@@ -13,7 +13,6 @@ from carom.catalogue.groups.classics_walled import box_walls
 from carom.model.scene import Disc, Scene, Wall
 from carom.studies.stress.attack import (
     PHASES,
-    Attack,
     Judge,
     Trial,
     attack,
@@ -212,7 +211,7 @@ def _unstable_orbit(bounces: float) -> list[Trial]:
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 
 
-def crowd_attacks() -> list[Attack]:
+def many_disc_attacks() -> list[Attack]:
     """Return the attacks with many discs or many impacts."""
     return [
         *(_cradle_gap, _crowded_frame, _at_once, _packing),

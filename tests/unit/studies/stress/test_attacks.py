@@ -24,7 +24,7 @@ from carom.studies.stress import attack as stress_attack
 from carom.studies.stress.attack import Attack, Trial
 from carom.studies.stress.contact import contact_attacks
 from carom.studies.stress.finite_walls import wall_attacks
-from carom.studies.stress.friction import rough_attacks
+from carom.studies.stress.friction import friction_attacks
 from carom.studies.stress.run import attacks
 
 ATTACKS = [attack for _, attack in attacks()]
@@ -174,7 +174,7 @@ def test_both_sides_of_a_threshold_are_tried_to_a_rounding() -> None:
         assert above - below <= 8.0 * 2.0**-52 * at
 
 
-ROUGH = {attack.name: attack for attack in rough_attacks()}
+ROUGH = {attack.name: attack for attack in friction_attacks()}
 
 
 @each("name", [name for name in ROUGH if name != "rolling"])
