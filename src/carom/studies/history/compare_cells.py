@@ -224,6 +224,9 @@ class _Measure:
     of: Callable[[ReleaseRun], float]
     rounding: Callable[[ReleaseRun], float]
 
+    def describe(self, before: Sequence[float], after: Sequence[float]) -> str:
+        return f"{self.name}: {_format_range(before)} before, {_format_range(after)} now"
+
 
 def _rounding(ran: ReleaseRun) -> float:
     return THRESHOLDS.rounding_of(ran.float_bits)
@@ -315,9 +318,8 @@ def _separated(
         if any(map(math.isnan, (*before, *after))):
             continue
         more, less = _gaps(np.array(before), np.array(after)) > _largest_rounding(measure, (*old, *new))
-        why = f"{measure.name}: {_format_range(before)} before, {_format_range(after)} now"
         if more or less:
-            yield ChangeKind.WORSE if more else ChangeKind.BETTER, why
+            yield ChangeKind.WORSE if more else ChangeKind.BETTER, measure.describe(before, after)
 
 
 def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -351,7 +353,7 @@ def _all_ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterato
     for measure in (*_MOTION, *_CONTACTS):
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if sorted(map(repr, before)) != sorted(map(repr, after)):
-            yield f"{measure.name}: {_format_range(before)} before, {_format_range(after)} now"
+            yield measure.describe(before, after)
 
 
 def _format_range(values: Sequence[float]) -> str:

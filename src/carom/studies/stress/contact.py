@@ -166,7 +166,6 @@ def _both(value: float) -> Sequence[float]:
     return [value, 1.0 / value] if value else [value]
 
 
-def contact_attacks() -> list[Attack]:
-    """Return the attacks with a disc on a wall under gravity."""
-    slopes = [build_attack(name, partial(_slopes, name)) for name in _STEEPEST]
-    return [_lively, _rests, *slopes, _slide_friction, _rolling_resistance]
+_SLOPES = [build_attack(name, partial(_slopes, name)) for name in _STEEPEST]
+#: Attacks with a disc on a wall under gravity.
+CONTACT_ATTACKS = (_lively, _rests, *_SLOPES, _slide_friction, _rolling_resistance)

@@ -13,7 +13,7 @@ from carom.engines.registry import engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Document, Headline, Legend, Lines, Media, Section, Table, Text
-from carom.report.files import as_json
+from carom.report.files import as_json, fields_of
 from carom.report.provenance import making
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
@@ -347,5 +347,11 @@ def _json(results: StressResults) -> str:
             {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
             for method, engine in zip(results.methods, engines, strict=True)
         ],
-        lines=[{**asdict(line), "cells": [result for _, result in _cells_of(results, line)]} for line in results.lines],
+        lines=[
+            {
+                **asdict(line),
+                "cells": [{**fields_of(one), "ending": one.ending.in_files} for _, one in _cells_of(results, line)],
+            }
+            for line in results.lines
+        ],
     )

@@ -174,6 +174,5 @@ def _legs(value: float, phase: float) -> Trial:
     return _once(scene, 2.0 * speeds[-1])
 
 
-def wall_attacks() -> list[Attack]:
-    """Return the attacks with a disc and a finite wall."""
-    return [_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner]
+#: Attacks with a disc and a finite wall.
+WALL_ATTACKS = (_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner)

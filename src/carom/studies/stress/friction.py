@@ -155,6 +155,5 @@ def _rolling(value: float) -> list[Trial]:
     return [Trial(scene, spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
 
 
-def friction_attacks() -> list[Attack]:
-    """Return the attacks with friction and spin."""
-    return [_friction, _spin, _inertia, _grip_chain, _rolling]
+#: Attacks with friction and spin.
+FRICTION_ATTACKS = (_friction, _spin, _inertia, _grip_chain, _rolling)

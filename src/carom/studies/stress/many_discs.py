@@ -211,9 +211,8 @@ def _unstable_orbit(bounces: float) -> list[Trial]:
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 
 
-def many_disc_attacks() -> list[Attack]:
-    """Return the attacks with many discs or many impacts."""
-    return [
-        *(_cradle_gap, _crowded_frame, _at_once, _packing),
-        *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),
-    ]
+#: Attacks with many discs or many impacts.
+MANY_DISC_ATTACKS = (
+    *(_cradle_gap, _crowded_frame, _at_once, _packing),
+    *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),
+)

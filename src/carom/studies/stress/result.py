@@ -40,10 +40,25 @@ class CellEnding(StrEnum):
     NOT_SEEN = "not seen"
     NOT_RUN = "not run"
 
+    @property
+    def in_files(self) -> str:
+        """Name in ``stress.json``, which does not change when a member is renamed."""
+        return _NAMES_IN_FILES.get(self, self.name.lower())
+
     @classmethod
     def _missing_(cls, value: object) -> CellEnding | None:
         """Return the ending for a phrase of an earlier version."""
         return cls(_EARLIER_PHRASES[value]) if isinstance(value, str) and value in _EARLIER_PHRASES else None
+
+
+_NAMES_IN_FILES = {
+    CellEnding.FAILS_AT_SIZE: "gives_way",
+    CellEnding.PASSES: "stands",
+    CellEnding.FAILS_AT_START: "never_stood",
+    CellEnding.VIOLATED: "fails",
+    CellEnding.SEEN: "still_does",
+    CellEnding.NOT_SEEN: "does_not",
+}
 
 
 @dataclass(frozen=True)

@@ -21,13 +21,13 @@ from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.studies.stress.attack import Attack
 from carom.studies.stress.bug_reports import check_complaint
-from carom.studies.stress.contact import contact_attacks
+from carom.studies.stress.contact import CONTACT_ATTACKS
 from carom.studies.stress.failure_search import find_failure
-from carom.studies.stress.finite_walls import wall_attacks
-from carom.studies.stress.friction import friction_attacks
-from carom.studies.stress.many_discs import many_disc_attacks
+from carom.studies.stress.finite_walls import WALL_ATTACKS
+from carom.studies.stress.friction import FRICTION_ATTACKS
+from carom.studies.stress.many_discs import MANY_DISC_ATTACKS
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.pairs import RATE_HZ, pair_attacks
+from carom.studies.stress.pairs import PAIR_ATTACKS, RATE_HZ
 from carom.studies.stress.relations import HOLDS, check_relation, relations
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest, UnsavedResult
 from carom.support.escaping import named_hints
@@ -51,13 +51,13 @@ stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[Cel
 StressTask = tuple[StressTest, Callable[[Method, TaskRunner], UnsavedResult]]
 
 
-#: Groups of attacks, with a description of each.
+#: Attacks by group.
 GROUPS = {
-    "pairs": pair_attacks,
-    "crowds": many_disc_attacks,
-    "friction": friction_attacks,
-    "walls": wall_attacks,
-    "contact": contact_attacks,
+    "pairs": PAIR_ATTACKS,
+    "crowds": MANY_DISC_ATTACKS,
+    "friction": FRICTION_ATTACKS,
+    "walls": WALL_ATTACKS,
+    "contact": CONTACT_ATTACKS,
 }
 #: Attacks with moving walls.
 DRIVEN = ("paddle", "legs")
@@ -69,7 +69,7 @@ def attacks() -> list[tuple[str, Attack]]:
     return [
         ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
         for group, of_group in GROUPS.items()
-        for attack in of_group()
+        for attack in of_group
     ]
 
 
