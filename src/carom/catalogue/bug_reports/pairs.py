@@ -24,12 +24,8 @@ def head_on(
 ) -> Staged:
     """Stage two discs that meet head-on; the first starts at the origin and moves to the right."""
     (v0, v1), (r0, r1), (m0, m1) = speeds, radius_m, mass_kg
-    scene = scene_of(
-        discs=[disc(0, v0, r0, m0), disc(r0 + r1 + gap_m, v1, r1, m1)],
-        restitution=restitution,
-        duration_s=duration_s,
-        frame_rate_hz=rate_hz,
-    )
+    discs = [disc(0, v0, r0, m0), disc(r0 + r1 + gap_m, v1, r1, m1)]
+    scene = scene_of(discs, restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
     after = after_impact(m0, v0, m1, v1, 1, restitution)
     return answered(scene, [impact(gap_m / (v0 - v1), 0, 1, *after)], _NEWTON)
 
@@ -76,15 +72,13 @@ def box2d_1094() -> Staged:
 def pooltool_354() -> Staged:
     """Two pairs of discs touch: one pair moves together, the other moves apart, and there is no impact."""
     radius = 0.25
-    scene = scene_of(
-        discs=[
-            disc(0, 1 + 0.5j, radius),
-            disc(0.5, 1 + 0.5j, radius),
-            disc(0 - 3j, -1, radius),
-            disc(0.5 - 3j, 0.5, radius),
-        ],
-        duration_s=1.0,
-    )
+    discs = [
+        disc(0, 1 + 0.5j, radius),
+        disc(0.5, 1 + 0.5j, radius),
+        disc(0 - 3j, -1, radius),
+        disc(0.5 - 3j, 0.5, radius),
+    ]
+    scene = scene_of(discs, duration_s=1.0)
     return answered(scene, [], "Bodies that touch but do not approach exchange no impulse")
 
 
@@ -99,11 +93,8 @@ def visualchemeng_10() -> Staged:
 def dynamo_57() -> Staged:
     """Three discs in a line with restitution 1/16 have infinitely many impacts in a finite time."""
     radius = 0.25
-    scene = scene_of(
-        discs=[disc(-0.75, 1, radius), disc(0, 0, radius), disc(0.75, -1, radius)],
-        restitution=0.0625,
-        duration_s=2.0,
-    )
+    discs = [disc(-0.75, 1, radius), disc(0, 0, radius), disc(0.75, -1, radius)]
+    scene = scene_of(discs, restitution=0.0625, duration_s=2.0)
     source = (
         "Below a restitution of 7 - 4 sqrt(3), three equal discs in a line collide infinitely often and stay "
         "together, with their centre of mass at rest (S. McNamara and W. R. Young, Phys. Fluids A 4, 496, 1992)"

@@ -126,15 +126,8 @@ def cannon_345() -> Staged:
 
 def nphysics_204() -> Staged:
     """A sphere that is released on a slope stays at rest."""
-    return _on_a_floor(
-        "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance",
-        _ball(0.0, rolls=True),
-        0.0,
-        5.0,
-        fall=0.05,
-        friction=0.5,
-        resists=0.1,
-    )
+    source = "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance"
+    return _on_a_floor(source, _ball(0.0, rolls=True), 0.0, 5.0, fall=0.05, friction=0.5, resists=0.1)
 
 
 def reactphysics3d_13() -> Staged:
@@ -178,13 +171,9 @@ def brax_58() -> Staged:
     met, changed = gap / along, 2.0 * along / 7.0
     slid = changed / (friction * g)
     rolls_s, slides_m = lasts - met - slid, changed * slid / 2.0
+    discs = [_ball(along, rolls=True), disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)]
     scene = scene_of(
-        discs=[_ball(along, rolls=True), disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)],
-        walls=[FLOOR],
-        gravity_m_s2=(0.0, -g),
-        wall_friction=friction,
-        wall_restitution=0.0,
-        duration_s=lasts,
+        discs, walls=[FLOOR], gravity_m_s2=(0.0, -g), wall_friction=friction, wall_restitution=0.0, duration_s=lasts
     )
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)

@@ -68,12 +68,9 @@ def godot_65204() -> Staged:
     before = 2 - 1j - 1j * pull * time
     start = -0.125 + 1j * radius - (2 - 1j) * time + 0.5j * pull * time**2
     after = after_wall(before, 1j, restitution)
+    discs = [disc(start, 2 - 1j, radius)]
     scene = scene_of(
-        [disc(start, 2 - 1j, radius)],
-        walls=[edges(-4, 4, pieces=16)],
-        wall_restitution=restitution,
-        gravity_m_s2=(0.0, -pull),
-        duration_s=end,
+        discs, walls=[edges(-4, 4, pieces=16)], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=end
     )
     left = end - time
     final = -0.125 + 1j * radius + after * left - 0.5j * pull * left**2, after - 1j * pull * left

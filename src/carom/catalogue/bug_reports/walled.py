@@ -59,12 +59,8 @@ def pooltool_217_touching() -> Staged:
 def nimble_143() -> Staged:
     """A ball bounces off a wall, and meets the ball that follows it."""
     radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
-    scene = scene_of(
-        discs=[disc(first, v1, radius), disc(second, v2, radius)],
-        walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))],
-        duration_s=1.25,
-        frame_rate_hz=100.0,
-    )
+    discs = [disc(first, v1, radius), disc(second, v2, radius)]
+    scene = scene_of(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=1.25, frame_rate_hz=100.0)
     at_wall = (wall - radius - first) / v1
     met = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
     impacts = [impact(at_wall, 0, -1, -v1), impact(met, 0, 1, v2, -v1)]
@@ -123,11 +119,8 @@ def gama_556() -> Staged:
     radius, wall, gap, slit, speed = 0.25, 2.0, 0.5, 0.01, 2.0
     first = wall - radius - gap
     second = first - 2 * radius - slit
-    scene = scene_of(
-        discs=[disc(first, speed, radius), disc(second, speed, radius)],
-        walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))],
-        duration_s=0.75,
-    )
+    discs = [disc(first, speed, radius), disc(second, speed, radius)]
+    scene = scene_of(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=0.75)
     at_wall = gap / speed
     met = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
     back = met + slit / (2 * speed)  # the first returns by half of the slit

@@ -19,10 +19,8 @@ def _sorting() -> Staged:
     ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
     n = len(ghost)
-    scene = scene_of(
-        discs=[disc(g + 2 * radius * k, v, radius) for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))],
-        duration_s=1.75,
-    )
+    discs = [disc(g + 2 * radius * k, v, radius) for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))]
+    scene = scene_of(discs, duration_s=1.75)
     crossings = sorted(
         ((ghost[b] - ghost[a]) / (velocity[a] - velocity[b]), a, b)
         for a, b in combinations(range(n), 2)
@@ -49,14 +47,11 @@ def _galperin_100() -> Staged:
     radius_light, radius_heavy = 0.1, 0.3
     # Gaps to the wall, with every radius and diameter between removed.
     gap_light, gap_heavy = 0.5, 1.2
-    scene = scene_of(
-        discs=[
-            disc(gap_light + radius_light, 0, radius_light, light),
-            disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
-        duration_s=2.0,
-    )
+    discs = [
+        disc(gap_light + radius_light, 0, radius_light, light),
+        disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
+    ]
+    scene = scene_of(discs, walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))], duration_s=2.0)
     # In coordinates that are scaled by the root of the mass, the pair is a single point. The point moves between the
     # wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
@@ -122,14 +117,8 @@ def _between_fixed() -> Staged:
     """A disc bounces between two immovable discs, along their axis: an unstable periodic orbit."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
-    scene = scene_of(
-        discs=[
-            disc(-half_distance, 0, fixed, math.inf),
-            disc(0, speed, radius),
-            disc(half_distance, 0, fixed, math.inf),
-        ],
-        duration_s=2.25,
-    )
+    discs = [disc(-half_distance, 0, fixed, math.inf), disc(0, speed, radius), disc(half_distance, 0, fixed, math.inf)]
+    scene = scene_of(discs, duration_s=2.25)
     impacts = []
     for n in range(int((scene.duration_s * speed + reach) / (2 * reach))):
         time = (2 * n + 1) * reach / speed

@@ -15,14 +15,8 @@ def _one_into_two() -> Staged:
     radius, speed, start_x = 0.25, 1.0, -1.1
     # The three centres are an equilateral triangle, so the normals are at 30 degrees to the path.
     cosine, sine = math.sqrt(3) / 2, 0.5
-    scene = scene_of(
-        discs=[
-            disc(start_x, speed, radius),
-            disc(complex(0, radius), 0, radius),
-            disc(complex(0, -radius), 0, radius),
-        ],
-        duration_s=1.5,
-    )
+    discs = [disc(start_x, speed, radius), disc(complex(0, radius), 0, radius), disc(complex(0, -radius), 0, radius)]
+    scene = scene_of(discs, duration_s=1.5)
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
     # Equal masses: the struck disc takes the component along the normal, cos 30 of the speed; the striker keeps the

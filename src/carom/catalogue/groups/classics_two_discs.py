@@ -46,10 +46,8 @@ def _deflection() -> Staged:
     radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
     contact = radius + fixed
     miss_distance = contact / 2
-    scene = scene_of(
-        discs=[disc(complex(start_x, -miss_distance), speed, radius), disc(0, 0, fixed, math.inf)],
-        duration_s=1.25,
-    )
+    discs = [disc(complex(start_x, -miss_distance), speed, radius), disc(0, 0, fixed, math.inf)]
+    scene = scene_of(discs, duration_s=1.25)
     time = (-start_x - math.sqrt(contact**2 - miss_distance**2)) / speed
     deflection = math.pi - 2 * math.asin(miss_distance / contact)
     # The fixed disc is to the left of the path, so the moving disc turns to the right.
@@ -69,20 +67,16 @@ def _miss() -> Staged:
     """A disc passes another at 1.001 of the contact distance: no impact."""
     # The discs are nearest after .6 s, at 1.001 contact distances.
     contact, speed, nearest = 0.5, 3.0, 0.6
-    scene = scene_of(
-        discs=[disc(-speed * nearest, speed, 0.3), disc(1.001j * contact, 0, 0.2)],
-        duration_s=1.25,
-    )
+    discs = [disc(-speed * nearest, speed, 0.3), disc(1.001j * contact, 0, 0.2)]
+    scene = scene_of(discs, duration_s=1.25)
     return answered(scene, [], "The least distance of the centres exceeds the sum of the radii")
 
 
 def _touching_apart() -> Staged:
     """Two discs touch at the start and move apart: no impact."""
     radius = 0.25
-    scene = scene_of(
-        discs=[disc(-radius, -1 + 0.5j, radius), disc(radius, 2 + 0.25j, radius)],
-        duration_s=1.0,
-    )
+    discs = [disc(-radius, -1 + 0.5j, radius), disc(radius, 2 + 0.25j, radius)]
+    scene = scene_of(discs, duration_s=1.0)
     return answered(scene, [], "Bodies that do not approach exchange no impulse")
 
 

@@ -120,12 +120,8 @@ def _restitution_ladder() -> Staged:
     radius, width, e = 0.1, 1.7, 0.8
     start_x, velocity = 0.6, 11 + 0.3j
     first, length = width - radius - start_x, width - 2 * radius
-    scene = scene_of(
-        discs=[disc(start_x, velocity, radius)],
-        walls=box_walls(width, width)[:2],
-        wall_restitution=e,
-        duration_s=3.0,
-    )
+    discs = [disc(start_x, velocity, radius)]
+    scene = scene_of(discs, walls=box_walls(width, width)[:2], wall_restitution=e, duration_s=3.0)
     impacts: list[KnownImpact] = []
     while True:
         n = len(impacts)
@@ -162,14 +158,11 @@ def _bank_shot() -> Staged:
     struck = complex(0, radius) + outgoing * (time_2 - time_1)
     normal = normal_of_offset(outgoing, 0.4)
     after, target_after = after_impact(1.0, outgoing, 1.0, 0, normal)
-    scene = scene_of(
-        discs=[
-            disc(complex(0, radius) - incoming * time_1, incoming, radius),
-            disc(struck + 2 * radius * normal, 0, radius),
-        ],
-        walls=[FLOOR],
-        duration_s=1.75,
-    )
+    discs = [
+        disc(complex(0, radius) - incoming * time_1, incoming, radius),
+        disc(struck + 2 * radius * normal, 0, radius),
+    ]
+    scene = scene_of(discs, walls=[FLOOR], duration_s=1.75)
     impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
     source = "Computed backwards from both impacts: the path to the wall is the mirror image of the path from it"
     return answered(scene, impacts, source)

@@ -209,13 +209,9 @@ def _edge() -> Staged:
 
 def _pressed() -> Staged:
     """A disc falls onto one that lies on the floor; whether it leaves depends on the order of impacts."""
+    discs = [disc(0.5j, 0, 0.5), disc(1.7j, 0, 0.5)]
     scene = scene_of(
-        discs=[disc(0.5j, 0, 0.5), disc(1.7j, 0, 0.5)],
-        walls=[FLOOR],
-        gravity_m_s2=(0.0, -_G),
-        restitution=0.5,
-        wall_restitution=0.0,
-        duration_s=1.0,
+        discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), restitution=0.5, wall_restitution=0.0, duration_s=1.0
     )
     known = KnownAnswer(
         "Newton's law of restitution, one impact after the other",

@@ -70,12 +70,8 @@ def _damped_box() -> Staged:
 def _damped_stop() -> Staged:
     """A damped disc never meets a wall that is exactly as far away as the disc gets in infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
-    scene = scene_of(
-        [disc(0, speed, radius)],
-        walls=[Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))],
-        damping_per_s=damping,
-        duration_s=duration,
-    )
+    walls = [Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))]
+    scene = scene_of([disc(0, speed, radius)], walls=walls, damping_per_s=damping, duration_s=duration)
     way, kept = speed * _undamped_s(duration, damping), math.exp(-damping * duration)
     return answered(scene, [], f"{_LAW}: v/c in all", final=[(way, speed * kept)])
 
@@ -96,12 +92,8 @@ def _damped_pair() -> Staged:
         (start + before * when + speed * (end - when), speed * left)
         for start, before, speed in zip(starts, (fast, slow), after, strict=True)
     ]
-    scene = scene_of(
-        [disc(starts[0], fast, radius), disc(starts[1], slow, radius, mass)],
-        restitution=restitution,
-        damping_per_s=damping,
-        duration_s=duration,
-    )
+    discs = [disc(starts[0], fast, radius), disc(starts[1], slow, radius, mass)]
+    scene = scene_of(discs, restitution=restitution, damping_per_s=damping, duration_s=duration)
     hit = impact(_clock_s(when, damping), 0, 1, after[0] * kept, after[1] * kept)
     return answered(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
 

@@ -162,13 +162,8 @@ def on_a_lift(rise: float) -> Staged:
     top = 0.5 * (leaving / restitution) ** 2 / pull
     end = complex(0.0, radius + rise * duration + top), complex(0.0, rise)
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, rise))
-    scene = scene_of(
-        [disc(complex(0.0, radius + height), 0, radius)],
-        walls=[floor],
-        wall_restitution=restitution,
-        gravity_m_s2=(0.0, -pull),
-        duration_s=duration,
-    )
+    discs = [disc(complex(0.0, radius + height), 0, radius)]
+    scene = scene_of(discs, walls=[floor], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=duration)
     return answered(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])
 
 

@@ -34,10 +34,8 @@ def _crawl() -> Staged:
 def _near_miss() -> Staged:
     """A disc passes another at a distance of 1 mm: margins that act before bodies touch cause an impact."""
     radius, speed, nearest, gap = 0.25, 3.0, 0.6, 0.001
-    scene = scene_of(
-        [disc(-speed * nearest, speed, radius), disc(complex(0, 2 * radius + gap), 0, radius)],
-        duration_s=1.25,
-    )
+    discs = [disc(-speed * nearest, speed, radius), disc(complex(0, 2 * radius + gap), 0, radius)]
+    scene = scene_of(discs, duration_s=1.25)
     return answered(scene, [], "The least distance of the centres exceeds the sum of the radii by the gap")
 
 

@@ -46,15 +46,12 @@ def _wrong_direction() -> Staged:
     normal_2 = normal_of_offset(blue_between, 0.3)
     blue_after, red_after = after_impact(1.0, blue_between, heavy, 0, normal_2)
     red = blue_between * (time_2 - time_1) + 2 * radius * normal_2
-    scene = scene_of(
-        discs=[
-            disc(-2 * radius * normal_1 - green * time_1, green, radius),
-            disc(-blue * time_1, blue, radius),
-            disc(red, 0, radius, heavy),
-        ],
-        duration_s=1.25,
-        frame_rate_hz=_FILM_HZ,
-    )
+    discs = [
+        disc(-2 * radius * normal_1 - green * time_1, green, radius),
+        disc(-blue * time_1, blue, radius),
+        disc(red, 0, radius, heavy),
+    ]
+    scene = scene_of(discs, duration_s=1.25, frame_rate_hz=_FILM_HZ)
     impacts = [impact(time_1, 0, 1, green_after, blue_between), impact(time_2, 1, 2, blue_after, red_after)]
     return answered(scene, impacts, _BACKWARDS)
 

@@ -74,12 +74,8 @@ def _end_missed() -> Staged:
 
 def _corner(restitution: float) -> Staged:
     radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64  # all exact, so that both sides are met at one instant
-    scene = scene_of(
-        [disc(complex(radius, radius) - velocity * time, velocity, radius)],
-        walls=[edges(9, 0, 9j)],
-        wall_restitution=restitution,
-        duration_s=2.5,
-    )
+    discs = [disc(complex(radius, radius) - velocity * time, velocity, radius)]
+    scene = scene_of(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
     once = after_wall(velocity, 1j, restitution)
     impacts = [impact(time, 0, -1, once), impact(time, 0, -1, after_wall(once, 1, restitution))]
     return answered(scene, impacts, f"{_LAW}: a right angle reverses a velocity, whichever side is first")
@@ -234,11 +230,9 @@ def _peg() -> Staged:
     time = math.sqrt(2.0 * (height - reach * normal.imag) / pull)
     after = after_wall(-1j * pull * time, normal)
     duration = time + 0.2
+    walls = [Ring(centre_m=(0, 0), radius_m=0.0, half_width_m=0.05)]
     scene = scene_of(
-        [disc(complex(offset, height), 0, 0.25)],
-        walls=[Ring(centre_m=(0, 0), radius_m=0.0, half_width_m=0.05)],
-        gravity_m_s2=(0.0, -pull),
-        duration_s=duration,
+        [disc(complex(offset, height), 0, 0.25)], walls=walls, gravity_m_s2=(0.0, -pull), duration_s=duration
     )
     left = duration - time
     end = reach * normal + after * left - 0.5j * pull * left**2, after - 1j * pull * left
@@ -251,11 +245,9 @@ def _bowl() -> Staged:
     """A disc falls straight to the bottom of a round container, and rises to the same height each time."""
     pull, height = 8.0, 3.0
     fall, speed, count = math.sqrt(2.0 * height / pull), math.sqrt(2.0 * height * pull), 3
+    discs = [disc(1j, 0, 0.25)]
     scene = scene_of(
-        [disc(1j, 0, 0.25)],
-        walls=[Ring(centre_m=(0, 0), radius_m=2.25)],
-        gravity_m_s2=(0.0, -pull),
-        duration_s=2.0 * count * fall,
+        discs, walls=[Ring(centre_m=(0, 0), radius_m=2.25)], gravity_m_s2=(0.0, -pull), duration_s=2.0 * count * fall
     )
     impacts = tuple(impact((2 * k - 1) * fall, 0, -1, 1j * speed) for k in range(1, count + 1))
     return Staged(scene, KnownAnswer("Galileo: a fall of sqrt(2 h / g), and flights of twice that", impacts, count))

@@ -58,11 +58,9 @@ def _names(scenes: list[SceneBench], bench: Bench) -> str:
     """Return the names of scenes if a terminal shows each scene, otherwise the number of scenes."""
     if len(scenes) == len(bench.scenes):
         return "every scene"
-    return (
-        formatting.join_words([one.scene.name for one in scenes])
-        if len(bench.scenes) <= SCENES_SHOWN
-        else str(len(scenes))
-    )
+    if len(bench.scenes) > SCENES_SHOWN:
+        return str(len(scenes))
+    return formatting.join_words([one.scene.name for one in scenes])
 
 
 def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
@@ -94,21 +92,17 @@ def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float,
     wanted = f"{error_text(target, kind)} error"
     cheap, (_, best) = scene.cheapest_engine(target), sound[0]
     if cheap is None:
-        met = best.error <= target  # without a timing pass, no engine is the cheapest
-        yield (
-            f"the most accurate engine is {_describe_point(best, kind)}"
-            if met
-            else (f"no engine reaches {wanted} at the tested steps; the most accurate is {_describe_point(best, kind)}")
-        )
+        which = "the most accurate engine"
+        if best.error > target:  # without a timing pass, no engine is the cheapest
+            which = f"no engine reaches {wanted} at the tested steps; the most accurate"
+        yield f"{which} is {_describe_point(best, kind)}"
     elif cheap.at == best.at:
         described = f"{_describe_point(best, kind)}{_ratio(scene, best)}"
         yield f"the most accurate engine, and the fastest with at most {wanted}, is {described}"
     else:
-        cost = (
-            f"{milliseconds(cheap.timing.advance_s)} ms with steps of {formatting.step(cheap.dt_s)}"
-            if cheap.timing
-            else ""
-        )
+        cost = ""
+        if cheap.timing:
+            cost = f"{milliseconds(cheap.timing.advance_s)} ms with steps of {formatting.step(cheap.dt_s)}"
         yield f"the fastest engine with at most {wanted} is {_method(cheap)}: {cost}{_ratio(scene, cheap)}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 

@@ -201,11 +201,9 @@ def _least(kind: ErrorKind, curve: Curve) -> Cell:
 def losses(point: Point) -> str:
     """Describe a point's missed and invented impacts over all starts."""
     lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
-    return (
-        f"{formatting.join_words(lost)} of {formatting.count(point.expected, 'impact')}"
-        if lost
-        else "has no error to measure"
-    )
+    if not lost:
+        return "has no error to measure"
+    return f"{formatting.join_words(lost)} of {formatting.count(point.expected, 'impact')}"
 
 
 def _step(curve: Curve, point: Point | None) -> str:

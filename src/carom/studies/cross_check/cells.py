@@ -194,11 +194,9 @@ class GridCell:
             return f"{formatting.steps(abs(self.errors.time_s), self.line.dt_s)} {side}"
         if math.isfinite(self.cost):
             return f"{formatting.number(self.cost)} of PIT"
-        return (
-            f"{formatting.percent(spin)} of greatest rim speed"
-            if spin > velocity
-            else f"{formatting.percent(velocity)} of greatest speed"
-        )
+        if spin > velocity:
+            return f"{formatting.percent(spin)} of greatest rim speed"
+        return f"{formatting.percent(velocity)} of greatest speed"
 
     @property
     def compact(self) -> str:
@@ -315,11 +313,8 @@ def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None
 
     def row_of(name: str) -> GridRow:
         found = results.certified.get(name, "")
-        certified = (
-            f"certified to impact {found.certified}"
-            if isinstance(found, Horizon)
-            else found.partition(";")[0].partition(":")[0]
-        )
+        certified = f"certified to impact {found.certified}" if isinstance(found, Horizon) else found
+        certified = certified.partition(";")[0].partition(":")[0]
         absent = (
             GridCell(name, column, Mark.ABSENT, (NOT_PLANNED,), _NO_LINE, _NO_SCENE, {}, None)
             for column in columns.values()

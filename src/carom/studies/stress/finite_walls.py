@@ -50,28 +50,16 @@ def _until(phase: float) -> float:
 @attack_at_phases
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
-    scene = _scene(
-        "thin-wall",
-        f"A disc that moves {number(value, 3)} radii per step meets a wall without thickness head-on.",
-        phase,
-        -_RADIUS_M - speed * _until(phase),
-        speed,
-        _upright(),
-    )
+    shows = f"A disc that moves {number(value, 3)} radii per step meets a wall without thickness head-on."
+    scene = _scene("thin-wall", shows, phase, -_RADIUS_M - speed * _until(phase), speed, _upright())
     return _once(scene, -speed)
 
 
 @attack_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
-    scene = _scene(
-        "paddle",
-        f"A wall without thickness moves {number(value, 3)} radii per step, head-on at a disc at rest.",
-        phase,
-        _RADIUS_M + speed * _until(phase),
-        0,
-        _upright(velocity_m_s=(speed, 0.0)),
-    )
+    shows = f"A wall without thickness moves {number(value, 3)} radii per step, head-on at a disc at rest."
+    scene = _scene("paddle", shows, phase, _RADIUS_M + speed * _until(phase), 0, _upright(velocity_m_s=(speed, 0.0)))
     return _once(scene, 2.0 * speed)
 
 
@@ -139,14 +127,8 @@ def _corner(value: float, phase: float) -> Trial:
     # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
-    scene = _scene(
-        "corner",
-        f"A disc is thrown into a corner of {number(value, 3)} degrees.",
-        phase,
-        start,
-        velocity,
-        edges(side, 0, side * cmath.exp(1j * angle)),
-    )
+    shows = f"A disc is thrown into a corner of {number(value, 3)} degrees."
+    scene = _scene("corner", shows, phase, start, velocity, edges(side, 0, side * cmath.exp(1j * angle)))
     across = -1j * cmath.exp(1j * angle)
     sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
     return Trial(scene, velocity_judge(true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene))
@@ -163,14 +145,8 @@ def _legs(value: float, phase: float) -> Trial:
     speeds = [_SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
     path = tuple(Leg(from_s=k * lasts, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
     moved, _ = drive_of(path, (0.0, 0.0)).moved_at(until_s)
-    scene = _scene(
-        "legs",
-        f"A wall that turns {legs - 1} times strikes a disc at rest.",
-        phase,
-        _RADIUS_M + moved,
-        0,
-        _upright(legs=path),
-    )
+    shows = f"A wall that turns {legs - 1} times strikes a disc at rest."
+    scene = _scene("legs", shows, phase, _RADIUS_M + moved, 0, _upright(legs=path))
     return _once(scene, 2.0 * speeds[-1])
 
 
