@@ -169,13 +169,8 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
         tangential, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
         what = f"friction between bodies {contact.first} and {contact.second} in step {step} is too large"
         within = tangential <= most * (1 + allowed) + allowed
-        require(
-            within,
-            what,
-            f"at most {friction:g} of the normal impulse, {number(most, 6)} N s",
-            f"{number(tangential, 6)} N s",
-            setup,
-        )
+        expected = f"at most {friction:g} of the normal impulse, {number(most, 6)} N s"
+        require(within, what, expected, f"{number(tangential, 6)} N s", setup)
 
 
 def _require_spin_explained(

@@ -82,10 +82,8 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
         only=Media.IN_FULL,
     )
     answer, *more = _headline(advice)
-    figure = Figure(
-        partial(advice_svg, advice),
-        "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target.",
-    )
+    caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
+    figure = Figure(partial(advice_svg, advice), caption)
     sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_notes(advice)))))]
     if rows:
         sections += [

@@ -43,17 +43,12 @@ def growth_document(growth: Growth) -> Document:
         for point in curve.points
         if point.reason
     )
-    return Document(
-        "Carom bench: growth",
-        Headline.of(_answer(growth)),
-        (
-            Section(
-                "Run time and memory against the number of discs", (Figures(figures, large=True), *_tables(growth))
-            ),
-            Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
-            *making(growth.environment, growth.command, growth.elapsed_s),
-        ),
+    sections = (
+        Section("Run time and memory against the number of discs", (Figures(figures, large=True), *_tables(growth))),
+        Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
+        *making(growth.environment, growth.command, growth.elapsed_s),
     )
+    return Document("Carom bench: growth", Headline.of(_answer(growth)), sections)
 
 
 def _answer(growth: Growth) -> Iterator[str]:

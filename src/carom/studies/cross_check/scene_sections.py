@@ -53,19 +53,16 @@ def scenes_section(grid: Grid) -> Section:
     more = (
         f"Only the {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,} are shown; results.jsonl has all."
     )
-    return Section(
-        f"Every scene on every engine, against PIC at {grid.step_phrase}",
-        (
-            legend,
-            Table(columns, rows, css="grid", only=Media.IN_FULL),
-            *((Text(more, Media.IN_FULL),) if len(rows) < len(grid.rows) else ()),
-            Text(FIGURE_NOTE, Media.ON_PAPER),
-            Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
-            Text(SHORT_NOTE, Media.DETAIL),
-            Replays(partial(pack_replays, grid)),
-        ),
-        short="Every scene",
+    blocks = (
+        legend,
+        Table(columns, rows, css="grid", only=Media.IN_FULL),
+        *((Text(more, Media.IN_FULL),) if len(rows) < len(grid.rows) else ()),
+        Text(FIGURE_NOTE, Media.ON_PAPER),
+        Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
+        Text(SHORT_NOTE, Media.DETAIL),
+        Replays(partial(pack_replays, grid)),
     )
+    return Section(f"Every scene on every engine, against PIC at {grid.step_phrase}", blocks, short="Every scene")
 
 
 def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:

@@ -80,18 +80,15 @@ def steps_section(grid: Grid) -> Section:
     listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
     more = f"Only the {MOST_RUNS:,} runs with the worst grades of {len(found):,} are shown; results.jsonl has all."
     folded = "" if alone else formatting.count(len(listed), "run")
-    return Section(
-        "Accuracy of single steps",
-        (
-            Table(columns, listed, folded=folded, css="cells", only=media),
-            *((Text(more, media),) if len(listed) < len(found) else ()),
-            *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
-            Text(NOTE, Media.ON_PAPER),
-            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
-            Text(SHORT_NOTE, media & ~Media.ON_PAPER),
-        ),
-        level=3,
+    blocks = (
+        Table(columns, listed, folded=folded, css="cells", only=media),
+        *((Text(more, media),) if len(listed) < len(found) else ()),
+        *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
+        Text(NOTE, Media.ON_PAPER),
+        Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
+        Text(SHORT_NOTE, media & ~Media.ON_PAPER),
     )
+    return Section("Accuracy of single steps", blocks, level=3)
 
 
 def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:

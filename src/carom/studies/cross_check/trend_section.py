@@ -172,16 +172,14 @@ def trend_section(grid: Grid) -> Section:
     if trend.scenes:
         said = f"Velocity errors are medians over {formatting.count(len(trend.scenes), 'scene')} at every step"
     scenes = Lines(tuple(_describe_scenes(trend)), Media.ON_PAPER, folded="Scenes in the medians")
-    return Section(
-        "Error against step",
-        (
-            charts,
-            Text(f"{said}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
-            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
-            table,
-            scenes,
-        ),
+    blocks = (
+        charts,
+        Text(f"{said}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
+        Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
+        table,
+        scenes,
     )
+    return Section("Error against step", blocks)
 
 
 def _at(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], Cell | str]:

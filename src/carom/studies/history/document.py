@@ -72,16 +72,13 @@ def history_document(found: History) -> Document:
         for step in reversed(found.transitions)
         for cell, change in sorted(step.real.items(), key=lambda item: (item[1].kind.name, item[0]))
     ]
-    return Document(
-        f"Carom: releases of {found.origin.engine}",
-        Headline.of(_headline(found)),
-        (
-            Section("Releases", (Table(_release_columns(found), rows), *_setting_notes(found))),
-            *((Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),)),) if changed else ()),
-            Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
-            *making(found.environment, found.command, found.elapsed_s),
-        ),
+    sections = (
+        Section("Releases", (Table(_release_columns(found), rows), *_setting_notes(found))),
+        *((Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),)),) if changed else ()),
+        Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
+        *making(found.environment, found.command, found.elapsed_s),
     )
+    return Document(f"Carom: releases of {found.origin.engine}", Headline.of(_headline(found)), sections)
 
 
 def write_history(found: History, folder: Path) -> Path:

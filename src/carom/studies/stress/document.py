@@ -79,15 +79,12 @@ def write_stress(results: StressResults, folder: Path) -> Path:
 def stress_document(results: StressResults) -> Document:
     """Return a document of results by method, a table for each kind of line, and the evidence for each cell."""
     kinds = {kind: _worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
-    return Document(
-        "Carom: stress",
-        Headline.of(_summary(results, kinds)),
-        (
-            Section("Results by method", tuple(_method_blocks(results, kinds))),
-            *(section for kind, lines in kinds.items() if lines for section in _kind_sections(results, kind, lines)),
-            *making(results.environment, results.command, results.elapsed_s),
-        ),
+    sections = (
+        Section("Results by method", tuple(_method_blocks(results, kinds))),
+        *(section for kind, lines in kinds.items() if lines for section in _kind_sections(results, kind, lines)),
+        *making(results.environment, results.command, results.elapsed_s),
     )
+    return Document("Carom: stress", Headline.of(_summary(results, kinds)), sections)
 
 
 def _worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:

@@ -206,9 +206,7 @@ def _select_lines(names: Sequence[str], quick: bool) -> tuple[StressTest, ...]:
     known = {line.name for line in everything}
     for name in names:
         if name not in known and name not in kinds:
-            raise UnknownNameError(
-                f"no stress test is named {name!r}",
-                hints=named_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}"),
-            )
+            hints = named_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}")
+            raise UnknownNameError(f"no stress test is named {name!r}", hints=hints)
     wanted = {kinds[name] for name in names if name in kinds}
     return tuple(line for line in everything if line.name in names or line.kind in wanted)

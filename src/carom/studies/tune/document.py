@@ -62,17 +62,14 @@ def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
     )
     shown = columns if better else columns[:3]
     left_out = tuple(f"Not run: {name} ({reason})." for name, reason in found.left_out.items())
-    return Document(
-        f"Carom: settings of {found.engine}",
-        Headline.of(_headline(found)),
-        (
-            _profile_section(found),
-            *((_setting_section(found),) if better else ()),
-            Section("Results by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
-            *(_code_sections(found, asked) if better else ()),
-            *making(found.environment, found.command, found.elapsed_s),
-        ),
+    sections = (
+        _profile_section(found),
+        *((_setting_section(found),) if better else ()),
+        Section("Results by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
+        *(_code_sections(found, asked) if better else ()),
+        *making(found.environment, found.command, found.elapsed_s),
     )
+    return Document(f"Carom: settings of {found.engine}", Headline.of(_headline(found)), sections)
 
 
 def write_tune(found: Tuning, asked: Sequence[str], folder: Path) -> Path:
