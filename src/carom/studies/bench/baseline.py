@@ -141,8 +141,7 @@ def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Befor
     both = [
         (scene.scene.name, point, found)
         for scene in bench.scenes
-        for curve in scene.curves
-        for point in curve.points
+        for point in scene.points
         if point.engine != "pit" and not point.reason
         if (found := before.get((scene.scene.name, point.engine, point.profile, point.dt_s))) is not None
     ]

@@ -116,7 +116,7 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
 
 def _coverage(bench: Bench) -> Iterator[str]:
     """Yield a sentence on points that were not scored or not timed, if there are any."""
-    points = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
+    points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     if unrun or untimed:
         left = [f"{len(unrun)} not scored"] * bool(unrun) + [f"{len(untimed)} not timed"] * bool(untimed)

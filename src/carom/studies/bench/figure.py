@@ -28,8 +28,7 @@ _MARKED = (1e-2, 1e-3)
 def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
     """Return a diagram as SVG with the colours of the page. A narrow diagram fits a phone."""
     with svg.drawing():
-        points = [point for curve in bench.curves for point in curve.points]
-        links = {point_anchor(bench.scene.name, point): point_name(point) for point in points}
+        links = {point_anchor(bench.scene.name, point): point_name(point) for point in bench.points}
         figure = _figure(bench, axes, error, narrow=narrow)
         return svg.render(figure, f"{axes.heading}, {bench.scene.name}", links, narrow=narrow)
 
@@ -47,7 +46,7 @@ def _figure(
     figure, axes = svg.framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    errors = [p.error for curve in bench.curves for p in curve.points if math.isfinite(p.error)]
+    errors = [point.error for point in bench.points if math.isfinite(point.error)]
     above = [one for one in errors if one > THRESHOLDS.rounding] or [1e-3]
     floor = 10.0 ** math.floor(math.log10(min(above))) / _FOOT
     drawn = _Drawing(axes, bench, kind, error, floor, max([*above, 0.02]))
@@ -122,7 +121,7 @@ class _Drawing:
             self.axes.annotate(spent, (x, y), (4, 7), textcoords="offset points", fontsize=8.5, color=svg.INK)
 
     def scales(self) -> None:
-        axes, points = self.axes, [p for curve in self.bench.curves for p in curve.points if not p.reason]
+        axes, points = self.axes, [point for point in self.bench.points if not point.reason]
         if self.kind is Diagram.TIME_DT:
             axes.set_ylabel("run time, ms")
             axes.yaxis.set_major_formatter(svg.plain_number)

@@ -17,6 +17,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
 from carom.execution.results import Results, Row
 from carom.report import formatting
+from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
 from carom.report.replay import replay_key
 from carom.report.results_file.line_types import RowLine, SceneLine, Summary
@@ -356,6 +357,12 @@ def keep_worst(items: Sequence[T], most: int, cells_of: Callable[[T], Sequence[G
         return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
 
     return [items[place] for place in sorted(heapq.nlargest(most, range(len(items)), badness))]
+
+
+def omission_note(shown: Sequence[T], every: Sequence[T], what: str, media: Media) -> tuple[Text, ...]:
+    """Return a note if `keep_worst` has omitted items; otherwise nothing."""
+    worst = f"Only the {len(shown):,} {what} with the worst grades of {len(every):,} are shown; results.jsonl has all."
+    return (Text(worst, media),) if len(shown) < len(every) else ()
 
 
 RANKING_NOTE = (

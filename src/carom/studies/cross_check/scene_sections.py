@@ -17,7 +17,7 @@ from carom.report.document import Cell, Column, Legend, Lines, Media, Replays, S
 from carom.report.files import packed
 from carom.report.outcome_marks import Mark
 from carom.report.replay import describe_run, replay_data, replay_key, run_command
-from carom.studies.cross_check.cells import Grid, GridCell, GridRow, NotRun, keep_worst
+from carom.studies.cross_check.cells import Grid, GridCell, GridRow, NotRun, keep_worst, omission_note
 from carom.studies.cross_check.play_page import play_link
 from carom.support.escaping import visible
 
@@ -50,13 +50,10 @@ def scenes_section(grid: Grid) -> Section:
     columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
     rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
-    more = (
-        f"Only the {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,} are shown; results.jsonl has all."
-    )
     blocks = (
         legend,
         Table(columns, rows, css="grid", only=Media.IN_FULL),
-        *((Text(more, Media.IN_FULL),) if len(rows) < len(grid.rows) else ()),
+        *omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
         Text(FIGURE_NOTE, Media.ON_PAPER),
         Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
         Text(SHORT_NOTE, Media.DETAIL),

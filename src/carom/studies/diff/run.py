@@ -126,14 +126,8 @@ class Change:
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
         # Compare only errors relative to the scene's scales, because seconds and degrees are not comparable.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
-        return (
-            float(self.graded),
-            -list(Kind).index(self.kind),
-            _rank_of(self.new),
-            -_rank_of(self.old),
-            impacts,
-            growth,
-        )
+        kind = -list(Kind).index(self.kind)
+        return (float(self.graded), kind, _rank_of(self.new), -_rank_of(self.old), impacts, growth)
 
     @property
     def telling(self) -> BeforeAfter | None:
