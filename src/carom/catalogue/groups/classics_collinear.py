@@ -55,11 +55,8 @@ def _galperin_100() -> Staged:
     # In coordinates that are scaled by the root of the mass, the pair is a single point. The point moves between the
     # wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
-    bounces = wedge_impacts(
-        complex(root_heavy * gap_heavy, root_light * gap_light),
-        -root_heavy * speed,
-        math.atan2(root_light, root_heavy),
-    )
+    start = complex(root_heavy * gap_heavy, root_light * gap_light)
+    bounces = wedge_impacts(start, -root_heavy * speed, math.atan2(root_light, root_heavy))
     impacts = [
         impact(b.time_s, 0, 1, b.velocity.imag / root_light, b.velocity.real / root_heavy)
         if b.upper

@@ -17,14 +17,8 @@ def _head_on() -> Staged:
 def _oblique_3_4_5() -> Staged:
     """A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle."""
     # The normal (4, 3)/5 splits the 5 m/s into 4 along it, which the struck disc takes, and 3 across it, which stay.
-    return meeting(
-        (5, 0),
-        (0.25, 0.25),
-        offset=3 / 5,
-        time_s=0.42,
-        duration_s=1.25,
-        source="Equal masses exchange the velocities along the normal: 5 m/s splits into 4 and 3 at a right angle",
-    )
+    source = "Equal masses exchange the velocities along the normal: 5 m/s splits into 4 and 3 at a right angle"
+    return meeting((5, 0), (0.25, 0.25), offset=3 / 5, time_s=0.42, duration_s=1.25, source=source)
 
 
 def _inelastic_oblique() -> Staged:

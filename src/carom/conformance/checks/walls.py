@@ -78,9 +78,5 @@ def materials_as_declared(subject: Subject) -> None:
     # The scene's restitution between discs is 1.
     least, greatest = COMBINE_RULES[can.restitution_combine](1.0, high)
     first, second = max(low, least), min(high, greatest)
-    _end_with(
-        subject,
-        scenes.two_walls(first, second),
-        [(3 * first, 0.0), (-3 * second, 0.0)],
-        "walls with different restitutions",
-    )
+    scene = scenes.two_walls(first, second)
+    _end_with(subject, scene, [(3 * first, 0.0), (-3 * second, 0.0)], "walls with different restitutions")

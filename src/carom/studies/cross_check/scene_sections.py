@@ -13,7 +13,7 @@ from carom.comparator import Score
 from carom.execution.plan import missing_profile_reason
 from carom.model.trace import Trace
 from carom.report import formatting
-from carom.report.document import Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
+from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import packed
 from carom.report.outcome_marks import Mark
 from carom.report.replay import describe_run, replay_data, replay_key, run_command
@@ -50,7 +50,7 @@ def scenes_section(grid: Grid) -> Section:
     columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
     rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
-    blocks = (
+    blocks: tuple[Block, ...] = (
         legend,
         Table(columns, rows, css="grid", only=Media.IN_FULL),
         *omission_note(rows, grid.rows, "scenes", Media.IN_FULL),

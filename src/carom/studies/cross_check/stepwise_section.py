@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
-from carom.report.document import Column, Media, Section, Table, Text
+from carom.report.document import Block, Column, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark, mark_of_grade
 from carom.studies.cross_check.cells import Grid, GridCell, keep_worst, omission_note
 
@@ -79,7 +79,7 @@ def steps_section(grid: Grid) -> Section:
     )
     listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
     folded = "" if alone else formatting.count(len(listed), "run")
-    blocks = (
+    blocks: tuple[Block, ...] = (
         Table(columns, listed, folded=folded, css="cells", only=media),
         *omission_note(listed, found, "runs", media),
         *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),

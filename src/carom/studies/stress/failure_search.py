@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, NamedTuple
 
 from carom.errors import InputError
@@ -44,6 +45,7 @@ class _Tried(NamedTuple):
 def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
     """Return the result of an attack on a method, with the scene that shows its number."""
     runs = 0
+    cell = partial(CellResult, "attack", attack.name, method.name)
     passed: _Tried | None = None
     failed: _Tried | None = None
 
@@ -62,20 +64,13 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
         while passed and failed and (middle := attack.between(passed.value, failed.value, resolution)) is not None:
             try_value(middle)
     except NotRunError as error:
-        ended = CellEnding.NOT_RUN
-        result = CellResult(
-            "attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status
-        )
-        return UnsavedResult(result)
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), runs=runs, status=error.status))
     shown = failed or passed
     assert shown is not None  # noqa: S101 - a ladder has a first rung
     shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
     scene = named_scene(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows)
     broke = CellEnding.FAILS_AT_SIZE if passed else CellEnding.FAILS_AT_START
-    result = CellResult(
-        "attack",
-        attack.name,
-        method.name,
+    result = cell(
         broke if failed else CellEnding.PASSES,
         value=shown.value,
         stands_at=passed.value if passed else None,

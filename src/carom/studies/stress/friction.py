@@ -141,16 +141,11 @@ def _rolling(value: float) -> list[Trial]:
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
-    scene = attacked(
-        "rolling",
-        f"A disc thrown along a floor bounces with restitution {number(value, 3)}, slides, and finally rolls.",
-        [disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)],
-        math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ,
-        walls=[FLOOR],
-        wall_friction=friction,
-        wall_restitution=value,
-        gravity_m_s2=(0.0, -pull),
-    )
+    shows = f"A disc thrown along a floor bounces with restitution {number(value, 3)}, slides, and finally rolls."
+    discs = [disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)]
+    lasts_s = math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ
+    laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
+    scene = attacked("rolling", shows, discs, lasts_s, walls=[FLOOR], **laws)
     final = speed / (1.0 + k)
     return [Trial(scene, spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
 

@@ -10,6 +10,7 @@ import cmath
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -246,13 +247,8 @@ def relations() -> list[Relation]:
         lambda scene: _with(scene, scene.discs[::-1]),
         lambda at: State(*(part[::-1] for part in at)),
     )
-    units_of_two = _units(
-        "units-of-two",
-        "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit.",
-        length=2.0**-10,
-        time=2.0**-6,
-        mass=2.0**10,
-    )
+    states = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
+    units_of_two = _units("units-of-two", states, length=2.0**-10, time=2.0**-6, mass=2.0**10)
     reversal = Relation(
         "reversal",
         "If all velocities are reversed at the end, the run returns to its start.",
@@ -323,15 +319,13 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
             )
         return answer.value
 
+    cell = partial(CellResult, "relation", relation.name, method.name)
     value, status = None, Status.RAN
     try:
         value = relation.deviation(relation.base(), run)
         reason = "" if value <= HOLDS else f"it deviates by {number(value)} of the scene's length or speed"
     except NotRunError as error:
-        ended = CellEnding.NOT_RUN
-        return UnsavedResult(
-            CellResult("relation", relation.name, method.name, ended, reason=str(error), status=error.status)
-        )
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), status=error.status))
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
@@ -339,9 +333,7 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
             f"no second scene: a run can't start from the final state of the first one ({str(error).splitlines()[0]})"
         )
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
-    result = CellResult(
-        "relation", relation.name, method.name, ending, value, reason=reason, runs=len(used), status=status
-    )
+    result = cell(ending, value, reason=reason, runs=len(used), status=status)
     return UnsavedResult(result, _named_scenes(relation, method, used))
 
 
