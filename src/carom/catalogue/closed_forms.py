@@ -174,7 +174,7 @@ def struck_row(
         time += gap / speed
         discs.append(disc(position, 0, radius_m))
         impacts.append(impact(time, k, k + 1, 0, speed))
-    scene = scene_of(discs=discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
+    scene = scene_of(discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
     source = "Equal masses exchange velocities: the velocity passes along the row, gap by gap"
     return answered(scene, impacts, source, convention)
 

@@ -48,14 +48,12 @@ def walled_box() -> Scene:
 
 def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
     """Return a disc that meets an equal disc at rest head-on, which takes over its velocity."""
-    return Scene(
-        name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}",
-        discs=[
-            Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m),
-            Disc(position_m=(x_m + 2 * radius_m + gap_m, 0), radius_m=radius_m),
-        ],
-        duration_s=2 * gap_m / speed_m_s,
-    )
+    discs = [
+        Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m),
+        Disc(position_m=(x_m + 2 * radius_m + gap_m, 0), radius_m=radius_m),
+    ]
+    duration_s = 2 * gap_m / speed_m_s
+    return Scene(name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}", discs=discs, duration_s=duration_s)
 
 
 def alone(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_kg: float = 1.0) -> Scene:

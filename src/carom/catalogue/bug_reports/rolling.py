@@ -38,7 +38,7 @@ def tailuge_298() -> Staged:
         Disc(position_m=(-speed * _HIT_S, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius, inertia_factor=k),
         Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
     ]
-    scene = scene_of(discs=discs, friction=0.5, duration_s=2 * _HIT_S)
+    scene = scene_of(discs, friction=0.5, duration_s=2 * _HIT_S)
     normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, -speed ny
     struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
@@ -97,14 +97,10 @@ def cannon_293() -> Staged:
     """A sphere rolls down a slope that is less steep than its rolling resistance, and stops on it."""
     along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
+    source = "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c"
+    body = _ball(along, rolls=True)
     return _on_a_floor(
-        "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c",
-        _ball(along, rolls=True),
-        along**2 / (2.0 * slower),
-        2.0 * along / slower,
-        fall=fall,
-        friction=0.8,
-        resists=resists,
+        source, body, along**2 / (2.0 * slower), 2.0 * along / slower, fall=fall, friction=0.8, resists=resists
     )
 
 
@@ -138,16 +134,9 @@ def reactphysics3d_13() -> Staged:
 def box2d_617() -> Staged:
     """A disc without rolling resistance rolls on for ever."""
     along, lasts = 3.0, 10.0
-    return _on_a_floor(
-        "Without slip, friction has no effect",
-        _ball(along, rolls=True, radius_m=1.0, inertia=0.5),
-        along * lasts,
-        lasts,
-        along=along,
-        rim=-along,
-        gravity_m_s2=10.0,
-        friction=0.2,
-    )
+    source = "Without slip, friction has no effect"
+    body = _ball(along, rolls=True, radius_m=1.0, inertia=0.5)
+    return _on_a_floor(source, body, along * lasts, lasts, along=along, rim=-along, gravity_m_s2=10.0, friction=0.2)
 
 
 def pooltool_39() -> Staged:

@@ -17,13 +17,9 @@ def wall_on_the_right(
     *, radius_m: float, velocity: complex, gap_m: float, duration_s: float, rate_hz: float, restitution: float = 1.0
 ) -> Staged:
     """Stage a disc at the origin that meets one wall."""
-    scene = scene_of(
-        discs=[disc(0, velocity, radius_m)],
-        walls=[Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))],
-        wall_restitution=restitution,
-        duration_s=duration_s,
-        frame_rate_hz=rate_hz,
-    )
+    discs = [disc(0, velocity, radius_m)]
+    walls = [Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))]
+    scene = scene_of(discs, walls=walls, wall_restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
     after = complex(-restitution * velocity.real, velocity.imag)
     return answered(scene, [impact(gap_m / velocity.real, 0, -1, after)], _MIRROR)
 
@@ -81,7 +77,7 @@ def pooltool_154() -> Staged:
     discs = [disc(0.5 + 0.5j, velocity, radius)]
     places = [complex(k - row / 2, row * math.sqrt(3) / 2) * pitch for row in range(5) for k in range(row + 1)]
     discs += [disc(apex + place, 0, radius) for place in places]
-    scene = scene_of(discs=discs, duration_s=1.0, frame_rate_hz=240.0)
+    scene = scene_of(discs, duration_s=1.0, frame_rate_hz=240.0)
     start = complex(*scene.discs[0].position_m)
     first: tuple[float, int] | None = None
     for k, struck in enumerate(scene.discs[1:], 1):

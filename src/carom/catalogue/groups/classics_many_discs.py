@@ -45,7 +45,7 @@ def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, durat
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
         discs.append(disc(centre, speed * direction, radius_m))
-    scene = scene_of(discs=discs, walls=box_walls(side * pitch_m, side * pitch_m), duration_s=duration_s)
+    scene = scene_of(discs, walls=box_walls(side * pitch_m, side * pitch_m), duration_s=duration_s)
     source = "Elastic impacts and elastic walls conserve the kinetic energy: each disc starts at the same speed"
     return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=len(discs) * 0.5 * speed**2))
 

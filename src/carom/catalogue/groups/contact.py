@@ -194,13 +194,10 @@ def _edge() -> Staged:
     """A disc rolls over the end of an edge at 3 m/s, and flies off: gravity can't bend its path around the end."""
     speed, end, duration = 3.0, 1.0, 1.0
     flown = duration - end / speed
+    discs = [disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
+    walls = [edges(-5, end)]
     scene = scene_of(
-        discs=[disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)],
-        walls=[edges(-5, end)],
-        gravity_m_s2=(0.0, -_G),
-        wall_friction=0.5,
-        wall_restitution=0.0,
-        duration_s=duration,
+        discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.5, wall_restitution=0.0, duration_s=duration
     )
     source = "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is as wide"
     end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
@@ -213,26 +210,21 @@ def _pressed() -> Staged:
     scene = scene_of(
         discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), restitution=0.5, wall_restitution=0.0, duration_s=1.0
     )
-    known = KnownAnswer(
-        "Newton's law of restitution, one impact after the other",
-        (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0))),
-        convention=(
-            "If the impacts are applied one after the other, each round leaves a quarter of 2 m/s, and both discs end "
-            "at rest. If all are applied at once, as in engines, the upper disc leaves at 1 m/s. Here impacts are "
-            "applied one after the other"
-        ),
+    impacts = (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0)))
+    convention = (
+        "If the impacts are applied one after the other, each round leaves a quarter of 2 m/s, and both discs end "
+        "at rest. If all are applied at once, as in engines, the upper disc leaves at 1 m/s. Here impacts are "
+        "applied one after the other"
     )
+    known = KnownAnswer("Newton's law of restitution, one impact after the other", impacts, convention=convention)
     return Staged(scene, known)
 
 
 def _in_a_corner(spin: float, source: str, place_m: float, speed: float, after: float | None) -> Staged:
+    discs = [disc(0.5 + 0.5j, 0, 0.5, spin_rad_s=spin)]
+    walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
     scene = scene_of(
-        discs=[disc(0.5 + 0.5j, 0, 0.5, spin_rad_s=spin)],
-        walls=[FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
-        gravity_m_s2=(0.0, -_G),
-        wall_friction=0.25,
-        wall_restitution=0.0,
-        duration_s=3.0,
+        discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.25, wall_restitution=0.0, duration_s=3.0
     )
     spins = None if after is None else (after,)
     return answered(scene, [], source, final=[(complex(place_m, 0.5), speed)], spins=spins)

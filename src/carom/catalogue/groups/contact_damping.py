@@ -57,13 +57,9 @@ def _damped_box() -> Staged:
         return complex(x, y), complex(u, v)
 
     impacts = [impact(_clock_s(when, damping), 0, wall, moving(when)[1]) for when, wall in sorted(hits)]
-    scene = scene_of(
-        [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)],
-        walls=[Wall(point_m=point, normal=normal) for point, normal in faces],
-        wall_restitution=restitution,
-        damping_per_s=damping,
-        duration_s=duration,
-    )
+    discs = [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)]
+    walls = [Wall(point_m=point, normal=normal) for point, normal in faces]
+    scene = scene_of(discs, walls=walls, wall_restitution=restitution, damping_per_s=damping, duration_s=duration)
     return answered(scene, impacts, _LAW, final=[moving(end)])
 
 

@@ -130,13 +130,9 @@ def _incline() -> Staged:
     along = -1j * normal
     pull, slide = -dot(FALL, normal), dot(FALL, along)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
-    scene = scene_of(
-        discs=[disc((height + radius) * normal, 0, radius)],
-        walls=[Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))],
-        wall_restitution=e,
-        gravity_m_s2=vector(FALL),
-        duration_s=duration,
-    )
+    discs = [disc((height + radius) * normal, 0, radius)]
+    walls = [Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))]
+    scene = scene_of(discs, walls=walls, wall_restitution=e, gravity_m_s2=vector(FALL), duration_s=duration)
     bounces = _hops(first, speed, pull, e, duration)
     last, leaving = bounces[-1]
     up, falling = _fallen(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))

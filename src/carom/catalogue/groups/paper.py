@@ -70,5 +70,5 @@ def _multiple() -> Staged:
         # Four impacts at .10, .38, .66 and .94 of one frame.
         centre += velocity * (0.28 / _FILM_HZ)
         time += 0.28 / _FILM_HZ
-    scene = scene_of(discs=discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
+    scene = scene_of(discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
     return answered(scene, impacts, _BACKWARDS)

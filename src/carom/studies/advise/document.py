@@ -67,20 +67,17 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
         note="Every tested step of this size or smaller passes. Steps between tested ones were not checked. Fails: "
         "from this many starts, an impact is missed or spurious.",
     )
-    evidence = Table(
-        (
-            Column("", lambda answer: answer.method.label),
-            Column("no miss", lambda answer: _range(answer.never_misses), number=True),
-            Column("fails", lambda answer: _fails(answer, answer.never_misses), "at", number=True),
-            Column(f"≤ {_angle(advice)}", lambda answer: _range(answer.demand), number=True),
-            Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
-            Column("direction", _direction, "error", number=True),
-            Column("engine", lambda answer: str(answer.steps), "steps", number=True),
-        ),
-        rows,
-        title="Steps per second that pass, from the largest step to the finest tested:",
-        only=Media.IN_FULL,
+    columns = (
+        Column("", lambda answer: answer.method.label),
+        Column("no miss", lambda answer: _range(answer.never_misses), number=True),
+        Column("fails", lambda answer: _fails(answer, answer.never_misses), "at", number=True),
+        Column(f"≤ {_angle(advice)}", lambda answer: _range(answer.demand), number=True),
+        Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
+        Column("direction", _direction, "error", number=True),
+        Column("engine", lambda answer: str(answer.steps), "steps", number=True),
     )
+    title = "Steps per second that pass, from the largest step to the finest tested:"
+    evidence = Table(columns, rows, title=title, only=Media.IN_FULL)
     answer, *more = _headline(advice)
     caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
     figure = Figure(partial(advice_svg, advice), caption)

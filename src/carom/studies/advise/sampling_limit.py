@@ -236,13 +236,10 @@ def _hard_impact(reference: Trace, number: int, demand: Demand) -> HardImpact:
     normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
     one, other = scene.discs[first], scene.discs[second]
     window = ContactWindow.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
+    inverse_masses = (1.0 / one.mass_kg, 1.0 / other.mass_kg)
+    angle_rad = demand.direction_error_rad
     limit = pair_limit(
-        window,
-        ((ux, uy), (vx, vy)),
-        (1.0 / one.mass_kg, 1.0 / other.mass_kg),
-        scene.restitution,
-        demand.direction_error_rad,
-        demand.miss_probability,
+        window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, angle_rad, demand.miss_probability
     )
     soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
     return HardImpact(at, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)

@@ -80,13 +80,9 @@ def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
 def _cell(k: int, row: GridRow) -> Cell:
     """Return the cell of a scene in the k-th column."""
     cell = row.cells[k]
-    return replace(
-        cell.mark.cell,
-        note=cell.figure,
-        link=cell.link,
-        short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
-        title=cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}",
-    )
+    short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
+    title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
+    return replace(cell.mark.cell, note=cell.figure, link=cell.link, short=short, title=title)
 
 
 def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:

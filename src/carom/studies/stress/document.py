@@ -336,19 +336,15 @@ def _describe_complaints(results: StressResults, complaints: list[StressTest]) -
 
 def _json(results: StressResults) -> str:
     engines = [results.engines[method.engine] for method in results.methods]
-    return as_json(
-        "stress",
-        results,
-        leave_out=("engines", "cells"),
-        methods=[
-            {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
-            for method, engine in zip(results.methods, engines, strict=True)
-        ],
-        lines=[
-            {
-                **asdict(line),
-                "cells": [{**fields_of(one), "ending": one.ending.in_files} for _, one in _cells_of(results, line)],
-            }
-            for line in results.lines
-        ],
-    )
+    methods = [
+        {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
+        for method, engine in zip(results.methods, engines, strict=True)
+    ]
+    lines = [
+        {
+            **asdict(line),
+            "cells": [{**fields_of(one), "ending": one.ending.in_files} for _, one in _cells_of(results, line)],
+        }
+        for line in results.lines
+    ]
+    return as_json("stress", results, leave_out=("engines", "cells"), methods=methods, lines=lines)

@@ -65,14 +65,9 @@ def _paddle(value: float, phase: float) -> Trial:
 
 @attack_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
-    scene = _scene(
-        "wall-width",
-        f"A disc meets a wall of half width {metres(value)} head-on.",
-        phase,
-        -value - _RADIUS_M - _SPEED_M_S * _until(phase),
-        _SPEED_M_S,
-        _upright(half_width_m=value),
-    )
+    shows = f"A disc meets a wall of half width {metres(value)} head-on."
+    start = -value - _RADIUS_M - _SPEED_M_S * _until(phase)
+    scene = _scene("wall-width", shows, phase, start, _SPEED_M_S, _upright(half_width_m=value))
     return _once(scene, -_SPEED_M_S)
 
 
@@ -86,14 +81,9 @@ def _wall_end(value: float, phase: float) -> Trial:
     offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
-    scene = _scene(
-        "wall-end",
-        f"A disc grazes the end of a thin wall, where 1 - b/R is {number(value, 3)}.",
-        phase,
-        complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height),
-        _SPEED_M_S,
-        edges(-1j * _HALF_LENGTH_M, 0),
-    )
+    shows = f"A disc grazes the end of a thin wall, where 1 - b/R is {number(value, 3)}."
+    start = complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height)
+    scene = _scene("wall-end", shows, phase, start, _SPEED_M_S, edges(-1j * _HALF_LENGTH_M, 0))
     return _once(scene, after)
 
 
@@ -102,14 +92,9 @@ def _seam(value: float, phase: float) -> Trial:
     pieces = int(value)
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
     velocity = _SPEED_M_S * (4 - 1j)
-    scene = _scene(
-        "seam",
-        f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet.",
-        phase,
-        complex(joint, _RADIUS_M) - velocity * _until(phase),
-        velocity,
-        edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces),
-    )
+    shows = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
+    start = complex(joint, _RADIUS_M) - velocity * _until(phase)
+    scene = _scene("seam", shows, phase, start, velocity, edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces))
     return _once(scene, velocity.conjugate())
 
 

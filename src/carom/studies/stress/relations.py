@@ -71,31 +71,23 @@ def base_scene() -> Scene:
     The run is split at 1 s. The second impact is at 0.59 s and the third at 1.39 s, so even a contact of a tenth of a
     second has ended at the split.
     """
-    return Scene(
-        name="stress/relations",
-        description="Four unequal discs, three oblique impacts.",
-        discs=[
-            Disc(position_m=(-1.5, 0.1), velocity_m_s=(3.0, 0.0), radius_m=0.25),
-            Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=2.0),
-            Disc(position_m=(1.3, -0.25), velocity_m_s=(-0.5, 0.0), radius_m=0.3),
-            Disc(position_m=(2.6, 0.2), velocity_m_s=(-1.0, -0.1), radius_m=0.2, mass_kg=0.5),
-        ],
-        duration_s=1.75,
-        frame_rate_hz=240.0,
-    )
+    description = "Four unequal discs, three oblique impacts."
+    discs = [
+        Disc(position_m=(-1.5, 0.1), velocity_m_s=(3.0, 0.0), radius_m=0.25),
+        Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=2.0),
+        Disc(position_m=(1.3, -0.25), velocity_m_s=(-0.5, 0.0), radius_m=0.3),
+        Disc(position_m=(2.6, 0.2), velocity_m_s=(-1.0, -0.1), radius_m=0.2, mass_kg=0.5),
+    ]
+    return Scene(name="stress/relations", description=description, discs=discs, duration_s=1.75, frame_rate_hz=240.0)
 
 
 def rough_scene() -> Scene:
     """Return the base scene with spins and friction: its first and last impact slide, the second sticks."""
     base = base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
-    return _with(
-        base,
-        [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning],
-        name="stress/rough-relations",
-        description="Four unequal spinning discs, and three oblique impacts with friction.",
-        friction=0.1,
-    )
+    discs = [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning]
+    description = "Four unequal spinning discs, and three oblique impacts with friction."
+    return _with(base, discs, name="stress/rough-relations", description=description, friction=0.1)
 
 
 def superballs() -> Scene:
