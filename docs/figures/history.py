@@ -18,7 +18,7 @@ from carom.report.render.markdown import markdown
 from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.release_cache import kept_releases
+from carom.studies.history.release_cache import open_release_cache
 from carom.studies.history.result import History
 from carom.studies.history.run import history
 
@@ -190,7 +190,10 @@ def main(names: list[str]) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         options = HistoryOptions(versions=[entry.versions], most=8, jobs=1, phases=PHASES)
         try:
-            with kept_releases(KEPT_BYTES) as kept, history_journal(folder / "journal.jsonl", resume=True) as notes:
+            with (
+                open_release_cache(KEPT_BYTES) as kept,
+                history_journal(folder / "journal.jsonl", resume=True) as notes,
+            ):
                 found = history(entry.engine, scenes, kept, options, notes=notes)
         except UnavailableError as error:
             lacking.append(f"- {entry.engine}: {error}")

@@ -155,7 +155,7 @@ def stability_block() -> str:
 
 
 def _depth(line: StressTest, value: float) -> float:
-    result = CellResult("attack", line.name, "", CellEnding.GIVES_WAY, value, stands_at=value)
+    result = CellResult("attack", line.name, "", CellEnding.FAILS_AT_SIZE, value, stands_at=value)
     return (line.depth(result) or 0.0) if value > 0 else 1.0
 
 

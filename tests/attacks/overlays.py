@@ -16,7 +16,7 @@ from tests.attacks.guard import tried
 from tests.attacks.reports import kill_at
 
 from carom.studies.history.clients import ClientError
-from carom.studies.history.release_cache import kept_releases
+from carom.studies.history.release_cache import open_release_cache
 
 #: What a file in the place of a release's list, or of a folder, may hold.
 PIECES = (b"", b"{", b"null", b"\xff", b"[" * 10**5, b'["toy==1.0"]', b"9" * 5000)
@@ -29,7 +29,7 @@ class _Client:
         self._files = {f"module{k}.py": rng.randbytes(rng.choice((0, 10, 10**4))) for k in range(rng.randrange(1, 5))}
         self.fails = rng.random() < 0.2
 
-    def listed(self, package: str) -> tuple[str, ...]:
+    def list_versions(self, package: str) -> tuple[str, ...]:
         """Return no versions: none are asked for."""
         del package
         return ()
@@ -70,17 +70,17 @@ def _killed(rng: Random, root: Path) -> str:
         if not children[-1]:
             try:
                 kill_at(number, partial(os._exit, 9))
-                with kept_releases(rng.choice((0.0, 1e9)), root) as kept:
-                    kept.made(client, "pip", "toy", "1.0")
+                with open_release_cache(rng.choice((0.0, 1e9)), root) as kept:
+                    kept.install(client, "pip", "toy", "1.0")
             finally:
                 os._exit(0)
     for child in children:
         os.waitpid(child, 0)
-    with kept_releases(1e9, root) as kept:
-        found = kept.has("pip", "toy", "1.0")
+    with open_release_cache(1e9, root) as kept:
+        found = kept.find("pip", "toy", "1.0")
         if found is not None and not client.is_whole(found):
             return f"killed at call {number}: a release that is found is not whole"
-        if not client.fails and not client.is_whole(kept.made(client, "pip", "toy", "1.0")):
+        if not client.fails and not client.is_whole(kept.install(client, "pip", "toy", "1.0")):
             return f"killed at call {number}: a release installed again is not whole"
     left = [path.name for path in root.glob("*/*/.new-*")]
     return f"killed at call {number}: {left} stay" if left else ""
@@ -90,8 +90,8 @@ def _spoilt(rng: Random, root: Path) -> str:
     """Put something else in the place of a list, a release or its folder, or a link to what is not Carom's."""
     client = _Client(rng)
     client.fails = False
-    with kept_releases(1e9, root) as kept:
-        place = kept.made(client, "pip", "toy", "1.0")
+    with open_release_cache(1e9, root) as kept:
+        place = kept.install(client, "pip", "toy", "1.0")
     outside = root.parent / "outside"
     target = rng.choice((place / "carom-release.json", place, place.parent))
     rmtree(target) if target.is_dir() else target.unlink()
@@ -104,13 +104,13 @@ def _spoilt(rng: Random, root: Path) -> str:
             target.symlink_to(root / "nowhere")
 
     def again() -> str:
-        with kept_releases(rng.choice((0.0, 1e9)), root) as kept:
-            kept.names("pip", "toy")
-            kept.has("pip", "toy", "1.0")
+        with open_release_cache(rng.choice((0.0, 1e9)), root) as kept:
+            kept.versions("pip", "toy")
+            kept.find("pip", "toy", "1.0")
             if rng.random() < 0.3:
                 return ""
             try:
-                place = kept.made(client, "pip", "toy", "1.0")
+                place = kept.install(client, "pip", "toy", "1.0")
             except OSError:  # the command shows it as a sentence
                 return ""
             return "" if client.is_whole(place) else "a release installed again is not whole"

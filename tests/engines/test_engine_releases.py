@@ -24,7 +24,7 @@ from carom.comparator.shifted_scenes import shift_start
 from carom.studies.history.clients import CLIENTS, ClientError
 from carom.studies.history.compare_cells import ChangeKind
 from carom.studies.history.options import HistoryOptions
-from carom.studies.history.release_cache import ReleaseCache, kept_releases
+from carom.studies.history.release_cache import ReleaseCache, open_release_cache
 from carom.studies.history.run import history
 
 pytestmark = [pytest.mark.engines, pytest.mark.release]
@@ -46,13 +46,13 @@ COLUMNS = {
 @pytest.fixture(scope="module")
 def kept() -> Iterator[ReleaseCache]:
     """Releases, kept where `carom history` keeps them."""
-    with kept_releases(4e9) as found:
+    with open_release_cache(4e9) as found:
         yield found
 
 
 def release(kept: ReleaseCache, registry: str, package: str, version: str) -> Path:
     try:
-        return kept.made(CLIENTS[registry], registry, package, version)
+        return kept.install(CLIENTS[registry], registry, package, version)
     except ClientError as error:
         pytest.skip(str(error))
 
@@ -315,7 +315,7 @@ def told(engine: str, versions: str, kept: ReleaseCache, *scenes: str) -> dict[s
     found = history(engine, plain, kept, HistoryOptions(versions=[versions], jobs=1))
     if reasons := [one.not_run for one in found.releases if one.not_run]:
         pytest.skip(reasons[0])
-    return {step.new.version: {change.moved for change in step.changes.values()} for step in found.transitions}
+    return {step.new.version: {change.kind for change in step.changes.values()} for step in found.transitions}
 
 
 @each(
@@ -345,7 +345,7 @@ def test_what_is_asked_otherwise_is_laid_to_no_release(
 ) -> None:
     """Changes of defaults or requested settings are reported, and not called worse or better."""
     moved = told(engine, f"{before},{release}", kept, *scenes)[release]
-    assert ChangeKind.ASKED in moved
+    assert ChangeKind.OTHER_SETTINGS in moved
     assert not any(one.real for one in moved)
 
 

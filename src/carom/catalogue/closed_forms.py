@@ -20,7 +20,7 @@ from carom.model.trace import Vector
 
 def vector(z: complex) -> Vector:
     """Return a complex number as (x, y)."""
-    return (z.real, z.imag)
+    return (float(z.real), float(z.imag))
 
 
 def dot(a: complex, b: complex) -> float:
@@ -167,14 +167,14 @@ def struck_row(
     `gaps_m` are the gaps between neighbours, from the striker on.
     """
     position, time = 0.0, 0.0
-    discs = [disc(0j, complex(speed, 0), radius_m)]
+    discs = [disc(0, speed, radius_m)]
     impacts = []
     for k, gap in enumerate(gaps_m):
         position += 2 * radius_m + gap
         time += gap / speed
-        discs.append(disc(complex(position, 0), 0j, radius_m))
-        impacts.append(impact(time, k, k + 1, 0j, complex(speed, 0)))
-    scene = scene_of(discs=discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
+        discs.append(disc(position, 0, radius_m))
+        impacts.append(impact(time, k, k + 1, 0, speed))
+    scene = scene_of(discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
     source = "Equal masses exchange velocities: the velocity passes along the row, gap by gap"
     return answered(scene, impacts, source, convention)
 

@@ -84,11 +84,9 @@ class Subject(Closeable):
         """Run a scene and return every observation."""
         answer = self.try_to_watch(setup, looks=looks)
         if isinstance(answer, Raised):
+            what = f"{answer.where}() raises an error for a scene that the adapter declares to support"
             raise Violation(
-                f"{answer.where}() raises an error for a scene that the adapter declares to support",
-                expected="a run to the end of the scene",
-                found=f"{answer.kind}: {answer.message}",
-                setup=setup,
+                what, expected="a run to the end of the scene", found=f"{answer.kind}: {answer.message}", setup=setup
             )
         return answer
 

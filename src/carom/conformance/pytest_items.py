@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from carom.conformance.cases import Case
-from carom.conformance.known_failures import here
-from carom.conformance.known_failures_file import write_known_failures
+from carom.conformance.known_failures import here, write_known_failures
 from carom.conformance.suite import EnginePlan, Suite
 from carom.conformance.violation import NotApplicable, Setup, Violation, step_text
 from carom.engines.registry import engine_argument

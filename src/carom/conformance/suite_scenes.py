@@ -48,14 +48,12 @@ def walled_box() -> Scene:
 
 def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
     """Return a disc that meets an equal disc at rest head-on, which takes over its velocity."""
-    return Scene(
-        name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}",
-        discs=[
-            Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m),
-            Disc(position_m=(x_m + 2 * radius_m + gap_m, 0), radius_m=radius_m),
-        ],
-        duration_s=2 * gap_m / speed_m_s,
-    )
+    discs = [
+        Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m),
+        Disc(position_m=(x_m + 2 * radius_m + gap_m, 0), radius_m=radius_m),
+    ]
+    duration_s = 2 * gap_m / speed_m_s
+    return Scene(name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}", discs=discs, duration_s=duration_s)
 
 
 def alone(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_kg: float = 1.0) -> Scene:
@@ -76,14 +74,11 @@ def bullet(phase: float) -> Scene:
     """Return a fast disc that meets a disc at rest head-on, and would pass through it within a step of 1/60 s."""
     step_m = 100 / 60
     start_m = -0.3 - step_m * (2 + phase)
-    return Scene(
-        name=f"conformance-bullet-{phase:g}",
-        discs=[
-            Disc(position_m=(start_m, 0), velocity_m_s=(100, 0), radius_m=0.05, mass_kg=1),
-            Disc(position_m=(0, 0), radius_m=0.25, mass_kg=3),
-        ],
-        duration_s=6 / 60,
-    )
+    discs = [
+        Disc(position_m=(start_m, 0), velocity_m_s=(100, 0), radius_m=0.05, mass_kg=1),
+        Disc(position_m=(0, 0), radius_m=0.25, mass_kg=3),
+    ]
+    return Scene(name=f"conformance-bullet-{phase:g}", discs=discs, duration_s=6 / 60)
 
 
 def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
@@ -172,15 +167,11 @@ def paddle(restitution: float, *, edge: bool = False) -> Scene:
 
 def mallet(restitution: float) -> Scene:
     """Return a driven disc at 1 m/s. A free disc meets the driven disc at -3 m/s, and leaves at 1 + 4 e."""
-    return Scene(
-        name=f"conformance-mallet-{restitution:g}",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=math.inf, driven=True),
-            Disc(position_m=(2.01, 0), velocity_m_s=(-3, 0), radius_m=0.5),
-        ],
-        restitution=restitution,
-        duration_s=0.6,
-    )
+    discs = [
+        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=math.inf, driven=True),
+        Disc(position_m=(2.01, 0), velocity_m_s=(-3, 0), radius_m=0.5),
+    ]
+    return Scene(name=f"conformance-mallet-{restitution:g}", discs=discs, restitution=restitution, duration_s=0.6)
 
 
 def post(*, first: bool = False) -> Scene:
@@ -201,12 +192,8 @@ def posts() -> Scene:
 
 def fall() -> Scene:
     """Return a disc that falls for half a second."""
-    return Scene(
-        name="conformance-fall",
-        discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)],
-        gravity_m_s2=(0, -8),
-        duration_s=0.5,
-    )
+    discs = [Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)]
+    return Scene(name="conformance-fall", discs=discs, gravity_m_s2=(0, -8), duration_s=0.5)
 
 
 def slowing(*, spins: bool) -> Scene:

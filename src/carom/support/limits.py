@@ -71,11 +71,11 @@ MOST_MB = 1e9
 def beyond(least: float, most: float) -> str:
     """Return the message for a number that is not between two limits."""
     span = (
-        f"be between {number(least, 3)} and {number(most, 3)}"
+        f"between {number(least, 3)} and {number(most, 3)}"
         if least > 0.0
-        else f"be at most {number(most, 3)} in magnitude"
+        else f"at most {number(most, 3)} in magnitude"
     )
-    return f"must {span} (measure in other units)"
+    return f"must be {span} (measure in other units)"
 
 
 def require_within(name: str, array: NDArray[np.float64], least: float, most: float) -> None:

@@ -623,7 +623,7 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
     """Ctrl-C leaves the best so far and the way on; taken up, the search ends where it would have ended whole."""
     one, other = tmp_path / "one", tmp_path / "other"
     assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
-    tried = KnobSearch.tried
+    tried = KnobSearch.evaluate
 
     def interrupted(self: KnobSearch, point: dict[str, int]) -> Any:
         if self.best is not self.begun:
@@ -631,7 +631,7 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
         return tried(self, point)
 
     with monkeypatch.context() as patched:
-        patched.setattr(KnobSearch, "tried", interrupted)
+        patched.setattr(KnobSearch, "evaluate", interrupted)
         done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1)
     assert done.exit_code == 130
     assert "best so far (trial" in done.output

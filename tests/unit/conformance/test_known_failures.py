@@ -9,8 +9,16 @@ from pathlib import Path
 import pytest
 from tests.cases import each
 
-from carom.conformance.known_failures import KnownFailure, check_names, here, known_reasons, load_known_failures
-from carom.conformance.known_failures_file import TO_BE_WRITTEN, WrittenFailures, write_known_failures
+from carom.conformance.known_failures import (
+    TO_BE_WRITTEN,
+    KnownFailure,
+    WrittenFailures,
+    check_names,
+    here,
+    known_reasons,
+    load_known_failures,
+    write_known_failures,
+)
 from carom.errors import InputError
 
 SOUND = '[[known_failure]]\nreason = "it {}"\ncases = ["a::energy[tuned]", "a::hits[default-x]"]\n'

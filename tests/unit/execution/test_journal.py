@@ -106,10 +106,10 @@ def test_a_float_comes_back_to_the_bit(value: float, dt_s: float, tmp_path_facto
 
 SPOTS = (
     CellResult(
-        "attack", "grazing", "pit/tuned", CellEnding.GIVES_WAY, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12
+        "attack", "grazing", "pit/tuned", CellEnding.FAILS_AT_SIZE, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12
     ),
     CellResult("relation", "boost", "pic/tuned", CellEnding.NOT_RUN, reason="unavailable"),
-    CellResult("relation", "boost", "pit/tuned", CellEnding.FAILS, math.inf),
+    CellResult("relation", "boost", "pit/tuned", CellEnding.VIOLATED, math.inf),
 )
 
 

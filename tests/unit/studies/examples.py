@@ -8,19 +8,10 @@ from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.model.scene import Disc, Scene
-from carom.studies.advise.run import (
-    Advice,
-    Advised,
-    Cause,
-    ClosedForm,
-    Demand,
-    HardImpact,
-    SearchEnding,
-    StepRange,
-    StepTrial,
-)
-from carom.studies.advise.sampling_limit import ContactWindow, PairLimit
-from carom.studies.advise.step_search import in_a_frame
+from carom.studies.advise.run import Advice, ClosedForm
+from carom.studies.advise.sampling_limit import Cause, ContactWindow, Demand, HardImpact, PairLimit
+from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, in_a_frame
+from carom.studies.advise.step_trial import StepTrial
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.noise import Noise, Spread
@@ -78,22 +69,24 @@ def result(line: StressTest, method: Method) -> CellResult:
     found = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
     good = method.engine == "pic"
     if line.kind == "relation":
-        ending = CellEnding.HOLDS if good else CellEnding.FAILS
+        ending = CellEnding.HOLDS if good else CellEnding.VIOLATED
         return CellResult(line.kind, line.name, method.name, ending, 0.0 if good else 0.1, scenes=found)
     if line.kind == "complaint":
-        ending = CellEnding.DOES_NOT if good else CellEnding.STILL_DOES
+        ending = CellEnding.NOT_SEEN if good else CellEnding.SEEN
         return CellResult(
             line.kind, line.name, method.name, ending, 0.0 if good else 2.0, reason="1 impact missed", scenes=found
         )
     first, last = line.ladder[0], line.ladder[-1]
     if good:
-        return CellResult(line.kind, line.name, method.name, CellEnding.STANDS, last, last, 1e-16, scenes=found)
+        return CellResult(line.kind, line.name, method.name, CellEnding.PASSES, last, last, 1e-16, scenes=found)
     if method.profile == "default":
         return CellResult(
-            line.kind, line.name, method.name, CellEnding.NEVER_STOOD, first, reason="no impact", scenes=found
+            line.kind, line.name, method.name, CellEnding.FAILS_AT_START, first, reason="no impact", scenes=found
         )
     middle = [value for value in line.ladder if value > 0][len(line.ladder) // 2]
-    return CellResult(line.kind, line.name, method.name, CellEnding.GIVES_WAY, middle, first, 1e-3, "no impact", found)
+    return CellResult(
+        line.kind, line.name, method.name, CellEnding.FAILS_AT_SIZE, middle, first, 1e-3, "no impact", found
+    )
 
 
 def campaign_results(one_in: int = 1) -> StressResults:

@@ -17,7 +17,8 @@ from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Document, Media, Table
 from carom.studies.advise.document import advice_document
-from carom.studies.advise.run import Advice, SearchEnding, StepRange, Unable
+from carom.studies.advise.run import Advice, Unable
+from carom.studies.advise.step_search import SearchEnding, StepRange
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.document import bench_document
 from carom.studies.bench.growth_document import growth_document
@@ -285,11 +286,11 @@ def evidence(found: Advice) -> list[str]:
 @each(
     "ending, stands_at, depth",
     [
-        (CellEnding.STANDS, 1e-4, 1.0),
-        (CellEnding.NEVER_STOOD, None, 0.0),
-        (CellEnding.GIVES_WAY, 1.0, 0.0),
-        (CellEnding.GIVES_WAY, 0.01, 0.4),
-        (CellEnding.GIVES_WAY, 1e-4, 0.8),
+        (CellEnding.PASSES, 1e-4, 1.0),
+        (CellEnding.FAILS_AT_START, None, 0.0),
+        (CellEnding.FAILS_AT_SIZE, 1.0, 0.0),
+        (CellEnding.FAILS_AT_SIZE, 0.01, 0.4),
+        (CellEnding.FAILS_AT_SIZE, 1e-4, 0.8),
         (CellEnding.NOT_RUN, None, None),
     ],
 )
@@ -314,7 +315,7 @@ def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first()
     (row,) = [line.split() for line in lines if line.startswith("pic event-driven ")]
     assert "".join(row[2:]) == "=" * tests
     stood = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
-    result = CellResult("attack", "gap", "pit/tuned", CellEnding.GIVES_WAY, 1e-3, stands_at=1e-2)
+    result = CellResult("attack", "gap", "pit/tuned", CellEnding.FAILS_AT_SIZE, 1e-3, stands_at=1e-2)
     gap = replace(few, lines=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
     told = printed(stress_document(gap), 80)
     assert told[0].rstrip() == "pit: passes 0 of 1; first failure: gap at 0.001 (a gap)."

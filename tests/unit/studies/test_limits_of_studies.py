@@ -47,7 +47,7 @@ from carom.studies.tune.run import tune
 MEMORY_MB, TIME_S = 1234.0, 43.0
 
 #: Tasks that ask an adapter what it declares, and those of `carom tune` that no journal holds: they time or describe.
-DECLARED = {"DescribeTask", "SettingsTask", "TimeTask", "AskOrigin", "AskServed"}
+DECLARED = {"DescribeTask", "SettingsTask", "TimeTask", "OriginTask", "ServedManifestTask"}
 
 Asked = list[tuple[int, float, str]]
 

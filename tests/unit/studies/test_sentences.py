@@ -77,7 +77,7 @@ def stress_lead(endings: dict[str, CellEnding]) -> str:
         (line, method): dataclasses.replace(
             result,
             ending=endings.get(
-                method.partition("/")[0], CellEnding.STANDS if result.kind == "attack" else CellEnding.HOLDS
+                method.partition("/")[0], CellEnding.PASSES if result.kind == "attack" else CellEnding.HOLDS
             ),
         )
         for (line, method), result in found.cells.items()

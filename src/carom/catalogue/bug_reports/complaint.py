@@ -61,13 +61,7 @@ def load_complaints() -> Iterator[Complaint]:
     from carom.catalogue.bug_reports import driven, falling, pairs, rolling, seams, thin, walled
 
     modules = {
-        "pairs": pairs,
-        "walled": walled,
-        "falling": falling,
-        "rolling": rolling,
-        "seams": seams,
-        "thin": thin,
-        "driven": driven,
+        module.__name__.rpartition(".")[2]: module for module in (driven, falling, pairs, rolling, seams, thin, walled)
     }
     reports = json.loads(Path(__file__).with_name("bug_reports.json").read_text(encoding="utf-8"))
     for group, name, given in ((group, *item) for group, found in reports.items() for item in found.items()):

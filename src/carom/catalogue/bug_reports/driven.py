@@ -8,7 +8,7 @@ from fractions import Fraction
 from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges, in_a_room
-from carom.catalogue.groups.driven import before_a_paddle, on_a_lift
+from carom.catalogue.groups.driven import before_a_paddle, on_a_lift, on_a_moving_surface
 from carom.model.scene import Ring, Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
@@ -28,10 +28,10 @@ def at_a_mallet(
 
 def matter_js_672() -> Staged:
     """A ball strikes a moving paddle near the joint of paddle and flipper."""
-    drive, velocity, radius, time = 2 + 0j, -6 + 0j, 0.25, 0.305
+    drive, velocity, radius, time = 2, -6, 0.25, 0.305
     begins = -drive * time
     paddle, flipper = (
-        edges(begins + a, begins + b, velocity_m_s=vector(drive)) for a, b in ((-1j, 0j), (0j, -0.6 + 0.8j))
+        edges(begins + a, begins + b, velocity_m_s=vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))
     )
     start = complex(radius, -0.0625) - velocity * time
     scene = scene_of([disc(start, velocity, radius)], walls=[paddle, flipper], duration_s=2.0 * time)
@@ -73,7 +73,7 @@ def pinball_470() -> Staged:
 
 def pico8_pinball_6() -> Staged:
     """The end of a rising flipper hits a ball that hardly moves."""
-    drive, velocity, radius, time, restitution = 3j, 0.0625 + 0j, 0.25, 0.305, 0.9
+    drive, velocity, radius, time, restitution = 3j, 0.0625, 0.25, 0.305, 0.9
     normal, tip = complex(0.28, 0.96), -drive * time  # from the flipper's end to the ball
     flipper = edges(tip - 1, tip, velocity_m_s=vector(drive))
     ball = disc(radius * normal - velocity * time, velocity, radius)
@@ -88,8 +88,8 @@ def escape_space_1() -> Staged:
     paddle = edges(complex(-radius - gap, -1), complex(-radius - gap, 1), velocity_m_s=(drive, 0.0))
     wall = edges(complex(radius + room, -1), complex(radius + room, 1))
     struck, returned = gap / drive, gap / drive + room / (2.0 * drive)
-    impacts = [impact(struck, 0, -1, 2 * drive + 0j), impact(returned, 0, -2, -2 * drive + 0j)]
-    scene = scene_of([disc(0j, 0j, radius)], walls=[paddle, wall], duration_s=returned + 0.03125)
+    impacts = [impact(struck, 0, -1, 2 * drive + 0), impact(returned, 0, -2, -2 * drive + 0)]
+    scene = scene_of([disc(0, 0, radius)], walls=[paddle, wall], duration_s=returned + 0.03125)
     return answered(scene, impacts, _LAW)
 
 
@@ -103,14 +103,6 @@ def ball2box_21() -> Staged:
 
 def on_a_platform(drive: float, friction: float) -> Staged:
     """Stage a ball that falls straight down on a rough platform, which moves to the right."""
-    radius, down, time, k = 0.25, 2.0, 0.5, 0.5
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(drive, 0.0))
-    ball = disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
-    scene = scene_of([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
-    # If friction is strong enough, it ends the slip, and 1/(1 + 1/k) of the slip becomes velocity. Otherwise its
-    # impulse is at the limit.
-    change = min(drive / (1.0 + 1.0 / k), friction * 2.0 * down)
-    after, spin = complex(change, down), change / k / radius
     source = "Coulomb: friction ends the slip (the platform's speed), or it is f times the impulse along the normal"
-    end = complex(0.0, radius) + after * time, after
-    return answered(scene, [impact(time, 0, -1, after, None, spin)], source, final=[end], spins=(spin,))
+    return on_a_moving_surface(floor, drive, friction, source)

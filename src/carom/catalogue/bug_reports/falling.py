@@ -21,7 +21,7 @@ def dropped(
 ) -> Staged:
     """Stage a ball that is dropped from rest, with its lowest point `height_m` above a floor."""
     scene = scene_of(
-        discs=[disc(complex(0, radius_m + height_m), 0j, radius_m, spin_rad_s=spin_rad_s)],
+        discs=[disc(complex(0, radius_m + height_m), 0, radius_m, spin_rad_s=spin_rad_s)],
         walls=[FLOOR],
         wall_restitution=restitution,
         gravity_m_s2=(0.0, -gravity_m_s2),

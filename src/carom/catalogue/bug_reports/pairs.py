@@ -24,13 +24,9 @@ def head_on(
 ) -> Staged:
     """Stage two discs that meet head-on; the first starts at the origin and moves to the right."""
     (v0, v1), (r0, r1), (m0, m1) = speeds, radius_m, mass_kg
-    scene = scene_of(
-        discs=[disc(0j, complex(v0, 0), r0, m0), disc(complex(r0 + r1 + gap_m, 0), complex(v1, 0), r1, m1)],
-        restitution=restitution,
-        duration_s=duration_s,
-        frame_rate_hz=rate_hz,
-    )
-    after = after_impact(m0, complex(v0, 0), m1, complex(v1, 0), 1 + 0j, restitution)
+    discs = [disc(0, v0, r0, m0), disc(r0 + r1 + gap_m, v1, r1, m1)]
+    scene = scene_of(discs, restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
+    after = after_impact(m0, v0, m1, v1, 1, restitution)
     return answered(scene, [impact(gap_m / (v0 - v1), 0, 1, *after)], _NEWTON)
 
 
@@ -76,36 +72,29 @@ def box2d_1094() -> Staged:
 def pooltool_354() -> Staged:
     """Two pairs of discs touch: one pair moves together, the other moves apart, and there is no impact."""
     radius = 0.25
-    scene = scene_of(
-        discs=[
-            disc(0j, 1 + 0.5j, radius),
-            disc(0.5 + 0j, 1 + 0.5j, radius),
-            disc(0 - 3j, -1 + 0j, radius),
-            disc(0.5 - 3j, 0.5 + 0j, radius),
-        ],
-        duration_s=1.0,
-    )
+    discs = [
+        disc(0, 1 + 0.5j, radius),
+        disc(0.5, 1 + 0.5j, radius),
+        disc(0 - 3j, -1, radius),
+        disc(0.5 - 3j, 0.5, radius),
+    ]
+    scene = scene_of(discs, duration_s=1.0)
     return answered(scene, [], "Bodies that touch but do not approach exchange no impulse")
 
 
 def visualchemeng_10() -> Staged:
     """Two discs begin in contact, overlap by one rounding error, and approach each other."""
     # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding.
-    scene = scene_of(
-        discs=[disc(0.1 + 0j, 1 + 0j, 0.1), disc(0.3 + 0j, -1 + 0j, 0.1), disc(0.3 + 0.5j, 0 + 0j, 0.1)], duration_s=0.5
-    )
-    impacts = [impact(0.0, 0, 1, -1 + 0j, 1 + 0j)]
+    scene = scene_of(discs=[disc(0.1, 1, 0.1), disc(0.3, -1, 0.1), disc(0.3 + 0.5j, 0, 0.1)], duration_s=0.5)
+    impacts = [impact(0.0, 0, 1, -1, 1)]
     return answered(scene, impacts, "Equal masses exchange velocities, at once")
 
 
 def dynamo_57() -> Staged:
     """Three discs in a line with restitution 1/16 have infinitely many impacts in a finite time."""
     radius = 0.25
-    scene = scene_of(
-        discs=[disc(-0.75 + 0j, 1 + 0j, radius), disc(0j, 0j, radius), disc(0.75 + 0j, -1 + 0j, radius)],
-        restitution=0.0625,
-        duration_s=2.0,
-    )
+    discs = [disc(-0.75, 1, radius), disc(0, 0, radius), disc(0.75, -1, radius)]
+    scene = scene_of(discs, restitution=0.0625, duration_s=2.0)
     source = (
         "Below a restitution of 7 - 4 sqrt(3), three equal discs in a line collide infinitely often and stay "
         "together, with their centre of mass at rest (S. McNamara and W. R. Young, Phys. Fluids A 4, 496, 1992)"
@@ -116,9 +105,9 @@ def dynamo_57() -> Staged:
 
 def cannon_359() -> Staged:
     """Two balls fly at each other off centre, without friction, and lose no energy."""
-    return meeting((3 + 0j, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
+    return meeting((3, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
 
 
 def vrc8ball_85() -> Staged:
     """A fast cue ball strikes an object ball, off centre by nine tenths of the contact distance."""
-    return meeting((8 + 0j, 0j), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)
+    return meeting((8, 0), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

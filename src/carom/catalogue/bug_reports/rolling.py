@@ -38,7 +38,7 @@ def tailuge_298() -> Staged:
         Disc(position_m=(-speed * _HIT_S, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius, inertia_factor=k),
         Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
     ]
-    scene = scene_of(discs=discs, friction=0.5, duration_s=2 * _HIT_S)
+    scene = scene_of(discs, friction=0.5, duration_s=2 * _HIT_S)
     normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, -speed ny
     struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
@@ -83,7 +83,7 @@ def _on_a_floor(
 
 def _ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = _SPHERE) -> Disc:
     spin = -along / radius_m if rolls else 0.0
-    return disc(complex(0.0, radius_m), complex(along, 0.0), radius_m, spin_rad_s=spin, inertia_factor=inertia)
+    return disc(complex(0.0, radius_m), along, radius_m, spin_rad_s=spin, inertia_factor=inertia)
 
 
 def rolls_out(along: float, resists: float, friction: float) -> Staged:
@@ -97,14 +97,10 @@ def cannon_293() -> Staged:
     """A sphere rolls down a slope that is less steep than its rolling resistance, and stops on it."""
     along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
+    source = "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c"
+    body = _ball(along, rolls=True)
     return _on_a_floor(
-        "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c",
-        _ball(along, rolls=True),
-        along**2 / (2.0 * slower),
-        2.0 * along / slower,
-        fall=fall,
-        friction=0.8,
-        resists=resists,
+        source, body, along**2 / (2.0 * slower), 2.0 * along / slower, fall=fall, friction=0.8, resists=resists
     )
 
 
@@ -126,15 +122,8 @@ def cannon_345() -> Staged:
 
 def nphysics_204() -> Staged:
     """A sphere that is released on a slope stays at rest."""
-    return _on_a_floor(
-        "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance",
-        _ball(0.0, rolls=True),
-        0.0,
-        5.0,
-        fall=0.05,
-        friction=0.5,
-        resists=0.1,
-    )
+    source = "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance"
+    return _on_a_floor(source, _ball(0.0, rolls=True), 0.0, 5.0, fall=0.05, friction=0.5, resists=0.1)
 
 
 def reactphysics3d_13() -> Staged:
@@ -145,16 +134,9 @@ def reactphysics3d_13() -> Staged:
 def box2d_617() -> Staged:
     """A disc without rolling resistance rolls on for ever."""
     along, lasts = 3.0, 10.0
-    return _on_a_floor(
-        "Without slip, friction has no effect",
-        _ball(along, rolls=True, radius_m=1.0, inertia=0.5),
-        along * lasts,
-        lasts,
-        along=along,
-        rim=-along,
-        gravity_m_s2=10.0,
-        friction=0.2,
-    )
+    source = "Without slip, friction has no effect"
+    body = _ball(along, rolls=True, radius_m=1.0, inertia=0.5)
+    return _on_a_floor(source, body, along * lasts, lasts, along=along, rim=-along, gravity_m_s2=10.0, friction=0.2)
 
 
 def pooltool_39() -> Staged:
@@ -178,13 +160,9 @@ def brax_58() -> Staged:
     met, changed = gap / along, 2.0 * along / 7.0
     slid = changed / (friction * g)
     rolls_s, slides_m = lasts - met - slid, changed * slid / 2.0
+    discs = [_ball(along, rolls=True), disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)]
     scene = scene_of(
-        discs=[_ball(along, rolls=True), disc(complex(2.0 * radius + gap, radius), 0j, radius, inertia_factor=_SPHERE)],
-        walls=[FLOOR],
-        gravity_m_s2=(0.0, -g),
-        wall_friction=friction,
-        wall_restitution=0.0,
-        duration_s=lasts,
+        discs, walls=[FLOOR], gravity_m_s2=(0.0, -g), wall_friction=friction, wall_restitution=0.0, duration_s=lasts
     )
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
@@ -192,8 +170,8 @@ def brax_58() -> Staged:
         "Equal elastic spheres exchange velocities and keep their spins; angular momentum about the floor is "
         "conserved: 2/7 of v is left to the spinning sphere, 5/7 to the other"
     )
-    hit = impact(met, 0, 1, 0j, complex(along), -along / radius, 0.0)
-    final = [(complex(way, radius), complex(speed)) for way, speed in zip(ways, rolling, strict=True)]
+    hit = impact(met, 0, 1, 0, along, -along / radius, 0.0)
+    final = [(complex(way, radius), speed) for way, speed in zip(ways, rolling, strict=True)]
     spins = (-rolling[0] / radius, -rolling[1] / radius)
     return answered(scene, [hit], source, final=final, spins=spins)
 
@@ -201,7 +179,7 @@ def brax_58() -> Staged:
 def brax_151() -> Staged:
     """An elastic ball that lies on the ground stays there."""
     staged = _on_a_floor(
-        "A body at rest stays at rest", disc(complex(0.0, 0.1), 0j, 0.1), 0.0, 3.0, gravity_m_s2=9.8, restitution=1.0
+        "A body at rest stays at rest", disc(complex(0.0, 0.1), 0, 0.1), 0.0, 3.0, gravity_m_s2=9.8, restitution=1.0
     )
     return Staged(staged.scene.model_copy(update={"frame_rate_hz": 100.0}), staged.known)
 
@@ -211,7 +189,7 @@ def bullet3_2117() -> Staged:
     resists, g, speed, lasts = 0.02, 9.81, 0.5, 2.5
     slower = resists * g / (1.0 + _SPHERE)
     left, way = speed - slower * lasts, speed * lasts - slower * lasts**2 / 2.0
-    scene = scene_of(discs=[disc(0j, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts)
+    scene = scene_of(discs=[disc(0, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts)
     source = "v' = -c g/(1 + k) against the motion: the friction of a rolling ball has no other direction"
     return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
 
@@ -226,7 +204,7 @@ def matter_613() -> Staged:
 
 def bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
     """Stage a ball that is dropped, bounces infinitely often in finite time, and then rests for some time."""
-    ball = disc(complex(0.0, 0.5 + height_m), 0j, 0.5)
+    ball = disc(complex(0.0, 0.5 + height_m), 0, 0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
     source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
     return _on_a_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)

@@ -17,7 +17,7 @@ from carom.model.scene import Chain
 _LAW = "Newton's law: the velocity along the normal is reversed; a floor in pieces acts like one floor"
 
 
-def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1 + 0j) -> Staged:
+def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1) -> Staged:
     """Stage a disc that meets a wall once, half a second after the start, `at` metres along the wall.
 
     The wall is a floor at height 0. Floor and disc are rotated about the origin by `turn`.
@@ -68,12 +68,9 @@ def godot_65204() -> Staged:
     before = 2 - 1j - 1j * pull * time
     start = -0.125 + 1j * radius - (2 - 1j) * time + 0.5j * pull * time**2
     after = after_wall(before, 1j, restitution)
+    discs = [disc(start, 2 - 1j, radius)]
     scene = scene_of(
-        [disc(start, 2 - 1j, radius)],
-        walls=[edges(-4, 4, pieces=16)],
-        wall_restitution=restitution,
-        gravity_m_s2=(0.0, -pull),
-        duration_s=end,
+        discs, walls=[edges(-4, 4, pieces=16)], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=end
     )
     left = end - time
     final = -0.125 + 1j * radius + after * left - 0.5j * pull * left**2, after - 1j * pull * left

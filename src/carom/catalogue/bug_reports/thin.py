@@ -61,7 +61,7 @@ def p2_372() -> Staged:
 def box2d_71() -> Staged:
     """A fast ball meets a chain of lines where two of them meet at an angle."""
     wall = edges(1 - 3j, 0, 1 + 3j)
-    return _at_a_point(40 + 3j, 0.2, 0j, unit(-5 + 0.5j), wall)
+    return _at_a_point(40 + 3j, 0.2, 0, unit(-5 + 0.5j), wall)
 
 
 def godot_9071() -> Staged:
@@ -71,7 +71,7 @@ def godot_9071() -> Staged:
 
 def godot_72674() -> Staged:
     """A small fast ball meets a wall without thickness."""
-    return _at_a_wall(25 + 0j, 0.02, edges(-2j, 2j))
+    return _at_a_wall(25, 0.02, edges(-2j, 2j))
 
 
 def godot_6664() -> Staged:
@@ -94,7 +94,7 @@ def avian_990() -> Staged:
     pull, radius, end, start = 9.81, 0.0135, 0.25, 0.05
     wall = _solid(0, 0.1, 0.1 - 1j, -1j)
     scene = scene_of(
-        [disc(complex(-radius - 0.0005, start), 0j, radius)], walls=[wall], gravity_m_s2=(0.0, -pull), duration_s=end
+        [disc(complex(-radius - 0.0005, start), 0, radius)], walls=[wall], gravity_m_s2=(0.0, -pull), duration_s=end
     )
     final = complex(-radius - 0.0005, start - 0.5 * pull * end**2), -1j * pull * end
     return answered(scene, [], "Galileo: free fall; the ball stays half a millimetre away", final=[final])
@@ -102,19 +102,19 @@ def avian_990() -> Staged:
 
 def construct_4905() -> Staged:
     """A ball whose centre is just outside of a box comes down on the corner of the box."""
-    return _at_a_point(3 - 4j, 0.25, 0j, unit(-0.35 + 1j), _solid(0, 4, 4 - 2j, -2j))
+    return _at_a_point(3 - 4j, 0.25, 0, unit(-0.35 + 1j), _solid(0, 4, 4 - 2j, -2j))
 
 
 def construct_3443() -> Staged:
     """A ball falls straight down on the upper corner of a tilted box."""
-    return _at_a_point(-5j, 0.2, 0j, unit(0.3 + 1j), _solid(0, 2 - 2j, -4j, -2 - 2j))
+    return _at_a_point(-5j, 0.2, 0, unit(0.3 + 1j), _solid(0, 2 - 2j, -4j, -2 - 2j))
 
 
 def vrc8ball_64() -> Staged:
     """A ball moves along two cushions and past the pocket between them."""
     radius, jaw = 0.0286, 0.06
     walls = [edges(-1.2, -jaw, complex(-0.75 * jaw, -jaw)), edges(complex(0.75 * jaw, -jaw), jaw, 1.2)]
-    scene = scene_of([disc(complex(-1, radius + 0.001), 3 + 0j, radius)], walls=walls, duration_s=0.65)
+    scene = scene_of([disc(complex(-1, radius + 0.001), 3, radius)], walls=walls, duration_s=0.65)
     return answered(scene, [], "A straight line, a millimetre from all walls")
 
 
@@ -122,7 +122,7 @@ def vrc8ball_70() -> Staged:
     """A ball meets the jaw of a side pocket."""
     jaw = 0.06
     cushion = edges(complex(0.75 * jaw, -jaw), jaw, 1.2)
-    return _at_a_point(2 - 0.75j, 0.0286, complex(jaw), unit(-0.6 + 1j), cushion)
+    return _at_a_point(2 - 0.75j, 0.0286, jaw, unit(-0.6 + 1j), cushion)
 
 
 def ball2box_10() -> Staged:
@@ -135,7 +135,7 @@ def ball2box_10() -> Staged:
     impacts = [impact(fall, 0, -1, up), impact(3 * fall, 0, -1, up)]
     left = end - 3 * fall
     final = complex(-0.01 + drift * left, radius + pull * fall * left - 0.5 * pull * left**2), up - 1j * pull * left
-    scene = scene_of([disc(start, complex(drift), radius)], walls=[box], gravity_m_s2=(0.0, -pull), duration_s=end)
+    scene = scene_of([disc(start, drift, radius)], walls=[box], gravity_m_s2=(0.0, -pull), duration_s=end)
     return answered(scene, impacts, "Galileo: rise and fall take equal times; Newton's law on the box", final=[final])
 
 
@@ -146,7 +146,7 @@ def cannon_301() -> Staged:
     end, speed = 1.5 * time, pull * time
     floor = edges(-4, 0, pieces=4)
     scene = scene_of(
-        [disc(complex(-0.25, radius + height), 0j, radius)], walls=[floor], gravity_m_s2=(0.0, -pull), duration_s=end
+        [disc(complex(-0.25, radius + height), 0, radius)], walls=[floor], gravity_m_s2=(0.0, -pull), duration_s=end
     )
     left = end - time
     final = complex(-0.25, radius + speed * left - 0.5 * pull * left**2), 1j * (speed - pull * left)

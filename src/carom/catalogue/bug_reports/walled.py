@@ -17,13 +17,9 @@ def wall_on_the_right(
     *, radius_m: float, velocity: complex, gap_m: float, duration_s: float, rate_hz: float, restitution: float = 1.0
 ) -> Staged:
     """Stage a disc at the origin that meets one wall."""
-    scene = scene_of(
-        discs=[disc(0j, velocity, radius_m)],
-        walls=[Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))],
-        wall_restitution=restitution,
-        duration_s=duration_s,
-        frame_rate_hz=rate_hz,
-    )
+    discs = [disc(0, velocity, radius_m)]
+    walls = [Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))]
+    scene = scene_of(discs, walls=walls, wall_restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
     after = complex(-restitution * velocity.real, velocity.imag)
     return answered(scene, [impact(gap_m / velocity.real, 0, -1, after)], _MIRROR)
 
@@ -59,19 +55,15 @@ def pooltool_217_touching() -> Staged:
 def nimble_143() -> Staged:
     """A ball bounces off a wall, and meets the ball that follows it."""
     radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
-    scene = scene_of(
-        discs=[disc(complex(first, 0), complex(v1, 0), radius), disc(complex(second, 0), complex(v2, 0), radius)],
-        walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))],
-        duration_s=1.25,
-        frame_rate_hz=100.0,
-    )
+    discs = [disc(first, v1, radius), disc(second, v2, radius)]
+    scene = scene_of(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=1.25, frame_rate_hz=100.0)
     at_wall = (wall - radius - first) / v1
     met = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
-    impacts = [impact(at_wall, 0, -1, complex(-v1, 0)), impact(met, 0, 1, complex(v2, 0), complex(-v1, 0))]
+    impacts = [impact(at_wall, 0, -1, -v1), impact(met, 0, 1, v2, -v1)]
     # After this impact the first ball goes to the wall once more.
     where = wall - radius - v1 * (met - at_wall)
     again = met + (wall - radius - where) / v2
-    impacts.append(impact(again, 0, -1, complex(-v2, 0)))
+    impacts.append(impact(again, 0, -1, -v2))
     impacts = [known for known in impacts if known.time_s < scene.duration_s]
     return answered(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")
 
@@ -84,8 +76,8 @@ def pooltool_154() -> Staged:
     velocity = cmath.rect(speed, angle)
     discs = [disc(0.5 + 0.5j, velocity, radius)]
     places = [complex(k - row / 2, row * math.sqrt(3) / 2) * pitch for row in range(5) for k in range(row + 1)]
-    discs += [disc(apex + place, 0j, radius) for place in places]
-    scene = scene_of(discs=discs, duration_s=1.0, frame_rate_hz=240.0)
+    discs += [disc(apex + place, 0, radius) for place in places]
+    scene = scene_of(discs, duration_s=1.0, frame_rate_hz=240.0)
     start = complex(*scene.discs[0].position_m)
     first: tuple[float, int] | None = None
     for k, struck in enumerate(scene.discs[1:], 1):
@@ -99,7 +91,7 @@ def pooltool_154() -> Staged:
         return answered(scene, [], "The path of the cue ball passes every ball")
     time, struck_number = first
     normal = unit(complex(*scene.discs[struck_number].position_m) - start - velocity * time)
-    after = after_impact(1.0, velocity, 1.0, 0j, normal)
+    after = after_impact(1.0, velocity, 1.0, 0, normal)
     known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
     source = "The first impact by the quadratic of the straight path; after it energy is kept, and nothing overlaps"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
@@ -112,11 +104,9 @@ def dyn4j_87() -> Staged:
     while (time := time + ((right - radius - place) if speed > 0 else (place - left - radius)) / abs(speed)) < duration:
         place, wall = (right - radius, -2) if speed > 0 else (left + radius, -1)
         speed *= -restitution
-        impacts.append(impact(time, 0, wall, complex(speed, 0)))
+        impacts.append(impact(time, 0, wall, speed))
     walls = [Wall(point_m=(left, 0.0), normal=(1.0, 0.0)), Wall(point_m=(right, 0.0), normal=(-1.0, 0.0))]
-    scene = scene_of(
-        discs=[disc(-0.3 + 0j, 2 + 0j, radius)], walls=walls, wall_restitution=restitution, duration_s=duration
-    )
+    scene = scene_of(discs=[disc(-0.3, 2, radius)], walls=walls, wall_restitution=restitution, duration_s=duration)
     return answered(scene, impacts, f"{_MIRROR}: the walls' distance over a speed that falls by a factor")
 
 
@@ -125,17 +115,14 @@ def gama_556() -> Staged:
     radius, wall, gap, slit, speed = 0.25, 2.0, 0.5, 0.01, 2.0
     first = wall - radius - gap
     second = first - 2 * radius - slit
-    scene = scene_of(
-        discs=[disc(complex(first, 0), complex(speed, 0), radius), disc(complex(second, 0), complex(speed, 0), radius)],
-        walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))],
-        duration_s=0.75,
-    )
+    discs = [disc(first, speed, radius), disc(second, speed, radius)]
+    scene = scene_of(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=0.75)
     at_wall = gap / speed
     met = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
     back = met + slit / (2 * speed)  # the first returns by half of the slit
     impacts = [
-        impact(at_wall, 0, -1, complex(-speed, 0)),
-        impact(met, 0, 1, complex(speed, 0), complex(-speed, 0)),
-        impact(back, 0, -1, complex(-speed, 0)),
+        impact(at_wall, 0, -1, -speed),
+        impact(met, 0, 1, speed, -speed),
+        impact(back, 0, -1, -speed),
     ]
     return answered(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")

@@ -19,13 +19,8 @@ def _sorting() -> Staged:
     ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
     n = len(ghost)
-    scene = scene_of(
-        discs=[
-            disc(complex(g + 2 * radius * k, 0), complex(v, 0), radius)
-            for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))
-        ],
-        duration_s=1.75,
-    )
+    discs = [disc(g + 2 * radius * k, v, radius) for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))]
+    scene = scene_of(discs, duration_s=1.75)
     crossings = sorted(
         ((ghost[b] - ghost[a]) / (velocity[a] - velocity[b]), a, b)
         for a, b in combinations(range(n), 2)
@@ -37,7 +32,7 @@ def _sorting() -> Staged:
         # As many ghosts as discs are further to the left. The value is the number of the left one of the two discs that
         # meet.
         left = sum(ghost[k] + velocity[k] * time < here for k in range(n) if k not in (a, b))
-        impacts.append(impact(time, left, left + 1, complex(velocity[b], 0), complex(velocity[a], 0)))
+        impacts.append(impact(time, left, left + 1, velocity[b], velocity[a]))
     source = (
         "Equal masses on a line exchange velocities: one impact for each inversion of the velocities, at the crossings "
         "of straight lines (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
@@ -52,26 +47,20 @@ def _galperin_100() -> Staged:
     radius_light, radius_heavy = 0.1, 0.3
     # Gaps to the wall, with every radius and diameter between removed.
     gap_light, gap_heavy = 0.5, 1.2
-    scene = scene_of(
-        discs=[
-            disc(complex(gap_light + radius_light, 0), 0j, radius_light, light),
-            disc(complex(gap_heavy + 2 * radius_light + radius_heavy, 0), complex(-speed, 0), radius_heavy, heavy),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
-        duration_s=2.0,
-    )
+    discs = [
+        disc(gap_light + radius_light, 0, radius_light, light),
+        disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
+    ]
+    scene = scene_of(discs, walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))], duration_s=2.0)
     # In coordinates that are scaled by the root of the mass, the pair is a single point. The point moves between the
     # wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
-    bounces = wedge_impacts(
-        complex(root_heavy * gap_heavy, root_light * gap_light),
-        complex(-root_heavy * speed, 0),
-        math.atan2(root_light, root_heavy),
-    )
+    start = complex(root_heavy * gap_heavy, root_light * gap_light)
+    bounces = wedge_impacts(start, -root_heavy * speed, math.atan2(root_light, root_heavy))
     impacts = [
-        impact(b.time_s, 0, 1, complex(b.velocity.imag / root_light, 0), complex(b.velocity.real / root_heavy, 0))
+        impact(b.time_s, 0, 1, b.velocity.imag / root_light, b.velocity.real / root_heavy)
         if b.upper
-        else impact(b.time_s, 0, -1, complex(b.velocity.imag / root_light, 0))
+        else impact(b.time_s, 0, -1, b.velocity.imag / root_light)
         for b in bounces
     ]
     source = (
@@ -101,7 +90,7 @@ def _three_in_line() -> Staged:
     def on_the_line(z: complex) -> tuple[complex, complex, complex]:
         gap, third = z.imag / root_pair, z.real / root_third
         centre = -m2 * third / everything
-        return (complex(centre - m1 * gap / pair, 0), complex(centre + m0 * gap / pair, 0), complex(centre + third, 0))
+        return (centre - m1 * gap / pair, centre + m0 * gap / pair, centre + third)
 
     x0, x1, x2 = on_the_line(start)
     v0, v1, v2 = on_the_line(velocity)
@@ -125,20 +114,12 @@ def _between_fixed() -> Staged:
     """A disc bounces between two immovable discs, along their axis: an unstable periodic orbit."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
-    scene = scene_of(
-        discs=[
-            disc(complex(-half_distance, 0), 0j, fixed, math.inf),
-            disc(0j, complex(speed, 0), radius),
-            disc(complex(half_distance, 0), 0j, fixed, math.inf),
-        ],
-        duration_s=2.25,
-    )
+    discs = [disc(-half_distance, 0, fixed, math.inf), disc(0, speed, radius), disc(half_distance, 0, fixed, math.inf)]
+    scene = scene_of(discs, duration_s=2.25)
     impacts = []
     for n in range(int((scene.duration_s * speed + reach) / (2 * reach))):
         time = (2 * n + 1) * reach / speed
-        impacts.append(
-            impact(time, 1, 2, complex(-speed, 0), 0j) if n % 2 == 0 else impact(time, 0, 1, 0j, complex(speed, 0))
-        )
+        impacts.append(impact(time, 1, 2, -speed, 0) if n % 2 == 0 else impact(time, 0, 1, 0, speed))
     source = "On the axis every impact reverses the velocity: impacts at equal intervals (an unstable periodic orbit)"
     return answered(scene, impacts, source)
 

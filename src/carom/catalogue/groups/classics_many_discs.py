@@ -15,14 +15,8 @@ def _one_into_two() -> Staged:
     radius, speed, start_x = 0.25, 1.0, -1.1
     # The three centres are an equilateral triangle, so the normals are at 30 degrees to the path.
     cosine, sine = math.sqrt(3) / 2, 0.5
-    scene = scene_of(
-        discs=[
-            disc(complex(start_x, 0), complex(speed, 0), radius),
-            disc(complex(0, radius), 0j, radius),
-            disc(complex(0, -radius), 0j, radius),
-        ],
-        duration_s=1.5,
-    )
+    discs = [disc(start_x, speed, radius), disc(complex(0, radius), 0, radius), disc(complex(0, -radius), 0, radius)]
+    scene = scene_of(discs, duration_s=1.5)
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
     # Equal masses: the struck disc takes the component along the normal, cos 30 of the speed; the striker keeps the
@@ -51,7 +45,7 @@ def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, durat
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
         discs.append(disc(centre, speed * direction, radius_m))
-    scene = scene_of(discs=discs, walls=box_walls(side * pitch_m, side * pitch_m), duration_s=duration_s)
+    scene = scene_of(discs, walls=box_walls(side * pitch_m, side * pitch_m), duration_s=duration_s)
     source = "Elastic impacts and elastic walls conserve the kinetic energy: each disc starts at the same speed"
     return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=len(discs) * 0.5 * speed**2))
 

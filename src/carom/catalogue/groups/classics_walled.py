@@ -75,7 +75,7 @@ def in_a_room(
     duration_s: float,
     *,
     half_width_m: float = 0.0,
-    drive: complex = 0j,
+    drive: complex = 0,
     source: str = "Unfolding: the path is one straight line through a lattice of boxes",
 ) -> Staged:
     """Stage a disc in a room of four edges. The room is one body, which may be thick, and may move.
@@ -92,7 +92,7 @@ def in_a_room(
         source: Source of the answer.
     """
     reach = radius_m + half_width_m
-    corners = (0j, complex(width_m), complex(width_m, height_m), complex(0.0, height_m))
+    corners = (0, width_m, complex(width_m, height_m), complex(0.0, height_m))
     room = edges(*corners, closed=True, half_width_m=half_width_m, velocity_m_s=vector(drive))
     begun = disc(start + complex(reach, reach), velocity + drive, radius_m)
     hits = bounces_in_a_box(start, velocity, width_m - 2 * reach, height_m - 2 * reach, duration_s)
@@ -120,12 +120,8 @@ def _restitution_ladder() -> Staged:
     radius, width, e = 0.1, 1.7, 0.8
     start_x, velocity = 0.6, 11 + 0.3j
     first, length = width - radius - start_x, width - 2 * radius
-    scene = scene_of(
-        discs=[disc(complex(start_x, 0), velocity, radius)],
-        walls=box_walls(width, width)[:2],
-        wall_restitution=e,
-        duration_s=3.0,
-    )
+    discs = [disc(start_x, velocity, radius)]
+    scene = scene_of(discs, walls=box_walls(width, width)[:2], wall_restitution=e, duration_s=3.0)
     impacts: list[KnownImpact] = []
     while True:
         n = len(impacts)
@@ -161,15 +157,12 @@ def _bank_shot() -> Staged:
     outgoing = incoming.conjugate()
     struck = complex(0, radius) + outgoing * (time_2 - time_1)
     normal = normal_of_offset(outgoing, 0.4)
-    after, target_after = after_impact(1.0, outgoing, 1.0, 0j, normal)
-    scene = scene_of(
-        discs=[
-            disc(complex(0, radius) - incoming * time_1, incoming, radius),
-            disc(struck + 2 * radius * normal, 0j, radius),
-        ],
-        walls=[FLOOR],
-        duration_s=1.75,
-    )
+    after, target_after = after_impact(1.0, outgoing, 1.0, 0, normal)
+    discs = [
+        disc(complex(0, radius) - incoming * time_1, incoming, radius),
+        disc(struck + 2 * radius * normal, 0, radius),
+    ]
+    scene = scene_of(discs, walls=[FLOOR], duration_s=1.75)
     impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
     source = "Computed backwards from both impacts: the path to the wall is the mirror image of the path from it"
     return answered(scene, impacts, source)

@@ -181,26 +181,23 @@ def _lands_rolling() -> Staged:
 
 def _struck() -> Staged:
     """A rolling disc strikes an equal one at rest: it stops, and then follows, like a billiard ball."""
-    discs = [disc(0.5j, 3 + 0j, 0.5, spin_rad_s=-6.0), disc(2 + 0.5j, 0j, 0.5)]
+    discs = [disc(0.5j, 3, 0.5, spin_rad_s=-6.0), disc(2 + 0.5j, 0, 0.5)]
     scene = scene_of(
         discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
     )
     source = f"{_COULOMB}; the impact exchanges the velocities and keeps the spins"
-    final = [(41 / 12 + 0.5j, 1 + 0j), (91 / 12 + 0.5j, 2 + 0j)]
-    return answered(scene, [impact(1 / 3, 0, 1, 0j, 3 + 0j, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
+    final = [(41 / 12 + 0.5j, 1), (91 / 12 + 0.5j, 2)]
+    return answered(scene, [impact(1 / 3, 0, 1, 0, 3, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
 
 
 def _edge() -> Staged:
     """A disc rolls over the end of an edge at 3 m/s, and flies off: gravity can't bend its path around the end."""
     speed, end, duration = 3.0, 1.0, 1.0
     flown = duration - end / speed
+    discs = [disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
+    walls = [edges(-5, end)]
     scene = scene_of(
-        discs=[disc(complex(0.0, _RADIUS_M), complex(speed), _RADIUS_M, spin_rad_s=-6.0)],
-        walls=[edges(-5, end)],
-        gravity_m_s2=(0.0, -_G),
-        wall_friction=0.5,
-        wall_restitution=0.0,
-        duration_s=duration,
+        discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.5, wall_restitution=0.0, duration_s=duration
     )
     source = "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is as wide"
     end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
@@ -209,39 +206,28 @@ def _edge() -> Staged:
 
 def _pressed() -> Staged:
     """A disc falls onto one that lies on the floor; whether it leaves depends on the order of impacts."""
+    discs = [disc(0.5j, 0, 0.5), disc(1.7j, 0, 0.5)]
     scene = scene_of(
-        discs=[disc(0.5j, 0j, 0.5), disc(1.7j, 0j, 0.5)],
-        walls=[FLOOR],
-        gravity_m_s2=(0.0, -_G),
-        restitution=0.5,
-        wall_restitution=0.0,
-        duration_s=1.0,
+        discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), restitution=0.5, wall_restitution=0.0, duration_s=1.0
     )
-    known = KnownAnswer(
-        "Newton's law of restitution, one impact after the other",
-        (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0))),
-        convention=(
-            "If the impacts are applied one after the other, each round leaves a quarter of 2 m/s, and both discs end "
-            "at rest. If all are applied at once, as in engines, the upper disc leaves at 1 m/s. Here impacts are "
-            "applied one after the other"
-        ),
+    impacts = (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0)))
+    convention = (
+        "If the impacts are applied one after the other, each round leaves a quarter of 2 m/s, and both discs end "
+        "at rest. If all are applied at once, as in engines, the upper disc leaves at 1 m/s. Here impacts are "
+        "applied one after the other"
     )
+    known = KnownAnswer("Newton's law of restitution, one impact after the other", impacts, convention=convention)
     return Staged(scene, known)
 
 
-def _in_a_corner(
-    spin: float, source: str, place_m: float, speed: float, after: float | None, duration: float
-) -> Staged:
+def _in_a_corner(spin: float, source: str, place_m: float, speed: float, after: float | None) -> Staged:
+    discs = [disc(0.5 + 0.5j, 0, 0.5, spin_rad_s=spin)]
+    walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
     scene = scene_of(
-        discs=[disc(0.5 + 0.5j, 0j, 0.5, spin_rad_s=spin)],
-        walls=[FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
-        gravity_m_s2=(0.0, -_G),
-        wall_friction=0.25,
-        wall_restitution=0.0,
-        duration_s=duration,
+        discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.25, wall_restitution=0.0, duration_s=3.0
     )
     spins = None if after is None else (after,)
-    return answered(scene, [], source, final=[(complex(place_m, 0.5), complex(speed))], spins=spins)
+    return answered(scene, [], source, final=[(complex(place_m, 0.5), speed)], spins=spins)
 
 
 def _corner() -> Staged:
@@ -250,14 +236,14 @@ def _corner() -> Staged:
         "Irodov, Problems in General Physics: f (1 + f)/(1 + f^2) g/(k R) slows the spin, to 0 after 17/10 s and "
         "17 rad, while the centre stays"
     )
-    return _in_a_corner(20.0, source, 0.5, 0.0, None, 3.0)
+    return _in_a_corner(20.0, source, 0.5, 0.0, None)
 
 
 def _out_of_a_corner() -> Staged:
     """A disc in a corner spins so that it drives itself out of the corner, and rolls after 4/3 s."""
     slides, speed = 4 / 3, 10 / 3
     way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
-    return _in_a_corner(-20.0, _COULOMB, way, speed, -2.0 * speed, 3.0)
+    return _in_a_corner(-20.0, _COULOMB, way, speed, -2.0 * speed)
 
 
 # On a table -----------------------------------------------------------------------------------------------------------
@@ -265,13 +251,13 @@ def _out_of_a_corner() -> Staged:
 
 def _table_stop() -> Staged:
     """A table decelerates a disc by 4/10 m/s2: it stops after 5/2 s and 5/4 m."""
-    scene = scene_of([disc(0j, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
-    return answered(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0j)])
+    scene = scene_of([disc(0, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
+    return answered(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0)])
 
 
 def _table_pair() -> Staged:
     """A disc slides 3/2 m to an equal one at rest and passes its velocity on; the other disc stops after 1/2 m."""
-    discs = [disc(0j, 2 + 0j, 0.25), disc(2 + 0j, 0j, 0.25)]
+    discs = [disc(0, 2, 0.25), disc(2, 0, 0.25)]
     scene = scene_of(discs, table_deceleration_m_s2=1.0, duration_s=3.0)
     source = "Galileo: each distance s reduces v^2 by 2 a s; equal elastic discs exchange velocities"
-    return answered(scene, [impact(1.0, 0, 1, 0j, 1 + 0j)], source, final=[(1.5 + 0j, 0j), (2.5 + 0j, 0j)])
+    return answered(scene, [impact(1.0, 0, 1, 0, 1)], source, final=[(1.5, 0), (2.5, 0)])

@@ -57,27 +57,19 @@ def _damped_box() -> Staged:
         return complex(x, y), complex(u, v)
 
     impacts = [impact(_clock_s(when, damping), 0, wall, moving(when)[1]) for when, wall in sorted(hits)]
-    scene = scene_of(
-        [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)],
-        walls=[Wall(point_m=point, normal=normal) for point, normal in faces],
-        wall_restitution=restitution,
-        damping_per_s=damping,
-        duration_s=duration,
-    )
+    discs = [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)]
+    walls = [Wall(point_m=point, normal=normal) for point, normal in faces]
+    scene = scene_of(discs, walls=walls, wall_restitution=restitution, damping_per_s=damping, duration_s=duration)
     return answered(scene, impacts, _LAW, final=[moving(end)])
 
 
 def _damped_stop() -> Staged:
     """A damped disc never meets a wall that is exactly as far away as the disc gets in infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
-    scene = scene_of(
-        [disc(0j, complex(speed), radius)],
-        walls=[Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))],
-        damping_per_s=damping,
-        duration_s=duration,
-    )
+    walls = [Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))]
+    scene = scene_of([disc(0, speed, radius)], walls=walls, damping_per_s=damping, duration_s=duration)
     way, kept = speed * _undamped_s(duration, damping), math.exp(-damping * duration)
-    return answered(scene, [], f"{_LAW}: v/c in all", final=[(complex(way), complex(speed * kept))])
+    return answered(scene, [], f"{_LAW}: v/c in all", final=[(way, speed * kept)])
 
 
 def _damped_pair() -> Staged:
@@ -93,16 +85,12 @@ def _damped_pair() -> Staged:
     starts = (0.0, 2.0 * radius + gap)
     kept, left = 1.0 - damping * when, math.exp(-damping * duration)
     final = [
-        (complex(start + before * when + speed * (end - when)), complex(speed * left))
+        (start + before * when + speed * (end - when), speed * left)
         for start, before, speed in zip(starts, (fast, slow), after, strict=True)
     ]
-    scene = scene_of(
-        [disc(complex(starts[0]), complex(fast), radius), disc(complex(starts[1]), complex(slow), radius, mass)],
-        restitution=restitution,
-        damping_per_s=damping,
-        duration_s=duration,
-    )
-    hit = impact(_clock_s(when, damping), 0, 1, complex(after[0] * kept), complex(after[1] * kept))
+    discs = [disc(starts[0], fast, radius), disc(starts[1], slow, radius, mass)]
+    scene = scene_of(discs, restitution=restitution, damping_per_s=damping, duration_s=duration)
+    hit = impact(_clock_s(when, damping), 0, 1, after[0] * kept, after[1] * kept)
     return answered(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
 
 

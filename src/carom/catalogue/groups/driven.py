@@ -25,8 +25,8 @@ def _after(velocity: complex, drive: complex, normal: complex, restitution: floa
 def _paddle() -> Staged:
     """A disc at 2 m/s meets a wall that approaches at 1 m/s, and returns at 4 m/s."""
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))
-    scene = scene_of([disc(3.5625 + 0j, -2 + 0j, 0.5)], walls=[wall], duration_s=2.0)
-    return answered(scene, [impact(3.0625 / 3, 0, -1, 4 + 0j)], f"{_LAW}: 2 V - v")
+    scene = scene_of([disc(3.5625, -2, 0.5)], walls=[wall], duration_s=2.0)
+    return answered(scene, [impact(3.0625 / 3, 0, -1, 4)], f"{_LAW}: 2 V - v")
 
 
 def _racket() -> Staged:
@@ -45,14 +45,14 @@ def _swatter() -> Staged:
     """A swatter without thickness meets a disc at rest at 50 m/s, and must not pass through it."""
     radius, speed = 0.125, 50.0
     swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
-    scene = scene_of([disc(0.25j, 0j, radius)], walls=[swatter], duration_s=0.5)
+    scene = scene_of([disc(0.25j, 0, radius)], walls=[swatter], duration_s=0.5)
     time = (10.0 - radius) / speed
-    return answered(scene, [impact(time, 0, -1, complex(2.0 * speed))], f"{_LAW}: 2 V")
+    return answered(scene, [impact(time, 0, -1, 2.0 * speed)], f"{_LAW}: 2 V")
 
 
 def _tip_of_a_racket() -> Staged:
     """A disc that moves sideways meets the tip of a rising racket."""
-    drive, velocity, radius, time = 2j, -3 + 0j, 0.25, 0.51
+    drive, velocity, radius, time = 2j, -3, 0.25, 0.51
     normal = complex(0.8, 0.6)  # from the tip to the disc's centre
     tip = -drive * time  # at the origin when they meet
     racket = edges(tip, tip - 1j, velocity_m_s=vector(drive))
@@ -97,15 +97,15 @@ def before_a_paddle(
             place, paddle, time = place + speed * wait, paddle + drive * wait, time + wait
             if body:
                 speed = -speed if body == -1 else 2 * drive - speed
-                impacts.append(impact(float(time), 0, body, complex(float(speed))))
+                impacts.append(impact(float(time), 0, body, float(speed)))
     path = [{"from_s": float(begin), "velocity_m_s": (float(drive), 0.0)} for begin, drive in legs]
     moves = {"legs": path} if len(path) > 1 else {"velocity_m_s": path[0]["velocity_m_s"]}
     walls = [
         Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
         Wall(point_m=(float(length), 0.0), normal=(-1.0, 0.0), **moves),
     ]
-    scene = scene_of([disc(1 + 0j, complex(float(start)), 0.25)], walls=walls, duration_s=float(duration))
-    return answered(scene, impacts, source, final=[(complex(float(place)), complex(float(speed)))])
+    scene = scene_of([disc(1, float(start), 0.25)], walls=walls, duration_s=float(duration))
+    return answered(scene, impacts, source, final=[(float(place), float(speed))])
 
 
 def _in_a_cylinder(drive: Fraction, duration: Fraction) -> Staged:
@@ -162,13 +162,8 @@ def on_a_lift(rise: float) -> Staged:
     top = 0.5 * (leaving / restitution) ** 2 / pull
     end = complex(0.0, radius + rise * duration + top), complex(0.0, rise)
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, rise))
-    scene = scene_of(
-        [disc(complex(0.0, radius + height), 0j, radius)],
-        walls=[floor],
-        wall_restitution=restitution,
-        gravity_m_s2=(0.0, -pull),
-        duration_s=duration,
-    )
+    discs = [disc(complex(0.0, radius + height), 0, radius)]
+    scene = scene_of(discs, walls=[floor], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=duration)
     return answered(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])
 
 
@@ -176,8 +171,8 @@ def _start_at_a_touch() -> Staged:
     """A wall at rest that touches a disc starts to move, and strikes the disc at that instant."""
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
-    scene = scene_of([disc(0.25 + 0j, 0j, 0.25)], walls=[wall], duration_s=2.0)
-    return answered(scene, [impact(0.75, 0, -1, 3 + 0j)], f"{_LAW}: 2 V, when the wall starts")
+    scene = scene_of([disc(0.25, 0, 0.25)], walls=[wall], duration_s=2.0)
+    return answered(scene, [impact(0.75, 0, -1, 3)], f"{_LAW}: 2 V, when the wall starts")
 
 
 def _paddle_to_and_fro() -> Staged:
@@ -191,26 +186,30 @@ def _fast_cup() -> Staged:
     """A cup with a ball at rest in it flies past at 20 m/s: it pushes the ball along, and never lets it out."""
     radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
     cup = edges(2j, 0 - 1j, width - 1j, width + 2j, velocity_m_s=(drive, 0.0))
-    scene = scene_of([disc(complex(place, 0.0), 0j, radius)], walls=[cup], duration_s=0.4)
+    scene = scene_of([disc(place, 0, radius)], walls=[cup], duration_s=0.4)
     time, impacts, speed = (place - radius) / drive, list[KnownImpact](), 2.0 * drive
     while time < scene.duration_s:
-        impacts.append(impact(time, 0, -1, complex(speed)))
+        impacts.append(impact(time, 0, -1, speed))
         time, speed = time + (width - 2.0 * radius) / drive, 2.0 * drive - speed
     return answered(scene, impacts, "Galileo: as in a cup at rest, in which the ball comes at -V")
 
 
 def _conveyor() -> Staged:
     """A ball that is dropped on a belt leaves in the belt's direction, spinning: friction removes all of the slip."""
-    radius, down, belt, time, k = 0.25, 2.0, 1.5, 0.5, 0.5
+    belt = 1.5
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=belt)
-    scene = scene_of(
-        [disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)],
-        walls=[floor],
-        wall_friction=1.0,
-        duration_s=2 * time,
-    )
-    change = belt / (1.0 + 1.0 / k)  # part of the slip, which is the belt's speed
-    after, spin = complex(-change, down), -change / k / radius
     source = "Coulomb: the slip, which is the belt's speed, ends; 1/(1 + 1/k) of it goes into the velocity"
+    return on_a_moving_surface(floor, -belt, 1.0, source)
+
+
+def on_a_moving_surface(floor: Wall, speed: float, friction: float, source: str) -> Staged:
+    """Stage a ball that comes straight down on a rough floor, whose surface moves at a speed to the right."""
+    radius, down, time, k = 0.25, 2.0, 0.5, 0.5
+    ball = disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
+    scene = scene_of([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
+    # If friction is strong enough, it ends the slip, and 1/(1 + 1/k) of the slip becomes velocity. Otherwise its
+    # impulse is at the limit.
+    change = math.copysign(min(abs(speed) / (1.0 + 1.0 / k), friction * 2.0 * down), speed)
+    after, spin = complex(change, down), change / k / radius
     end = complex(0.0, radius) + after * time, after
     return answered(scene, [impact(time, 0, -1, after, None, spin)], source, final=[end], spins=(spin,))

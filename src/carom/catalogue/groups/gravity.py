@@ -51,12 +51,9 @@ def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     radius, drift = 0.2, 0.4
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
+    discs = [disc(complex(0, height + radius), drift, radius)]
     scene = scene_of(
-        discs=[disc(complex(0, height + radius), complex(drift, 0), radius)],
-        walls=[FLOOR],
-        wall_restitution=restitution,
-        gravity_m_s2=vector(FALL),
-        duration_s=duration_s,
+        discs, walls=[FLOOR], wall_restitution=restitution, gravity_m_s2=vector(FALL), duration_s=duration_s
     )
     bounces = _hops(first, speed, pull, restitution, duration_s)
     last, leaving = bounces[-1]
@@ -81,12 +78,8 @@ def _box() -> Staged:
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
     start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the region of the centre
     pull = abs(FALL)
-    scene = scene_of(
-        discs=[disc(start + complex(radius, radius), velocity, radius)],
-        walls=box_walls(width, height),
-        gravity_m_s2=vector(FALL),
-        duration_s=duration,
-    )
+    discs = [disc(start + complex(radius, radius), velocity, radius)]
+    scene = scene_of(discs, walls=box_walls(width, height), gravity_m_s2=vector(FALL), duration_s=duration)
     landing = math.sqrt(velocity.imag**2 + 2 * pull * start.imag)
     floor = _hops((velocity.imag + landing) / pull, landing, pull, 1.0, duration)
     length = width - 2 * radius
@@ -107,7 +100,7 @@ def _box() -> Staged:
     unfolded = (start.real + velocity.real * duration) / length
     folded = abs(unfolded - 2 * round(unfolded / 2)) * length
     last = floor[-1][0]
-    end, speed = _fallen(complex(folded, 0), complex(across, landing), duration - last)
+    end, speed = _fallen(folded, complex(across, landing), duration - last)
     final = (complex(folded, end.imag) + complex(radius, radius), speed)
     source = "Sideways, gravity has no effect and the box unfolds; up and down, each hop lasts 2 u / g"
     return answered(scene, impacts, source, final=[final])
@@ -121,12 +114,8 @@ def _falling_pair() -> Staged:
     where = 0.4 + 2.2j
     p1, p2 = where - r1 * normal, where + r2 * normal
     after1, after2 = after_impact(m1, v1, m2, v2, normal, e)
-    scene = scene_of(
-        discs=[disc(p1 - v1 * time, v1, r1, m1), disc(p2 - v2 * time, v2, r2, m2)],
-        restitution=e,
-        gravity_m_s2=vector(FALL),
-        duration_s=duration,
-    )
+    discs = [disc(p1 - v1 * time, v1, r1, m1), disc(p2 - v2 * time, v2, r2, m2)]
+    scene = scene_of(discs, restitution=e, gravity_m_s2=vector(FALL), duration_s=duration)
     gained, rest = FALL * time, duration - time
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
@@ -141,13 +130,9 @@ def _incline() -> Staged:
     along = -1j * normal
     pull, slide = -dot(FALL, normal), dot(FALL, along)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
-    scene = scene_of(
-        discs=[disc((height + radius) * normal, 0j, radius)],
-        walls=[Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))],
-        wall_restitution=e,
-        gravity_m_s2=vector(FALL),
-        duration_s=duration,
-    )
+    discs = [disc((height + radius) * normal, 0, radius)]
+    walls = [Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))]
+    scene = scene_of(discs, walls=walls, wall_restitution=e, gravity_m_s2=vector(FALL), duration_s=duration)
     bounces = _hops(first, speed, pull, e, duration)
     last, leaving = bounces[-1]
     up, falling = _fallen(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))

@@ -32,29 +32,26 @@ def _missed() -> Staged:
 def _late() -> Staged:
     """Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5)."""
     # The deep overlap lasts several frames, so PIT can't miss it; .9 of a frame passes before the next check.
-    return _seen((4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
+    return _seen((4 + 0.5j, -2), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
 
 
 def _wrong_direction() -> Staged:
     """A green disc strikes a blue one, which bounces off a red one: with PIT at a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
-    green, blue = 7 + 0j, -1 + 0j
+    green, blue = 7, -1 + 0j
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ
     normal_1 = normal_of_offset(green - blue, -0.2)
     green_after, blue_between = after_impact(1.0, green, 1.0, blue, normal_1)
     # Blue is struck at the origin, and arrives at red.
     normal_2 = normal_of_offset(blue_between, 0.3)
-    blue_after, red_after = after_impact(1.0, blue_between, heavy, 0j, normal_2)
+    blue_after, red_after = after_impact(1.0, blue_between, heavy, 0, normal_2)
     red = blue_between * (time_2 - time_1) + 2 * radius * normal_2
-    scene = scene_of(
-        discs=[
-            disc(-2 * radius * normal_1 - green * time_1, green, radius),
-            disc(-blue * time_1, blue, radius),
-            disc(red, 0j, radius, heavy),
-        ],
-        duration_s=1.25,
-        frame_rate_hz=_FILM_HZ,
-    )
+    discs = [
+        disc(-2 * radius * normal_1 - green * time_1, green, radius),
+        disc(-blue * time_1, blue, radius),
+        disc(red, 0, radius, heavy),
+    ]
+    scene = scene_of(discs, duration_s=1.25, frame_rate_hz=_FILM_HZ)
     impacts = [impact(time_1, 0, 1, green_after, blue_between), impact(time_2, 1, 2, blue_after, red_after)]
     return answered(scene, impacts, _BACKWARDS)
 
@@ -67,11 +64,11 @@ def _multiple() -> Staged:
     impacts = []
     for struck, side in enumerate((1, -1, 1, -1), start=1):
         normal = normal_of_offset(velocity, 0.85 * side)
-        discs.append(disc(centre + (radius + small) * normal, 0j, small))
-        velocity, struck_after = after_impact(heavy, velocity, 1.0, 0j, normal)
+        discs.append(disc(centre + (radius + small) * normal, 0, small))
+        velocity, struck_after = after_impact(heavy, velocity, 1.0, 0, normal)
         impacts.append(impact(time, 0, struck, velocity, struck_after))
         # Four impacts at .10, .38, .66 and .94 of one frame.
         centre += velocity * (0.28 / _FILM_HZ)
         time += 0.28 / _FILM_HZ
-    scene = scene_of(discs=discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
+    scene = scene_of(discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
     return answered(scene, impacts, _BACKWARDS)

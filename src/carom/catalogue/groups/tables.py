@@ -43,7 +43,7 @@ def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain 
 def _bullet() -> Staged:
     """A one-millimetre disc at a million metres a second meets a wall without thickness."""
     scene = scene_of([disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4)
-    return answered(scene, [impact(9.999 / 1e6, 0, -1, complex(-1e6))], f"{_LAW}; the path is 10 m less the radius")
+    return answered(scene, [impact(9.999 / 1e6, 0, -1, -1e6)], f"{_LAW}; the path is 10 m less the radius")
 
 
 def _end_of_a_wall(offset: float) -> Staged:
@@ -51,7 +51,7 @@ def _end_of_a_wall(offset: float) -> Staged:
     radius, speed, time = 0.25, 3.0, 0.51
     normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # from the end to the centre
     start = complex(0.0, radius * offset) + radius * normal.real - speed * time
-    scene = scene_of([disc(start, complex(speed), radius)], walls=[edges(-1j, 0j)], duration_s=1.5)
+    scene = scene_of([disc(start, speed, radius)], walls=[edges(-1j, 0)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
     hits = [impact(time, 0, -1, after)] if offset < 1.0 else []
     return answered(scene, hits, "The normal is from the end to the centre: s off, (2 s^2 - 1, 2 s sqrt(1 - s^2))")
@@ -74,12 +74,8 @@ def _end_missed() -> Staged:
 
 def _corner(restitution: float) -> Staged:
     radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64  # all exact, so that both sides are met at one instant
-    scene = scene_of(
-        [disc(complex(radius, radius) - velocity * time, velocity, radius)],
-        walls=[edges(9, 0, 9j)],
-        wall_restitution=restitution,
-        duration_s=2.5,
-    )
+    discs = [disc(complex(radius, radius) - velocity * time, velocity, radius)]
+    scene = scene_of(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
     once = after_wall(velocity, 1j, restitution)
     impacts = [impact(time, 0, -1, once), impact(time, 0, -1, after_wall(once, 1, restitution))]
     return answered(scene, impacts, f"{_LAW}: a right angle reverses a velocity, whichever side is first")
@@ -172,14 +168,14 @@ def _to_and_fro(start: complex, velocity: complex, way: float) -> Staged:
 @marked(Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
     """A disc moves along a rhombus in a stadium: each impact on an arc makes an error along the arc larger."""
-    return _around([-1.5j, 3.5 + 0j, 1.5j, -3.5 + 0j], 1.25, 0.5, _stadium(), _BUNIMOVICH)
+    return _around([-1.5j, 3.5, 1.5j, -3.5], 1.25, 0.5, _stadium(), _BUNIMOVICH)
 
 
 @marked(Tag.UNSTABLE)
 def _two_posts() -> Staged:
     """A disc bounces between two round posts, which deflect it more at each impact if it is off their axis."""
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
-    scene = scene_of([disc(0j, 1 + 0j, 0.25)], walls=posts, duration_s=24.0)
+    scene = scene_of([disc(0, 1, 0.25)], walls=posts, duration_s=24.0)
     impacts = [impact(2.0 + 4.0 * k, 0, -1 - k % 2, complex(-((-1) ** k))) for k in range(6)]
     return answered(scene, impacts, "Sinai, Russ. Math. Surv. 25 (1970) 137; the distance of two walls, over the speed")
 
@@ -234,11 +230,9 @@ def _peg() -> Staged:
     time = math.sqrt(2.0 * (height - reach * normal.imag) / pull)
     after = after_wall(-1j * pull * time, normal)
     duration = time + 0.2
+    walls = [Ring(centre_m=(0, 0), radius_m=0.0, half_width_m=0.05)]
     scene = scene_of(
-        [disc(complex(offset, height), 0j, 0.25)],
-        walls=[Ring(centre_m=(0, 0), radius_m=0.0, half_width_m=0.05)],
-        gravity_m_s2=(0.0, -pull),
-        duration_s=duration,
+        [disc(complex(offset, height), 0, 0.25)], walls=walls, gravity_m_s2=(0.0, -pull), duration_s=duration
     )
     left = duration - time
     end = reach * normal + after * left - 0.5j * pull * left**2, after - 1j * pull * left
@@ -251,11 +245,9 @@ def _bowl() -> Staged:
     """A disc falls straight to the bottom of a round container, and rises to the same height each time."""
     pull, height = 8.0, 3.0
     fall, speed, count = math.sqrt(2.0 * height / pull), math.sqrt(2.0 * height * pull), 3
+    discs = [disc(1j, 0, 0.25)]
     scene = scene_of(
-        [disc(1j, 0j, 0.25)],
-        walls=[Ring(centre_m=(0, 0), radius_m=2.25)],
-        gravity_m_s2=(0.0, -pull),
-        duration_s=2.0 * count * fall,
+        discs, walls=[Ring(centre_m=(0, 0), radius_m=2.25)], gravity_m_s2=(0.0, -pull), duration_s=2.0 * count * fall
     )
     impacts = tuple(impact((2 * k - 1) * fall, 0, -1, 1j * speed) for k in range(1, count + 1))
     return Staged(scene, KnownAnswer("Galileo: a fall of sqrt(2 h / g), and flights of twice that", impacts, count))

@@ -54,7 +54,7 @@ def bench(
     from carom.execution.environment import environment
     from carom.execution.sweep import score_journal
     from carom.report.files import require_report_extra
-    from carom.studies.bench.baseline import BaselineChange, compared, read_baseline
+    from carom.studies.bench.baseline import BaselineChange, compare_points, read_baseline
     from carom.studies.bench.document import bench_document, write_bench
     from carom.studies.bench.run import work_precision
     from carom.studies.bench.timing_pass import timing_journal
@@ -79,7 +79,7 @@ def bench(
             progress=progress,
             command=command_line(),
         )
-    found = compared(result, before) if before is not None else None
+    found = compare_points(result, before) if before is not None else None
     page = write_bench(result, out, tuple(axes or Diagram), found)
     common.print_document(bench_document(result, baseline=found), full=verbose, page=page)
     if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in found or ()):

@@ -48,10 +48,10 @@ def history(
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.
     """
-    from carom.studies.history.release_cache import kept_releases
+    from carom.studies.history.release_cache import open_release_cache
 
     (name,) = common.engines_named([engine]) or [engine]
-    with kept_releases(options.kept_mb * 1e6) as kept:
+    with open_release_cache(options.kept_mb * 1e6) as kept:
         if listed:
             _list(name, options, kept)
         elif bisect is not None:
@@ -61,15 +61,15 @@ def history(
 
 
 def _list(engine: str, options: HistoryOptions, kept: ReleaseCache) -> None:
-    from carom.studies.history.document import listing_lines
+    from carom.studies.history.document import describe_listing
     from carom.studies.history.run import list_releases
 
-    common.say_lines(listing_lines(*list_releases(engine, options, kept)))
+    common.say_lines(describe_listing(*list_releases(engine, options, kept)))
 
 
 def _bisect(engine: str, asked: str, options: HistoryOptions, kept: ReleaseCache) -> None:
     from carom.errors import InputError
-    from carom.studies.history.document import bisection_lines
+    from carom.studies.history.document import describe_bisection
     from carom.studies.history.run import bisect_change
 
     match asked.split(":"):
@@ -79,7 +79,7 @@ def _bisect(engine: str, asked: str, options: HistoryOptions, kept: ReleaseCache
             raise InputError(f"--bisect must be SCENE:PROFILE:STEP, such as classics/box:default:1/60, got {asked!r}")
     with common.progress_bar() as progress:
         one = bisect_change(engine, found, profile, common.seconds(step), kept, options, progress=progress)
-    for line in bisection_lines(one):
+    for line in describe_bisection(one):
         common.say(line)
 
 

@@ -39,7 +39,7 @@ def tune(
     300`.
     """
     from carom.studies.tune import run as search
-    from carom.studies.tune.document import set_words, tune_document, write_tune
+    from carom.studies.tune.document import format_set_options, tune_document, write_tune
     from carom.studies.tune.evaluate import tune_journal
     from carom.studies.tune.search import require_tune_extra
 
@@ -65,7 +65,7 @@ def tune(
             )
         except KeyboardInterrupt:
             if best:
-                common.say(f"best so far (trial {best[-1].trial}): {set_words(best[-1])}", apart=True)
+                common.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
             raise
     page = write_tune(found, asked, out)
     common.print_document(tune_document(found, asked), full=verbose, report=page)

@@ -132,13 +132,9 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return  # paths differ after a missed impact
     off = score.total.final_velocity
-    require(
-        off <= allowed.end,
-        "discs end with wrong velocities",
-        f"{_all(known.final_velocity_m_s or ())} m/s to {number(allowed.end * speed, 3)} m/s",
-        f"{_all(trace.final_velocity_m_s.tolist())} m/s, off by up to {number(off * speed, 3)} m/s",
-        setup,
-    )
+    expected = f"{_all(known.final_velocity_m_s or ())} m/s to {number(allowed.end * speed, 3)} m/s"
+    found = f"{_all(trace.final_velocity_m_s.tolist())} m/s, off by up to {number(off * speed, 3)} m/s"
+    require(off <= allowed.end, "discs end with wrong velocities", expected, found, setup)
 
 
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:

@@ -5,34 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from carom.conformance import suite_scenes as scenes
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.checks.common import declared, end_with_velocities, numbers, supported
 from carom.conformance.probes import Raised
-from carom.conformance.suite_scenes import (
-    DT_S,
-    alone,
-    approach,
-    at_a_circle,
-    belt,
-    bounce_and_pair,
-    bullet,
-    edge_belt,
-    either_side,
-    fall,
-    in_and_out,
-    mallet,
-    paddle,
-    post,
-    posts,
-    rolling,
-    rubbing,
-    sliding_on_a_table,
-    slowing,
-    spinning,
-    starting_paddle,
-    two_walls,
-    walled_box,
-)
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Capabilities
 from carom.engines.api.checks import COMBINE_RULES, MANTISSA_BITS
@@ -63,7 +39,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
         raise NotApplicable(f"restitution is declared to be {low:g} only")
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
-    setup = supported(subject, bounce_and_pair(e, wall_e, wall=can.walls))
+    setup = supported(subject, scenes.bounce_and_pair(e, wall_e, wall=can.walls))
     # The total momentum 1 * 1 - 2 * 2 = -3 is conserved, and the closing speed of 3 m/s is multiplied by e.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
@@ -71,7 +47,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
 
 def immovable_stays(subject: Subject, order: str) -> None:
     """A disc bounces off an immovable one with its velocity reversed, in either order of the two."""
-    setup = supported(subject, post(first=order == "first"))
+    setup = supported(subject, scenes.post(first=order == "first"))
     expected = [(-3.0, 0.0), (0.0, 0.0)]
     end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
     fixed = 0 if order == "first" else 1
@@ -81,7 +57,7 @@ def immovable_stays(subject: Subject, order: str) -> None:
 
 def posts_stand_still(subject: Subject) -> None:
     """Overlapping immovable discs stay at rest without contacts."""
-    setup = supported(subject, posts())
+    setup = supported(subject, scenes.posts())
     end = subject.watch(setup).seen[-1]
     moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
     still = not moved and all(contact.impulse_n_s == 0 for contact in end.contacts)
@@ -91,13 +67,13 @@ def posts_stand_still(subject: Subject) -> None:
 
 def falls_as_declared(subject: Subject) -> None:
     """A falling disc has the velocity g t."""
-    setup = supported(subject, fall())
+    setup = supported(subject, scenes.fall())
     end_with_velocities(subject, setup, [(1.0, -8.0 * setup.scene.duration_s)], "gravity")
 
 
 def slows_as_declared(subject: Subject) -> None:
     """Velocity and spin of a free damped disc decrease as exp(-c t), to within the error of one step."""
-    setup = supported(subject, slowing(spins=subject.capabilities().spin))
+    setup = supported(subject, scenes.slowing(spins=subject.capabilities().spin))
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
     step = scene.damping_per_s * setup.dt_s
@@ -113,7 +89,7 @@ def slows_as_declared(subject: Subject) -> None:
 
 def rolls_as_declared(subject: Subject) -> None:
     """A disc that rolls with rolling resistance decelerates by c g/(1 + k), to within the error of one step."""
-    setup = supported(subject, rolling())
+    setup = supported(subject, scenes.rolling())
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     rate = scene.wall_rolling_resistance * math.hypot(*scene.gravity_m_s2) / (1.0 + scene.discs[0].inertia_factor)
     expected, found = 1.0 - rate * scene.duration_s, float(end.velocity_m_s[0, 0])
@@ -131,7 +107,7 @@ def rolls_as_declared(subject: Subject) -> None:
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
     """A disc on a table slows by the table's deceleration, to within the error of one step."""
-    setup = supported(subject, sliding_on_a_table())
+    setup = supported(subject, scenes.sliding_on_a_table())
     scene, (u, v) = setup.scene, subject.watch(setup).seen[-1].velocity_m_s[0].tolist()
     left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
@@ -141,7 +117,7 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
     require(math.dist((u, v), expected) <= allowed, wrong, wanted, f"{numbers((u, v))} m/s", setup)
 
 
-def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = DT_S) -> None:
+def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = scenes.DT_S) -> None:
     """Check the impact of a disc on an equal disc at rest, which takes over its velocity."""
     speed = scene.discs[0].velocity_m_s[0]
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], where)
@@ -150,7 +126,7 @@ def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = DT_S) 
 def fast_as_declared(subject: Subject) -> None:
     """At the greatest declared speed, a disc passes its velocity on to an equal one, with equally scaled steps."""
     speed = min(subject.capabilities().max_speed_m_s, FAST_M_S)
-    _hands_over(subject, approach(speed_m_s=speed), f"at {speed:g} m/s", DT_S * 3.0 / speed)
+    _hands_over(subject, scenes.approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed)
 
 
 def far_as_declared(subject: Subject) -> None:
@@ -159,17 +135,17 @@ def far_as_declared(subject: Subject) -> None:
     # Beyond this coordinate, rounding exceeds a thousandth of the disc's radius in any engine.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
     coordinate = min(can.max_coordinate_m, FAR_M, finest)
-    _hands_over(subject, approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin")
+    _hands_over(subject, scenes.approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin")
 
 
 def moves_as_declared(subject: Subject) -> None:
     """A disc that moves by the greatest declared distance per step ends at the right position."""
     can = subject.capabilities()
-    speed = min(can.max_move_m / DT_S, can.max_speed_m_s, FAST_M_S)
-    setup = Setup(alone(speed_m_s=speed))
-    end = end_with_velocities(subject, setup, [(speed, 0.0)], f"at {speed * DT_S:g} m per step")
+    speed = min(can.max_move_m / scenes.DT_S, can.max_speed_m_s, FAST_M_S)
+    setup = Setup(scenes.alone(speed_m_s=speed))
+    end = end_with_velocities(subject, setup, [(speed, 0.0)], f"at {speed * scenes.DT_S:g} m per step")
     wanted, found = speed * setup.scene.duration_s, float(end.position_m[0][0])
-    what = f"a disc that moves {speed * DT_S:g} m per step ends at a wrong position"
+    what = f"a disc that moves {speed * scenes.DT_S:g} m per step ends at a wrong position"
     there = abs(found - wanted) <= subject.rounding * wanted
     require(there, what, f"{number(wanted, 10)} m", f"{number(found, 10)} m", setup)
 
@@ -179,28 +155,28 @@ def small_as_declared(subject: Subject) -> None:
     radius = subject.capabilities().min_radius_m or SMALL_M
     # Scale lengths by 2 r, and times and speeds by the square root of 2 r. This keeps accelerations.
     root = math.sqrt(2 * radius)
-    scene = approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
-    _hands_over(subject, scene, f"radius {radius:g} m", DT_S * root)
+    scene = scenes.approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
+    _hands_over(subject, scene, f"radius {radius:g} m", scenes.DT_S * root)
 
 
 def large_as_declared(subject: Subject) -> None:
     """At the greatest declared radius, a disc passes its velocity on to an equal one."""
     can = subject.capabilities()
     radius = min(can.max_radius_m, FAR_M, can.max_coordinate_m / 4)
-    _hands_over(subject, approach(radius_m=radius), f"radius {radius:g} m")
+    _hands_over(subject, scenes.approach(radius_m=radius), f"radius {radius:g} m")
 
 
 def slow_as_declared(subject: Subject) -> None:
     """At twice the declared threshold of inelastic contacts, a disc passes its velocity on to an equal one."""
     speed = 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S
-    _hands_over(subject, approach(speed_m_s=speed), f"at {speed:g} m/s", DT_S * 3.0 / speed)
+    _hands_over(subject, scenes.approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed)
 
 
 def detects_continuously(subject: Subject) -> None:
     """A disc that would pass through another one in a step hits it at every phase."""
     declared(subject, "continuous_detection")
     for k in range(PHASES):
-        setup = Setup(bullet(k / PHASES), dt_s=1 / 60)
+        setup = Setup(scenes.bullet(k / PHASES), dt_s=1 / 60)
         struck = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
         what = "a fast disc passes through another, although continuous detection is declared"
         expected = "an impact that accelerates disc 1, to 50 m/s by conservation of momentum and energy"
@@ -209,21 +185,21 @@ def detects_continuously(subject: Subject) -> None:
 
 def _twice(limit: float, what: str) -> Scene | None:
     """Return a disc at twice an upper limit; None for values above 1e150, whose squares overflow."""
-    return None if 2 * limit > 1e150 else alone(**{what: 2 * limit})
+    return None if 2 * limit > 1e150 else scenes.alone(**{what: 2 * limit})
 
 
 def _half(limit: float, what: str) -> Scene | None:
-    return None if limit == 0 else alone(**{what: limit / 2})
+    return None if limit == 0 else scenes.alone(**{what: limit / 2})
 
 
 def _beyond_move(can: Capabilities) -> Scene | None:
-    speed = 2 * can.max_move_m / DT_S
-    return None if speed > can.max_speed_m_s or math.isinf(speed) else alone(speed_m_s=speed)
+    speed = 2 * can.max_move_m / scenes.DT_S
+    return None if speed > can.max_speed_m_s or math.isinf(speed) else scenes.alone(speed_m_s=speed)
 
 
 def _spinning_beyond(can: Capabilities, limit: float, other: float) -> Scene | None:
     """Return a disc whose spin exceeds one limit but not the other, so that the message names this limit."""
-    return spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
+    return scenes.spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
 
 
 def _some_friction(can: Capabilities) -> tuple[float, float]:
@@ -231,11 +207,11 @@ def _some_friction(can: Capabilities) -> tuple[float, float]:
 
 
 def _giving_back(can: Capabilities) -> Scene:
-    return rubbing(can, *_some_friction(can)).model_copy(update={"tangential_restitution": 0.5})
+    return scenes.rubbing(can, *_some_friction(can)).model_copy(update={"tangential_restitution": 0.5})
 
 
 def _bouncing(restitution: float) -> Scene:
-    return bounce_and_pair(restitution, restitution, wall=False)
+    return scenes.bounce_and_pair(restitution, restitution, wall=False)
 
 
 def _uncombined(can: Capabilities) -> Scene | None:
@@ -243,29 +219,27 @@ def _uncombined(can: Capabilities) -> Scene | None:
     low, high = can.restitution
     least, greatest = COMBINE_RULES[can.restitution_combine](pair := (low + high) / 2, high)
     beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)
-    return None if beyond is None or not can.walls else bounce_and_pair(pair, beyond, wall=True)
+    return None if beyond is None or not can.walls else scenes.bounce_and_pair(pair, beyond, wall=True)
 
 
-#: For each capability: its field, and a function that returns a scene which needs more than is declared, or None.
+#: For each capability: its field, and a function that returns a scene which needs more than is declared, or None. The
+#: scene of a capability that is True or False is only used if the capability is False.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
-    "walls": ("walls", lambda can: None if can.walls else walled_box()),
-    "segments": ("segments", lambda can: None if can.segments else either_side(can.restitution[1])),
-    "arcs": ("arcs", lambda can: None if can.arcs else in_and_out(can.restitution[1])),
-    "circles from outside": ("posts", lambda can: None if can.posts or can.arcs else at_a_circle(can.restitution[1])),
-    "wall materials": ("wall_materials", lambda can: None if can.wall_materials else two_walls(1.0, 0.5)),
-    "immovable discs": ("immovable_discs", lambda can: None if can.immovable_discs else post()),
-    "driven walls": ("driven_walls", lambda can: None if can.driven_walls else paddle(can.restitution[1])),
-    "driven discs": ("driven_discs", lambda can: None if can.driven_discs else mallet(can.restitution[1])),
-    "legs": ("legs", lambda can: None if can.legs else starting_paddle(can.restitution[1])),
-    "belts": ("belts", lambda can: None if can.belts else belt(min(0.25, can.friction[1]), can.restitution[1])),
-    "belts of edges": (
-        "edge_belts",
-        lambda can: None if can.edge_belts else edge_belt(min(0.25, can.friction[1]), can.restitution[1]),
-    ),
-    "gravity": ("gravity", lambda can: None if can.gravity else fall()),
-    "damping": ("damping", lambda can: None if can.damping else slowing(spins=False)),
-    "rolling resistance": ("rolling_resistance", lambda can: None if can.rolling_resistance else rolling()),
-    "table friction": ("table_friction", lambda can: None if can.table_friction else sliding_on_a_table()),
+    "walls": ("walls", lambda _: scenes.walled_box()),
+    "segments": ("segments", lambda can: scenes.either_side(can.restitution[1])),
+    "arcs": ("arcs", lambda can: scenes.in_and_out(can.restitution[1])),
+    "circles from outside": ("posts", lambda can: None if can.arcs else scenes.at_a_circle(can.restitution[1])),
+    "wall materials": ("wall_materials", lambda _: scenes.two_walls(1.0, 0.5)),
+    "immovable discs": ("immovable_discs", lambda _: scenes.post()),
+    "driven walls": ("driven_walls", lambda can: scenes.paddle(can.restitution[1])),
+    "driven discs": ("driven_discs", lambda can: scenes.mallet(can.restitution[1])),
+    "legs": ("legs", lambda can: scenes.starting_paddle(can.restitution[1])),
+    "belts": ("belts", lambda can: scenes.belt(min(0.25, can.friction[1]), can.restitution[1])),
+    "belts of edges": ("edge_belts", lambda can: scenes.edge_belt(min(0.25, can.friction[1]), can.restitution[1])),
+    "gravity": ("gravity", lambda _: scenes.fall()),
+    "damping": ("damping", lambda _: scenes.slowing(spins=False)),
+    "rolling resistance": ("rolling_resistance", lambda _: scenes.rolling()),
+    "table friction": ("table_friction", lambda _: scenes.sliding_on_a_table()),
     "restitution below the range": (
         "restitution",
         lambda can: _bouncing(can.restitution[0] / 2) if can.restitution[0] else None,
@@ -275,32 +249,34 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
         lambda can: None if can.restitution[1] == 1 else _bouncing((1 + can.restitution[1]) / 2),
     ),
     "restitution of walls": ("restitution_combine", _uncombined),
-    "spin": ("spin", lambda can: None if can.spin else spinning(1.0)),
-    "fast spin": ("max_spin_rad_s", lambda can: _spinning_beyond(can, can.max_spin_rad_s, can.max_turn_rad / DT_S)),
-    "turn": ("max_turn_rad", lambda can: _spinning_beyond(can, can.max_turn_rad / DT_S, can.max_spin_rad_s)),
+    "spin": ("spin", lambda _: scenes.spinning(1.0)),
+    "fast spin": (
+        "max_spin_rad_s",
+        lambda can: _spinning_beyond(can, can.max_spin_rad_s, can.max_turn_rad / scenes.DT_S),
+    ),
+    "turn": ("max_turn_rad", lambda can: _spinning_beyond(can, can.max_turn_rad / scenes.DT_S, can.max_spin_rad_s)),
     "small inertia": (
         "min_inertia_factor",
         lambda can: (
-            rubbing(can, *_some_friction(can), can.min_inertia_factor / 2)
+            scenes.rubbing(can, *_some_friction(can), can.min_inertia_factor / 2)
             if can.friction[1] and can.min_inertia_factor
             else None
         ),
     ),
-    "friction": ("friction", lambda can: None if can.friction[1] else rubbing(can, 0.1, 0.1)),
+    "friction": ("friction", lambda can: None if can.friction[1] else scenes.rubbing(can, 0.1, 0.1)),
     "friction below the range": (
         "friction",
-        lambda can: rubbing(can, can.friction[0] / 2, can.friction[0] / 2) if can.friction[0] else None,
+        lambda can: scenes.rubbing(can, can.friction[0] / 2, can.friction[0] / 2) if can.friction[0] else None,
     ),
     "friction above the range": (
         "friction",
         lambda can: (
-            rubbing(can, 2 * can.friction[1], 2 * can.friction[1]) if 0 < 2 * can.friction[1] <= LARGEST else None
+            scenes.rubbing(can, 2 * can.friction[1], 2 * can.friction[1])
+            if 0 < 2 * can.friction[1] <= LARGEST
+            else None
         ),
     ),
-    "tangential restitution": (
-        "tangential_restitution",
-        lambda can: None if can.tangential_restitution or not can.friction[1] else _giving_back(can),
-    ),
+    "tangential restitution": ("tangential_restitution", lambda can: _giving_back(can) if can.friction[1] else None),
     "speed": ("max_speed_m_s", lambda can: _twice(can.max_speed_m_s, "speed_m_s")),
     "coordinate": ("max_coordinate_m", lambda can: _twice(can.max_coordinate_m, "x_m")),
     "move": ("max_move_m", _beyond_move),
@@ -314,7 +290,8 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
 def refuses(subject: Subject, what: str) -> None:
     """`prepare` raises an AdapterError for a scene that needs an undeclared capability."""
     field, needing_more = REFUSALS[what]
-    value, scene = getattr(subject.capabilities(), field), needing_more(subject.capabilities())
+    can, value = subject.capabilities(), getattr(subject.capabilities(), field)
+    scene = None if value is True else needing_more(can)
     declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
         raise NotApplicable(f"{declared} is declared, so there is nothing to refuse")

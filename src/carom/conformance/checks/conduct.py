@@ -117,12 +117,8 @@ def lets_go_of_worlds(subject: Subject) -> None:
         if least < LEAK_BYTES:
             return
     expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds, in at least one of {ROUNDS} rounds"
-    raise Violation(
-        "close() does not release the engine's memory",
-        expected=expected,
-        found=f"at least {number(least / 1e6, 3)} MB in every round",
-        setup=setup,
-    )
+    what = "close() does not release the engine's memory"
+    raise Violation(what, expected=expected, found=f"at least {number(least / 1e6, 3)} MB in every round", setup=setup)
 
 
 def _require_same(setup: Setup, wanted: Sequence[Observation], found: Sequence[Observation], what: str) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.conformance.adapter_under_test import Subject, greatest_speed, masses
 from carom.conformance.checks.common import numbers
@@ -15,6 +16,8 @@ from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Contact, ContactTimes, Observation, Stamp
 from carom.model.trace import wall_index
 from carom.support.formatting import number
+
+Array = NDArray[np.float64]
 
 
 def _setup(subject: Subject, profile: str) -> Setup:
@@ -78,28 +81,38 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
     """No velocity changes without a contact. Reported impulses equal the change of momentum."""
     setup = _setup(subject, profile)
-    mass = masses(setup.scene)
     allowed = subject.rounding * greatest_speed(setup.scene)
     for step, before, after in _steps(subject, setup):
         change = after.velocity_m_s - before.velocity_m_s
-        acting = [contact for contact in after.contacts if contact.impulse_n_s != 0]
-        touched = {body for contact in acting for body in (contact.first, contact.second)}
+        acting, touched = acting_contacts(after)
         for body, size in enumerate(np.hypot(*change.T).tolist()):
             by = number(size, 3)
             what = f"the velocity of disc {body} changes by {by} m/s in step {step}, but no contact is reported"
             require(size <= allowed or body in touched, what, "a contact with an impulse", acting, setup)
-        if any(contact.impulse_n_s is None for contact in acting):
-            continue
-        reported = np.zeros_like(change)
-        for contact in acting:
-            impulse = (contact.impulse_n_s or 0.0) * np.array(contact.normal)
-            for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
-                if body >= 0:
-                    reported[body] += sign * impulse / mass[body]
-        for body, (wanted, found) in enumerate(zip(change.tolist(), reported.tolist(), strict=True)):
-            what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
-            expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses for {numbers(found)} m/s"
-            require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
+        if all(contact.impulse_n_s is not None for contact in acting):
+            require_explained(setup, change, acting, allowed, step)
+
+
+def acting_contacts(seen: Observation) -> tuple[list[Contact], set[int]]:
+    """Return the contacts of a step that have an effect, and their bodies."""
+    acting = [contact for contact in seen.contacts if contact.impulse_n_s != 0]
+    return acting, {body for contact in acting for body in (contact.first, contact.second)}
+
+
+def require_explained(setup: Setup, change: Array, acting: list[Contact], allowed: float, step: int) -> None:
+    """Compare a step's changes of velocity with the reported impulses, normal and tangential."""
+    mass, reported = masses(setup.scene), np.zeros_like(change)
+    for contact in acting:
+        along, across = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
+        nx, ny = contact.normal
+        impulse = np.array((along * nx - across * ny, along * ny + across * nx))
+        for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
+            if body >= 0 and mass[body]:
+                reported[body] += sign * impulse / mass[body]
+    for body, (wanted, found) in enumerate(zip(change.tolist(), reported.tolist(), strict=True)):
+        what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
+        expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses for {numbers(found)} m/s"
+        require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
 
 
 def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:

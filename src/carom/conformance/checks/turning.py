@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from carom.conformance.adapter_under_test import Subject, greatest_speed, masses
-from carom.conformance.checks.common import declared, end_with_velocities, numbers, supported
+from carom.conformance.checks.common import declared, end_with_velocities, supported
+from carom.conformance.checks.contacts import acting_contacts, require_explained
 from carom.conformance.suite_scenes import DT_S, rubbing, rubbing_crowd, spinning
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Capabilities, Contact, Observation
@@ -77,13 +78,18 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
     allowed = subject.rounding * greatest_speed(scene)
     reports = 0
     for step, (before, after) in enumerate(pairwise(subject.seen(setup).seen), start=1):
-        acting = [contact for contact in after.contacts if contact.impulse_n_s != 0]
+        acting, touched = acting_contacts(after)
         _require_cone(setup, acting, friction, allowed, step)
-        _require_cause(setup, before, after, acting, allowed, step)
+        for body, (then, now) in enumerate(zip(_spins(before, setup), _spins(after, setup), strict=True)):
+            by = number(now - then, 3)
+            what = f"the spin of disc {body} changes by {by} rad/s in step {step}, but no contact is reported"
+            kept = abs(now - then) <= allowed * max(1.0, abs(then))
+            require(kept or body in touched, what, "a contact with an impulse", acting, setup)
         if all(contact.impulse_n_s is not None and contact.tangential_impulse_n_s is not None for contact in acting):
             reports += len(acting)
-            _require_whole_change(setup, before, after, acting, allowed, step)
-    any_acted = any(contact.impulse_n_s != 0 for now in subject.seen(setup).seen for contact in now.contacts)
+            require_explained(setup, after.velocity_m_s - before.velocity_m_s, acting, allowed, step)
+            _require_spin_explained(setup, before, after, acting, allowed, step)
+    any_acted = any(acting_contacts(now)[0] for now in subject.seen(setup).seen)
     require(any_acted, "no contact is reported", "impacts of the discs", "none", setup)
     if not reports:
         raise NotApplicable("tangential impulses are not reported")
@@ -163,58 +169,29 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
         tangential, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
         what = f"friction between bodies {contact.first} and {contact.second} in step {step} is too large"
         within = tangential <= most * (1 + allowed) + allowed
-        require(
-            within,
-            what,
-            f"at most {friction:g} of the normal impulse, {number(most, 6)} N s",
-            f"{number(tangential, 6)} N s",
-            setup,
-        )
+        expected = f"at most {friction:g} of the normal impulse, {number(most, 6)} N s"
+        require(within, what, expected, f"{number(tangential, 6)} N s", setup)
 
 
-def _require_cause(
+def _require_spin_explained(
     setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
 ) -> None:
-    touched = {body for contact in acting for body in (contact.first, contact.second)}
-    for body, (then, now) in enumerate(zip(_spins(before, setup), _spins(after, setup), strict=True)):
-        by = number(now - then, 3)
-        what = f"the spin of disc {body} changes by {by} rad/s in step {step}, but no contact is reported"
-        kept = abs(now - then) <= allowed * max(1.0, abs(then))
-        require(kept or body in touched, what, "a contact with an impulse", acting, setup)
-
-
-def _require_whole_change(
-    setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
-) -> None:
-    """Compare a step's changes of velocity and spin with the reported impulses."""
+    """Compare a step's changes of spin with the reported tangential impulses."""
     discs, mass = setup.scene.discs, masses(setup.scene)
-    reported = np.zeros((len(discs), 2))
     turned, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
     for contact in acting:
-        along, across = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
-        nx, ny = contact.normal
-        impulse = np.array((along * nx - across * ny, along * ny + across * nx))
+        across = contact.tangential_impulse_n_s or 0.0
         overlap = max(_overlap(setup.scene, contact, state) for state in (before, after))
-        for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
-            if body < 0 or not mass[body]:
-                continue
-            reported[body] += sign * impulse / mass[body]
-            by = across / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
-            turned[body] -= by
-            arm_short[body] += abs(by) * overlap / discs[body].radius_m
-    change = after.velocity_m_s - before.velocity_m_s
+        for body in (contact.first, contact.second):
+            if body >= 0 and mass[body]:
+                by = across / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
+                turned[body] -= by
+                arm_short[body] += abs(by) * overlap / discs[body].radius_m
     spun = np.array(_spins(after, setup)) - np.array(_spins(before, setup))
-    for body in range(len(discs)):
-        wanted, found = change[body].tolist(), reported[body].tolist()
-        what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
-        expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses for {numbers(found)} m/s"
-        require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
+    for body, (wanted, found, off) in enumerate(zip(spun, turned, arm_short, strict=True)):
         what = f"the tangential impulses of step {step} do not explain the spin change of disc {body}"
-        expected, worth = (
-            f"{number(spun[body], 6)} rad/s to {number(arm_short[body])}",
-            f"impulses for {number(turned[body], 6)} rad/s",
-        )
-        require(abs(spun[body] - turned[body]) <= arm_short[body], what, expected, worth, setup)
+        expected, worth = f"{number(wanted, 6)} rad/s to {number(off)}", f"impulses for {number(found, 6)} rad/s"
+        require(abs(wanted - found) <= off, what, expected, worth, setup)
 
 
 def _overlap(scene: Scene, contact: Contact, state: Observation) -> float:

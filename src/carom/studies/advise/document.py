@@ -30,8 +30,10 @@ from carom.report.files import require_report_extra
 from carom.report.provenance import making
 from carom.report.render.html import html
 from carom.studies.advise.figure import advice_svg
-from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchEnding, StepRange, StepTrial
-from carom.studies.advise.step_search import CONFIRM, in_a_frame
+from carom.studies.advise.run import Advice
+from carom.studies.advise.sampling_limit import Cause, HardImpact
+from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepRange, in_a_frame
+from carom.studies.advise.step_trial import StepTrial
 from carom.support.folders import write_files
 
 #: Name of the study in its output folders.
@@ -49,15 +51,15 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
         asked: The scene as a command-line argument. The default is its name, which only works for scenes of the
             catalogue.
     """
-    rows = sorted(advice.answers, key=lambda one: (_cut(advice, one), _order(one.demand), _order(one.never_misses)))
+    rows = sorted(advice.answers, key=lambda one: (_is_cut(advice, one), _order(one.demand), _order(one.never_misses)))
     frame = f"{formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
     table = Table(
         (
-            Column("", lambda answer: _named(advice, answer.method)),
-            Column("no miss", lambda answer: _rated(answer, answer.never_misses), "steps/s", number=True),
-            Column("per", lambda answer: _framed(advice, answer.never_misses), "frame", number=True),
-            Column(f"≤ {_angle(advice)}", lambda answer: _rated(answer, answer.demand), "steps/s", number=True),
-            Column("per", lambda answer: _framed(advice, answer.demand), "frame", number=True),
+            Column("", lambda answer: _label(advice, answer.method)),
+            Column("no miss", lambda answer: _passing(answer, answer.never_misses), "steps/s", number=True),
+            Column("per", lambda answer: _per_frame(advice, answer.never_misses), "frame", number=True),
+            Column(f"≤ {_angle(advice)}", lambda answer: _passing(answer, answer.demand), "steps/s", number=True),
+            Column("per", lambda answer: _per_frame(advice, answer.demand), "frame", number=True),
             Column(f"at {frame}", lambda answer: _at_a_frame(advice, answer)),
         ),
         rows,
@@ -65,33 +67,32 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
         note="Every tested step of this size or smaller passes. Steps between tested ones were not checked. Fails: "
         "from this many starts, an impact is missed or spurious.",
     )
-    evidence = Table(
-        (
-            Column("", lambda answer: _name(answer.method)),
-            Column("no miss", lambda answer: _range(answer.never_misses), number=True),
-            Column("fails", lambda answer: _fails(answer, answer.never_misses), "at", number=True),
-            Column(f"≤ {_angle(advice)}", lambda answer: _range(answer.demand), number=True),
-            Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
-            Column("direction", _direction, "error", number=True),
-            Column("engine", lambda answer: str(answer.steps), "steps", number=True),
-        ),
-        rows,
-        title="Steps per second that pass, from the largest step to the finest tested:",
-        only=Media.IN_FULL,
+    columns = (
+        Column("", lambda answer: answer.method.label),
+        Column("no miss", lambda answer: _range(answer.never_misses), number=True),
+        Column("fails", lambda answer: _fails(answer, answer.never_misses), "at", number=True),
+        Column(f"≤ {_angle(advice)}", lambda answer: _range(answer.demand), number=True),
+        Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
+        Column("direction", _direction, "error", number=True),
+        Column("engine", lambda answer: str(answer.steps), "steps", number=True),
     )
-    answer, *more = _answers(advice)
-    figure = Figure(
-        partial(advice_svg, advice),
-        "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target.",
-    )
-    sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_limits(advice)))))]
+    title = "Steps per second that pass, from the largest step to the finest tested:"
+    evidence = Table(columns, rows, title=title, only=Media.IN_FULL)
+    answer, *more = _headline(advice)
+    caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
+    figure = Figure(partial(advice_svg, advice), caption)
+    sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_notes(advice)))))]
     if rows:
         sections += [
             Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
-            Section("Code to paste", tuple(_pasted(advice, rows, asked or advice.scene.name))),
+            Section("Code to paste", tuple(_code_blocks(advice, rows, asked or advice.scene.name))),
             Section(
                 "All tested steps",
-                (evidence, Lines((*_endings(rows), *_refusals(rows), _how(advice)), Media.IN_FULL), *map(_curve, rows)),
+                (
+                    evidence,
+                    Lines((*_endings(rows), *_refusals(rows), _tests(advice)), Media.IN_FULL),
+                    *map(_trials, rows),
+                ),
                 only=Media.IN_FULL,
             ),
         ]
@@ -110,21 +111,21 @@ def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
     return write_files(folder, PURPOSE, {"index.html": html(advice_document(advice, asked))})
 
 
-def _answers(advice: Advice) -> Iterator[str]:
+def _headline(advice: Advice) -> Iterator[str]:
     """Yield the two recommendations, PIT's steps, and the methods that were not searched."""
     if advice.answers:
-        yield f"{advice.scene.name}: to miss no impact, {_fewest(advice, lambda answer: answer.never_misses)}."
-        yield f"{_wholly(advice)}, {_fewest(advice, lambda answer: answer.demand)}."
+        yield f"{advice.scene.name}: to miss no impact, {_longest(advice, lambda answer: answer.never_misses)}."
+        yield f"{_target(advice)}, {_longest(advice, lambda answer: answer.demand)}."
     else:
         yield f"{advice.scene.name}: no engine was searched."
-    if needed := _yardstick(advice):
+    if needed := _pit_steps(advice):
         yield f"Checking once per step (PIT) needs {needed}."
-    reasons = formatting.group_by((unable.reason, _name(unable.method)) for unable in advice.unable)
+    reasons = formatting.group_by((unable.reason, unable.method.label) for unable in advice.unable)
     for reason, names in reasons.items():
         yield f"Not run: {formatting.join_words(names)} ({reason})."
 
 
-def _wholly(advice: Advice) -> str:
+def _target(advice: Advice) -> str:
     demanded = f"For a direction error of at most {_angle(advice)}"
     if advice.demand.miss_probability > 0:
         return (
@@ -138,33 +139,33 @@ def _angle(advice: Advice) -> str:
     return _degrees(advice.demand.direction_error_rad)
 
 
-def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
+def _longest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     """Describe the largest step that passes, and its method.
 
     A method whose steps Carom cuts is named only if no other method passes, because an engine has no setting that cuts
     steps.
     """
-    able = [one for one in advice.answers if not _cut(advice, one)] or list(advice.answers)
+    able = [one for one in advice.answers if not _is_cut(advice, one)] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
     if not passing:
         return "no tested step of any engine suffices"
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
-    names = [_name(answer.method) for _, answer in best]
+    names = [answer.method.label for _, answer in best]
     who = formatting.join_words(names, "or")
-    any_step = all(_any(answer, found) for found, answer in best)
+    any_step = all(_any_step(answer, found) for found, answer in best)
     steps = "any tested step ({} or more per second)" if any_step else "{} steps/s"
     return f"use {steps.format(_rate(longest))}{_substeps(advice, best[0][0])} with {who}"
 
 
-def _any(answer: Advised, found: StepRange) -> bool:
+def _any_step(answer: Advised, found: StepRange) -> bool:
     """Whether every step of the grid passes, including the whole run in one step."""
     return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
 def _substeps(advice: Advice, found: StepRange) -> str:
     """Describe the number of steps per frame, for this or the next smaller tested step that divides a frame."""
-    if (times := _times(advice, found)) is None:
+    if (times := _in_frame(advice, found)) is None:
         return ""
     steps = f"{formatting.count(times, 'step')} per frame at {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
     if found.in_frame is found.passes:
@@ -172,29 +173,29 @@ def _substeps(advice: Advice, found: StepRange) -> str:
     return f" ({steps} {'is' if times == 1 else 'are'} enough)"
 
 
-def _times(advice: Advice, found: StepRange) -> int | None:
+def _in_frame(advice: Advice, found: StepRange) -> int | None:
     return None if found.in_frame is None else in_a_frame(found.in_frame.dt_s, advice.scene.frame_rate_hz)
 
 
-def _framed(advice: Advice, found: StepRange) -> str:
-    times = _times(advice, found)
+def _per_frame(advice: Advice, found: StepRange) -> str:
+    times = _in_frame(advice, found)
     return "" if times is None else str(times)
 
 
-def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
+def _code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
     """Yield the engine's code for one frame. A terminal shows only the code of the first method."""
     shown = Media.EVERYWHERE
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
-        method, trial, times = answer.method, found.in_frame, _times(advice, found)
-        if trial is None or times is None or _cut(advice, answer):
+        method, trial, times = answer.method, found.in_frame, _in_frame(advice, found)
+        if trial is None or times is None or _is_cut(advice, answer):
             continue
         kept = f"direction error at most {_angle(advice)}" if found is answer.demand else "no missed impact"
         code = advice.code.get(method, "")
         of = ", as code:" if code else "."
-        fewer = _times(advice, answer.never_misses)
+        fewer = _in_frame(advice, answer.never_misses)
         alone = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
-        yield Text(f"{_name(method)}, {kept}: {formatting.count(times, 'step')} per frame{alone}{of}", shown)
+        yield Text(f"{method.label}, {kept}: {formatting.count(times, 'step')} per frame{alone}{of}", shown)
         if code:
             yield Code(code, shown)
         words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
@@ -203,18 +204,18 @@ def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Blo
         shown = Media.IN_FULL
 
 
-def _cut(advice: Advice, answer: Advised) -> bool:
+def _is_cut(advice: Advice, answer: Advised) -> bool:
     return answer.method in advice.located
 
 
-def _named(advice: Advice, method: Method) -> str:
-    return f"{_name(method)}{' +CCD' if method in advice.swept else ''}"
+def _label(advice: Advice, method: Method) -> str:
+    return f"{method.label}{' +CCD' if method in advice.swept else ''}"
 
 
-def _rated(answer: Advised, found: StepRange) -> str:
+def _passing(answer: Advised, found: StepRange) -> str:
     if found.passes is None:
         return _range(found)
-    return "any tried" if _any(answer, found) else _rate(found.passes.dt_s)
+    return "any tried" if _any_step(answer, found) else _rate(found.passes.dt_s)
 
 
 def _at_a_frame(advice: Advice, answer: Advised) -> str:
@@ -230,7 +231,7 @@ def _at_a_frame(advice: Advice, answer: Advised) -> str:
     return f"found, {_degrees(trial.direction_error_rad)} error"
 
 
-def _yardstick(advice: Advice) -> str:
+def _pit_steps(advice: Advice) -> str:
     if (closed := advice.closed_form) is not None:
         steps = (closed.never_misses_s, closed.demand_s)
         one, other = (_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
@@ -241,7 +242,7 @@ def _yardstick(advice: Advice) -> str:
     return f"{one} and {other} steps/s, by search"
 
 
-def _limits(advice: Advice) -> Iterator[str]:
+def _notes(advice: Advice) -> Iterator[str]:
     """Yield notes on methods for which a smaller step fails, on searches that stopped early, and on limits."""
     for answer in advice.answers:
         never_misses = answer.never_misses
@@ -251,24 +252,24 @@ def _limits(advice: Advice) -> Iterator[str]:
                 continue
             passing, failing = _rates(found.coarser_passes), _rates(found.finer_failures)
             yield (
-                f"Smaller is not always better: {_name(answer.method)} {what} at {passing} steps per second, but not "
+                f"Smaller is not always better: {answer.method.label} {what} at {passing} steps per second, but not "
                 f"at {failing}."
             )
-    stopped = [_name(answer.method) for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
+    stopped = [answer.method.label for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
         yield f"The search stopped at {budget} for {formatting.join_words(stopped)}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
-            yield f"{_name(answer.method)} stopped at {_rate(last.dt_s)} steps per second: {last.reason}."
+            yield f"{answer.method.label} stopped at {_rate(last.dt_s)} steps per second: {last.reason}."
     if advice.cut is not None:
         until = formatting.seconds(advice.scene.duration_s)
         yield f"Only the time up to {until} was searched, because from the next impact on {advice.cut.value}."
-    yield _hardest(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
+    yield _deciding(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
 
 
-def _how(advice: Advice) -> str:
+def _tests(advice: Advice) -> str:
     return (
         f"Each step was tested at {formatting.count(advice.phases, 'start position')} that are spread evenly over "
         "a step, and at start positions with a frame just before the hardest impacts. The largest step of each "
@@ -276,7 +277,7 @@ def _how(advice: Advice) -> str:
     )
 
 
-def _curve(answer: Advised) -> Table:
+def _trials(answer: Advised) -> Table:
     columns = (
         Column("steps/s", lambda trial: _rate(trial.dt_s), number=True),
         Column("step, s", lambda trial: formatting.number(trial.dt_s, 4), number=True),
@@ -284,16 +285,12 @@ def _curve(answer: Advised) -> Table:
         Column("direction error", lambda trial: _degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
-    name = f"{_name(answer.method)}, all tested steps"
+    name = f"{answer.method.label}, all tested steps"
     return Table(columns, answer.trials, title=name, folded=name, only=Media.IN_FULL)
 
 
 def _order(found: StepRange) -> float:
     return math.inf if found.passes is None else -found.passes.dt_s
-
-
-def _name(method: Method) -> str:
-    return method.label
 
 
 def _rate(dt_s: float) -> str:
@@ -327,7 +324,7 @@ def _fails(answer: Advised, found: StepRange) -> str:
 
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield the reasons why searches ended."""
-    for ending, names in formatting.group_by((one.ending, _name(one.method)) for one in rows).items():
+    for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"No finer step was tested because {ending.value}: {formatting.join_words(names)}."
 
 
@@ -335,7 +332,7 @@ def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield, for each method that refuses steps, the reason for the finest refused step."""
     for one in rows:
         if one.refused_s is not None:
-            yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps per second ({one.refusal})."
+            yield f"Not run: {one.method.label} at {_rate(one.refused_s)} steps per second ({one.refusal})."
 
 
 def _direction(answer: Advised) -> str:
@@ -351,7 +348,7 @@ def _degrees(angle_rad: float) -> str:
     return formatting.ABSENT if math.isnan(angle_rad) else f"{formatting.number(math.degrees(angle_rad), 3)}°"
 
 
-def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
+def _deciding(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
     where = (
         f"between {body_name(impact.first)} and {body_name(impact.second)} at {formatting.number(impact.time_s, 4)} s"
     )

@@ -24,6 +24,12 @@ def _share(value: object) -> float:
     return float(value)
 
 
+_SAID = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
+_ANGLES = measure(_SAID, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_angle)
+_WRONG = (-0.1, 1.0, math.nan, "x", True, None)
+_FRACTIONS = ValueKind("0 or more and below 1", "NUMBER", _share, float, _WRONG, range="0 to below 1")
+
+
 @dataclass(frozen=True)
 class AdviceOptions(LimitOptions):
     """Options of `carom advise`, except for the scene.
@@ -45,27 +51,14 @@ class AdviceOptions(LimitOptions):
     profiles: Sequence[str] = profile_names("default", "tuned", "swept", "located")
     direction_error_rad: float = option(
         math.radians(1.0),
-        measure(
-            "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees",
-            "ANGLE",
-            0.0,
-            math.nextafter(math.pi, 0.0),
-            read=_angle,
-        ),
+        _ANGLES,
         "Maximum error of any direction, such as 1deg or 0.02rad.",
         "--direction-error",
         said="1deg",
     )
     miss_probability: float = option(
         0.0,
-        ValueKind(
-            "0 or more and below 1",
-            "NUMBER",
-            _share,
-            float,
-            (-0.1, 1.0, math.nan, "x", True, None),
-            range="0 to below 1",
-        ),
+        _FRACTIONS,
         "Allowed fraction of start positions at which an impact is missed or spurious.",
         "--miss-probability",
     )

@@ -26,26 +26,10 @@ from carom.execution.reference import solve_reference
 from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.studies.advise.hardest_impacts import Cause, Demand, HardImpact, hardest_impacts
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, StepSearch
+from carom.studies.advise.sampling_limit import Demand, HardImpact, hardest_impacts
+from carom.studies.advise.step_search import Advised, StepSearch
 from carom.studies.advise.step_trial import StepTrial, starts_of, try_starts
-
-__all__ = [
-    "Advice",
-    "Advised",
-    "Cause",
-    "ClosedForm",
-    "Demand",
-    "HardImpact",
-    "ReferenceCut",
-    "SearchEnding",
-    "StepRange",
-    "StepTrial",
-    "Unable",
-    "advise",
-    "hardest_impacts",
-]
 
 #: Number of hardest impacts for which start positions are chosen.
 AIMED = 3
@@ -145,7 +129,7 @@ def advise(
     """
     started = time.perf_counter()
     demand, phases = Demand(options.direction_error_rad, options.miss_probability), options.phases
-    reference, cut = _reliable(scene)
+    reference, cut = _cut_reference(scene)
     scene = reference.scene
     hardest = hardest_impacts(reference, demand)
     closed_form = _closed_form(scene, hardest)
@@ -171,7 +155,7 @@ def advise(
             unable.append(Unable(method, refusal(method, frame_s) or search.answer().refusal))
         else:
             searches[method] = search
-    _carry_out(scene, searches, aimed_s, pool, progress)
+    _run_searches(scene, searches, aimed_s, pool, progress)
     found = {method: search.answer() for method, search in searches.items()}
     sampling = found.pop(PIT_METHOD, None)
     located = frozenset(method for method in found if method.profile in asked.infos[method.engine].located)
@@ -191,7 +175,7 @@ def advise(
         code={
             method: code
             for method, answer in found.items()
-            if method not in located and (code := _code(scene, answer, pool))
+            if method not in located and (code := _frame_code(scene, answer, pool))
         },
         environment=environment(infos),
         command=command,
@@ -205,13 +189,13 @@ def _sweeps(info: EngineInfo, profile: str) -> bool:
     return able is not None and able.continuous_detection
 
 
-def _code(scene: Scene, answer: Advised, pool: Pool) -> str:
+def _frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
     """Return the code for one frame at the step that meets the target, otherwise at the step that misses nothing."""
     trial = answer.demand.in_frame or answer.never_misses.in_frame
     return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
 
-def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
+def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     """Return the reliable part of a scene's reference, and why this part ends before the scene, if it does."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
@@ -246,7 +230,7 @@ def _closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | No
     return ClosedForm(never, hardest[0].limit.dt_s)
 
 
-def _carry_out(
+def _run_searches(
     scene: Scene, searches: Mapping[Method, StepSearch], aimed_s: Sequence[float], pool: Pool, progress: Progress
 ) -> None:
     """Run the steps that the searches request, one step of each search at a time, until all searches have ended."""

@@ -1,4 +1,4 @@
-"""The largest step at which checking once per step meets an accuracy target for one impact, in closed form.
+"""Accuracy target, and the largest step at which checking once per step meets it for one impact, in closed form.
 
 A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), while
 the discs overlap and still approach. So if dt is at most the length of this window, the method finds the impact at
@@ -12,6 +12,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
+
+from carom.model.scene import Scene, Wall
+from carom.model.trace import Trace, wall_index
 
 Vector = tuple[float, float]
 
@@ -80,7 +84,7 @@ def direction_limit(
     centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
     course = math.atan2(uy, ux)
     start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - course
-    turn = _turn(window)
+    turn = _turning_angle(window)
     if radius == 0.0 or turn == 0.0:
         return math.inf
 
@@ -100,16 +104,16 @@ def direction_limit(
             swept = (math.atan2(sign * place[1], sign * place[0]) - start) % math.tau
             crossings.append(swept if turn > 0 else math.tau - swept)
     within = [swept for swept in crossings if 0.0 < swept < abs(turn)]
-    return _lateness(window, math.copysign(min(within), turn)) if within else math.inf
+    return _delay_of_angle(window, math.copysign(min(within), turn)) if within else math.inf
 
 
-def _turn(window: ContactWindow) -> float:
+def _turning_angle(window: ContactWindow) -> float:
     """Return the signed angle by which w turns from contact to closest approach, radians; 0 head-on."""
     share = min(1.0, window.share)
     return math.copysign(2.0 * math.acos(share), window.miss_m) if share > 0.0 else 0.0
 
 
-def _lateness(window: ContactWindow, swept: float) -> float:
+def _delay_of_angle(window: ContactWindow, swept: float) -> float:
     """Return the time after which w has turned by an angle, seconds."""
     along = window.length_s * window.speed_m_s
     aside = abs(window.miss_m)
@@ -167,3 +171,79 @@ def pair_limit(
         for before, push, sign in zip(velocities_before, pushes, (1.0, -1.0), strict=True)
     )
     return PairLimit(window, largest_step(window.length_s, miss_probability), direction)
+
+
+#: Smallest impact parameter of a graze, as a fraction of the contact distance: cos 30°. In a graze the overlap lasts
+#: less than half as long as in a head-on impact.
+GRAZE = math.cos(math.pi / 6)
+
+
+class Cause(Enum):
+    """Reason why an impact is hard to find. The value is the phrase shown."""
+
+    GRAZE = "a graze"
+    FAST = "a fast small disc"
+    TURN = "the line between the centres turns fast"
+    WALL = "the other body is a wall, which a disc cannot pass without overlapping it in some frame"
+    EDGE = "the other body is a thin wall, which a disc passes unnoticed if it moves too far in a step"
+
+
+@dataclass(frozen=True)
+class Demand:
+    """Required accuracy.
+
+    Attributes:
+        direction_error_rad: Largest allowed error of a disc's direction after any impact.
+        miss_probability: Fraction of start positions at which an impact may be missed or invented.
+    """
+
+    direction_error_rad: float
+    miss_probability: float = 0.0
+
+
+@dataclass(frozen=True)
+class HardImpact:
+    """The largest step at which a method that checks for overlap once per step finds an impact of the reference.
+
+    Attributes:
+        time_s: Time of the impact.
+        first: The disc.
+        second: The other disc, or a wall.
+        limit: The largest steps. Friction is ignored, because the limits only serve to choose start positions if discs
+            have friction.
+        cause: Reason why the impact needs a small step.
+    """
+
+    time_s: float
+    first: int
+    second: int
+    limit: PairLimit
+    cause: Cause
+
+
+def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
+    """Return the largest steps for each impact of a reference, beginning with the hardest impact."""
+    found = [_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
+    return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
+
+
+def _hard_impact(reference: Trace, number: int, demand: Demand) -> HardImpact:
+    impact, scene = reference.impacts[number], reference.scene
+    first, second, at = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
+    if second < 0:
+        return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), _cause_of_wall(scene, second))
+    fields = ("normal", "velocity_first_before", "velocity_second_before")
+    normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
+    one, other = scene.discs[first], scene.discs[second]
+    window = ContactWindow.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
+    inverse_masses = (1.0 / one.mass_kg, 1.0 / other.mass_kg)
+    angle_rad = demand.direction_error_rad
+    limit = pair_limit(
+        window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, angle_rad, demand.miss_probability
+    )
+    soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
+    return HardImpact(at, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)
+
+
+def _cause_of_wall(scene: Scene, body: int) -> Cause:
+    return Cause.WALL if isinstance(scene.walls[wall_index(body)], Wall) else Cause.EDGE

@@ -9,7 +9,7 @@ from enum import Enum
 
 from carom.execution.job import Method
 from carom.model.scene import Scene
-from carom.studies.advise.hardest_impacts import Demand
+from carom.studies.advise.sampling_limit import Demand
 from carom.studies.advise.step_trial import StepTrial, most_steps
 
 #: Number of evenly spread starts at which a result is confirmed.
@@ -110,10 +110,10 @@ class Advised:
         """
         run: list[StepTrial] = []
         for trial in reversed(_finest_that(self.trials, lambda trial: trial.never_misses)):
-            if not _same([one.direction_error_rad for one in (trial, *run)]):
+            if not _are_equal([one.direction_error_rad for one in (trial, *run)]):
                 break
             run.insert(0, trial)
-        return run[0].dt_s if _reaches(run, LONGEST) else None
+        return run[0].dt_s if _spans_octaves(run, LONGEST) else None
 
 
 @dataclass(frozen=True)
@@ -175,18 +175,18 @@ class StepSearch:
         refusal: Callable[[float], str],
     ) -> None:
         self._method, self._demand, self._phases, self._aimed = method, demand, phases, aimed
-        self._duration_s, self._left, self._refusal = scene.duration_s, budget_steps, refusal
+        self._duration_s, self._budget_left, self._refusal = scene.duration_s, budget_steps, refusal
         self._rate_hz, self._guess_s = scene.frame_rate_hz, guess_s
         self._frame_s = 1.0 / scene.frame_rate_hz
-        self._covers_s = max(min(self._frame_s, guess_s), self._frame_s / 2**OCTAVES_COVERED)
+        self._coarsest_end_s = max(min(self._frame_s, guess_s), self._frame_s / 2**OCTAVES_COVERED)
         self._grid = tuple(grid_of(scene, guess_s))
         self._trials: dict[float, StepTrial] = {}
         self._confirmed: set[float] = set()
-        self._untried: tuple[float, str] | None = None
-        self._share = 1.0
+        self._refused_step: tuple[float, str] | None = None
+        self._used_part = 1.0
         self._ending = SearchEnding.FINEST
-        self._walk = self._steps()
-        self.wanted: Wanted | None = next(self._walk, None)
+        self._requests = self._steps()
+        self.wanted: Wanted | None = next(self._requests, None)
 
     @property
     def refused_all(self) -> bool:
@@ -196,18 +196,18 @@ class StepSearch:
     def take(self, trial: StepTrial | str) -> None:
         """Take the result of the requested step, or the reason why it could not be tested."""
         try:
-            self.wanted = self._walk.send(trial)
+            self.wanted = self._requests.send(trial)
         except StopIteration:
             self.wanted = None
 
     def answer(self) -> Advised:
         """Return the result."""
-        refused_s, refusal = self._untried or (None, "")
+        refused_s, refusal = self._refused_step or (None, "")
         misses, whole = (self._range(passes) for passes in self._questions)
-        return Advised(self._method, self._tried, misses, whole, self._ending, refused_s, refusal)
+        return Advised(self._method, self._tested, misses, whole, self._ending, refused_s, refusal)
 
     @property
-    def _tried(self) -> tuple[StepTrial, ...]:
+    def _tested(self) -> tuple[StepTrial, ...]:
         return tuple(self._trials[dt_s] for dt_s in self._grid if dt_s in self._trials)
 
     @property
@@ -217,36 +217,36 @@ class StepSearch:
     def _steps(self) -> Generator[Wanted, StepTrial | str, None]:
         for dt_s in self._grid:
             if reason := self._refusal(dt_s):
-                self._untried = (dt_s, reason)
+                self._refused_step = (dt_s, reason)
                 continue
-            if not (yield from self._try(dt_s, self._phases)):
+            if not (yield from self._test(dt_s, self._phases)):
                 return
             while unconfirmed := self._unconfirmed():
-                if not (yield from self._try(unconfirmed.dt_s, max(CONFIRM, self._phases))):
+                if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self._phases))):
                     return
-            if all(self._settled(passes) for passes in self._questions):
+            if all(self._is_found(passes) for passes in self._questions):
                 self._ending = SearchEnding.FOUND
                 return
-            if self._hopeless(dt_s):
+            if self._is_flat(dt_s):
                 self._ending = SearchEnding.FLAT
                 return
 
-    def _try(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
+    def _test(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
         """Request a step, and return whether the search continues."""
         most = most_steps(self._duration_s, dt_s, even + self._aimed)
         # Expect this step's runs to end after the last impact, like the runs of the previous step.
-        if most * self._share > self._left:
+        if most * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
             return False
         trial = yield Wanted(dt_s, even)
         if isinstance(trial, str):
-            self._untried = (dt_s, trial)
+            self._refused_step = (dt_s, trial)
             return True
         self._trials[dt_s] = trial
         if even >= CONFIRM:
             self._confirmed.add(dt_s)
-        self._left -= trial.steps
-        self._share = trial.steps / most
+        self._budget_left -= trial.steps
+        self._used_part = trial.steps / most
         # An engine that fails at a huge step may still run at smaller steps.
         if trial.reason and dt_s <= self._frame_s:
             self._ending = SearchEnding.BROKE
@@ -256,8 +256,8 @@ class StepSearch:
     def _unconfirmed(self) -> StepTrial | None:
         """Return a step that is a result except for too few starts; None if there is none."""
         for passes in self._questions:
-            run = _finest_that(self._tried, passes)
-            for trial in (*run[:1], *self._in_frame(run)) if self._long_enough(run) else ():
+            run = _finest_that(self._tested, passes)
+            for trial in (*run[:1], *self._in_frame(run)) if self._spans_enough(run) else ():
                 if trial.dt_s not in self._confirmed:
                     return trial
         return None
@@ -266,33 +266,33 @@ class StepSearch:
         """Return a sequence with the largest step that divides a frame; an empty sequence if no step does."""
         return [trial for trial in run if in_a_frame(trial.dt_s, self._rate_hz)][:1]
 
-    def _long_enough(self, run: Sequence[StepTrial]) -> bool:
+    def _spans_enough(self, run: Sequence[StepTrial]) -> bool:
         """Whether the first step of `run` is a result: enough smaller steps were tested."""
-        falling = _same([trial.direction_error_rad / trial.dt_s for trial in run])
-        return _reaches(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._covers_s
+        falling = _are_equal([trial.direction_error_rad / trial.dt_s for trial in run])
+        return _spans_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 
-    def _settled(self, passes: Callable[[StepTrial], bool]) -> bool:
-        run = _finest_that(self._tried, passes)
-        return self._long_enough(run) and run[0].dt_s in self._confirmed
+    def _is_found(self, passes: Callable[[StepTrial], bool]) -> bool:
+        run = _finest_that(self._tested, passes)
+        return self._spans_enough(run) and run[0].dt_s in self._confirmed
 
-    def _hopeless(self, dt_s: float) -> bool:
+    def _is_flat(self, dt_s: float) -> bool:
         """Whether finer steps can't help: the error is too large, and constant over the last octaves.
 
         The answer is False at steps above a frame, or above the step that suffices for a check once per step.
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False
-        run = _finest_that(self._tried, lambda trial: trial.never_misses and not trial.meets(self._demand))
+        run = _finest_that(self._tested, lambda trial: trial.never_misses and not trial.meets(self._demand))
         last = [trial for trial in run if trial.dt_s <= 2**LONGEST * run[-1].dt_s]
-        return _reaches(last, LONGEST) and _same([trial.direction_error_rad for trial in last])
+        return _spans_octaves(last, LONGEST) and _are_equal([trial.direction_error_rad for trial in last])
 
     def _range(self, passes: Callable[[StepTrial], bool]) -> StepRange:
-        tried = self._tried
+        tried = self._tested
         run = _finest_that(tried, passes)
         failed = tried[len(tried) - len(run) - 1] if len(run) < len(tried) else None
         coarser = tuple(trial for trial in tried[: len(tried) - len(run)] if passes(trial))
         finer = tuple(trial for trial in tried if coarser and not passes(trial) and trial.dt_s < coarser[0].dt_s)
-        answer = run[0] if self._settled(passes) else None
+        answer = run[0] if self._is_found(passes) else None
         framed = next((one for one in self._in_frame(run) if answer and one.dt_s in self._confirmed), None)
         return StepRange(answer, framed, tried[-1].dt_s if tried else math.nan, failed, coarser, finer)
 
@@ -307,12 +307,12 @@ def _finest_that(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool
     return found[::-1]
 
 
-def _reaches(run: Sequence[StepTrial], octaves: int) -> bool:
+def _spans_octaves(run: Sequence[StepTrial], octaves: int) -> bool:
     """Whether the steps span this number of octaves."""
     return bool(run) and run[0].dt_s >= 2**octaves * run[-1].dt_s
 
 
-def _same(values: Sequence[float]) -> bool:
+def _are_equal(values: Sequence[float]) -> bool:
     """Whether positive numbers agree within a quarter. Return False if one of them is NaN or infinite."""
     sound = all(0.0 < value < math.inf for value in values)
     return sound and max(values, default=0.0) <= SAME * min(values, default=0.0)

@@ -23,7 +23,7 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.sweep import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
-from carom.studies.advise.hardest_impacts import Demand
+from carom.studies.advise.sampling_limit import Demand
 
 #: A chosen start has a check this fraction of a step before an impact. So checking once per step finds the impact
 #: almost a whole step late.

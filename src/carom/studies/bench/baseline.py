@@ -136,13 +136,12 @@ def _lost(point: dict[str, Any]) -> int:
     return int(point["missed"]) + int(point["spurious"])
 
 
-def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
+def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
     """Return each scored point that is also in the baseline. PIT's points are omitted, because ratios refer to them."""
     both = [
         (scene.scene.name, point, found)
         for scene in bench.scenes
-        for curve in scene.curves
-        for point in curve.points
+        for point in scene.points
         if point.engine != "pit" and not point.reason
         if (found := before.get((scene.scene.name, point.engine, point.profile, point.dt_s))) is not None
     ]

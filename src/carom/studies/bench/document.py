@@ -43,7 +43,7 @@ def bench_document(
     suite = (suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
     return Document(
         "Carom bench",
-        Headline.of((*(baseline_answer(baseline) if baseline is not None else ()), *answers(bench), *_scope(bench))),
+        Headline.of((*(baseline_answer(baseline) if baseline is not None else ()), *answers(bench), *_coverage(bench))),
         (
             *((baseline_section(baseline, bench.plan.error),) if baseline else ()),
             Section("Every method", suite),
@@ -103,7 +103,7 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
         methods = (dataclasses.replace(table, only=Media.IN_FULL), Text(TABLE_NOTE, Media.IN_FULL))
         described = (answer_text, *described)
     yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], point_table(scene, bench.plan)))
-    left_out = tuple(_unrun(scene))
+    left_out = tuple(_missing(scene))
     yield Section("Omitted points", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:
         how = (
@@ -114,9 +114,9 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
         yield Section("How it was timed", (Text(how, Media.IN_FULL),), level=3)
 
 
-def _scope(bench: Bench) -> Iterator[str]:
+def _coverage(bench: Bench) -> Iterator[str]:
     """Yield a sentence on points that were not scored or not timed, if there are any."""
-    points = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
+    points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     if unrun or untimed:
         left = [f"{len(unrun)} not scored"] * bool(unrun) + [f"{len(untimed)} not timed"] * bool(untimed)
@@ -125,7 +125,7 @@ def _scope(bench: Bench) -> Iterator[str]:
         yield f"{formatting.capitalised(formatting.join_words(left))} of {len(points)} points{why}."
 
 
-def _unrun(bench: SceneBench) -> Iterator[str]:
+def _missing(bench: SceneBench) -> Iterator[str]:
     """Yield a line for each reason why points were not scored or not timed."""
     steps: dict[tuple[str, str], dict[str, list[str]]] = {}
     for curve in bench.curves:

@@ -9,21 +9,7 @@ from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
-from carom.report import formatting
-from carom.report.svg import (
-    INK,
-    MUTED,
-    LineEnd,
-    aim,
-    drawing,
-    finish,
-    framed,
-    line_style,
-    name_lines,
-    plain_number,
-    png,
-    render,
-)
+from carom.report import formatting, svg
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.result import Curve, Point, SceneBench, run_s
 from carom.studies.bench.tables import EXACT, milliseconds, point_anchor, point_name
@@ -41,35 +27,34 @@ _MARKED = (1e-2, 1e-3)
 
 def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
     """Return a diagram as SVG with the colours of the page. A narrow diagram fits a phone."""
-    with drawing():
-        points = [point for curve in bench.curves for point in curve.points]
-        links = {point_anchor(bench.scene.name, point): point_name(point) for point in points}
+    with svg.drawing():
+        links = {point_anchor(bench.scene.name, point): point_name(point) for point in bench.points}
         figure = _figure(bench, axes, error, narrow=narrow)
-        return render(figure, f"{axes.heading}, {bench.scene.name}", links, narrow=narrow)
+        return svg.render(figure, f"{axes.heading}, {bench.scene.name}", links, narrow=narrow)
 
 
 def diagram_png(bench: SceneBench, axes: Diagram, error: ErrorKind, foot: Sequence[str]) -> bytes:
     """Return a diagram as PNG, with provenance lines at its bottom."""
-    with drawing():
-        return png(_figure(bench, axes, error, foot))
+    with svg.drawing():
+        return svg.png(_figure(bench, axes, error, foot))
 
 
 def _figure(
     bench: SceneBench, kind: Diagram, error: ErrorKind, foot: Sequence[str] = (), *, narrow: bool = False
 ) -> Figure:
     title = bench.scene.name if narrow else f"{bench.scene.name}: {kind.heading.lower()}"
-    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
+    figure, axes = svg.framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    errors = [p.error for curve in bench.curves for p in curve.points if math.isfinite(p.error)]
+    errors = [point.error for point in bench.points if math.isfinite(point.error)]
     above = [one for one in errors if one > THRESHOLDS.rounding] or [1e-3]
     floor = 10.0 ** math.floor(math.log10(min(above))) / _FOOT
     drawn = _Drawing(axes, bench, kind, error, floor, max([*above, 0.02]))
     drawn.scales()
     for curve in bench.curves:
         drawn.curve(curve)
-    finish(axes)
-    name_lines(figure, axes, drawn.ends)
+    svg.finish(axes)
+    svg.name_lines(figure, axes, drawn.ends)
     return figure
 
 
@@ -83,7 +68,7 @@ class _Drawing:
     error: ErrorKind
     floor: float
     largest: float
-    ends: list[LineEnd] = field(default_factory=list)
+    ends: list[svg.LineEnd] = field(default_factory=list)
 
     @property
     def unit(self) -> float:
@@ -102,7 +87,7 @@ class _Drawing:
                 return point.dt_s, time_ms
 
     def curve(self, curve: Curve) -> None:
-        style = line_style(curve.engine, profile=curve.profile)
+        style = svg.line_style(curve.engine, profile=curve.profile)
         own = [(self.place(p), p) for p in curve.points if not p.reason and not math.isnan(p.error)]
         kept = [(place, point) for place, point in own if all(map(math.isfinite, place))]
         if not kept:
@@ -122,8 +107,8 @@ class _Drawing:
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in kept:
-            aim(self.axes, x, y, point_anchor(self.bench.scene.name, point))
-        self.ends.append(LineEnd(*end, name, style["color"]))
+            svg.aim(self.axes, x, y, point_anchor(self.bench.scene.name, point))
+        self.ends.append(svg.LineEnd(*end, name, style["color"]))
 
     def exact(self, kept: Sequence[tuple[tuple[float, float], Point]], style: dict[str, object]) -> None:
         """Draw PIC: a line across the diagram, with its run time at the mark."""
@@ -133,18 +118,18 @@ class _Drawing:
             self.axes.plot([x], [y], "o", color=style["color"], markersize=8.0, zorder=4)
         if point.timing is not None and self.kind is Diagram.ERROR_TIME:
             spent = f"PIC: exact in {milliseconds(point.timing.advance_s)} ms"
-            self.axes.annotate(spent, (x, y), (4, 7), textcoords="offset points", fontsize=8.5, color=INK)
+            self.axes.annotate(spent, (x, y), (4, 7), textcoords="offset points", fontsize=8.5, color=svg.INK)
 
     def scales(self) -> None:
-        axes, points = self.axes, [p for curve in self.bench.curves for p in curve.points if not p.reason]
+        axes, points = self.axes, [point for point in self.bench.points if not point.reason]
         if self.kind is Diagram.TIME_DT:
             axes.set_ylabel("run time, ms")
-            axes.yaxis.set_major_formatter(plain_number)
+            axes.yaxis.set_major_formatter(svg.plain_number)
         else:
             self.scale_of_errors()
         if self.kind is Diagram.ERROR_TIME:
             axes.set_xlabel("run time, ms")
-            axes.xaxis.set_major_formatter(plain_number)
+            axes.xaxis.set_major_formatter(svg.plain_number)
             times = [x for x, _ in map(self.place, points) if math.isfinite(x)]
             axes.set_xlim(min(times) / 1.6, 1.6 * max(times))
         else:
@@ -163,4 +148,4 @@ class _Drawing:
         axes.set_yticks([self.unit * one for one in (self.floor, *ticks)], [EXACT, *words])
         axes.set_ylim(self.unit * self.floor / 10.0**0.25, self.unit * most)
         for one in marked:
-            axes.axhline(self.unit * one, color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
+            axes.axhline(self.unit * one, color=svg.MUTED, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)

@@ -143,10 +143,10 @@ class GrowthPoint:
     """
 
     discs: int
-    prepare_s: float
-    advance_s: float
-    memory_bytes: float
-    peak_bytes: float
+    prepare_s: float = math.nan
+    advance_s: float = math.nan
+    memory_bytes: float = math.nan
+    peak_bytes: float = math.nan
     ratio: float = math.nan
     reason: str = ""
     sitting: str = ""
@@ -293,9 +293,7 @@ def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
     grown = answer.value
     if grown is None:
         started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
-        return GrowthPoint(
-            discs, math.nan, math.nan, math.nan, math.nan, reason=answer.said if started else answer.reason
-        )
+        return GrowthPoint(discs, reason=answer.said if started else answer.reason)
     memory, peak = float(max(0, grown.peak_bytes - grown.before_bytes)), float(grown.peak_bytes)
     return GrowthPoint(discs, grown.timing.prepare_s, grown.timing.advance_s, memory, peak, sitting=grown.sitting)
 

@@ -11,24 +11,11 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from carom.execution.job import Method
-from carom.report import formatting
+from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Document, Figure, Figures, Headline, Lines, Media, Section, Table
 from carom.report.files import as_json, require_report_extra
 from carom.report.provenance import making, stamp_lines
 from carom.report.render.html import html
-from carom.report.svg import (
-    LineEnd,
-    aim,
-    alone,
-    drawing,
-    finish,
-    framed,
-    line_style,
-    name_lines,
-    plain_number,
-    png,
-    render,
-)
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.tables import METHOD
 from carom.support.folders import write_files
@@ -56,17 +43,12 @@ def growth_document(growth: Growth) -> Document:
         for point in curve.points
         if point.reason
     )
-    return Document(
-        "Carom bench: growth",
-        Headline.of(_answer(growth)),
-        (
-            Section(
-                "Run time and memory against the number of discs", (Figures(figures, large=True), *_tables(growth))
-            ),
-            Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
-            *making(growth.environment, growth.command, growth.elapsed_s),
-        ),
+    sections = (
+        Section("Run time and memory against the number of discs", (Figures(figures, large=True), *_tables(growth))),
+        Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
+        *making(growth.environment, growth.command, growth.elapsed_s),
     )
+    return Document("Carom bench: growth", Headline.of(_answer(growth)), sections)
 
 
 def _answer(growth: Growth) -> Iterator[str]:
@@ -199,18 +181,18 @@ def _power(exponent: tuple[float, float, float]) -> Cell:
 def _svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
     """Return run time (or memory) against the number of discs as SVG. A narrow one fits a phone."""
     links = {_anchor(curve, point): _name(curve, point) for curve in growth.curves for point in _ran(curve)}
-    with drawing():
+    with svg.drawing():
         figure = _figure(growth, memory, narrow=narrow)
-        return render(figure, "Memory" if memory else "Run time", links, narrow=narrow)
+        return svg.render(figure, "Memory" if memory else "Run time", links, narrow=narrow)
 
 
 def _figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: bool = False) -> drawn.Figure:
     what = "Memory" if memory else "Run time per simulated second"
     title = what if narrow else f"{what} against the number of discs"
-    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
+    figure, axes = svg.framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    ends = list[LineEnd]()
+    ends = list[svg.LineEnd]()
     for curve in growth.curves:
         places = [
             (point.discs, height, _anchor(curve, point))
@@ -219,20 +201,20 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: b
         ]
         if not places:
             continue
-        style = line_style(curve.engine, profile=curve.profile) | {"linestyle": "--" if curve.gravity else "-"}
+        style = svg.line_style(curve.engine, profile=curve.profile) | {"linestyle": "--" if curve.gravity else "-"}
         axes.plot([discs for discs, _, _ in places], [height for _, height, _ in places], **style)
         for place in places:
-            aim(axes, *place)
+            svg.aim(axes, *place)
         value, _, _ = curve.memory_exponent if memory else curve.time_exponent
         grows = "" if math.isnan(value) or narrow else f": n^{value:.2f}"
         name = f"{_SHOWN.get(curve.engine, curve.engine)}{_gas(curve)}{grows}"
-        ends.append(LineEnd(*places[-1][:2], name, style["color"]))
+        ends.append(svg.LineEnd(*places[-1][:2], name, style["color"]))
     axes.set_xlabel("discs")
     axes.set_ylabel("memory of the world, MiB" if memory else "run time per simulated second, s")
-    axes.xaxis.set_major_formatter(plain_number)
-    axes.yaxis.set_major_formatter(plain_number)
-    finish(axes)
-    name_lines(figure, axes, ends)
+    axes.xaxis.set_major_formatter(svg.plain_number)
+    axes.yaxis.set_major_formatter(svg.plain_number)
+    svg.finish(axes)
+    svg.name_lines(figure, axes, ends)
     return figure
 
 
@@ -248,7 +230,7 @@ def write_growth(growth: Growth, folder: Path) -> Path:
     page, numbers = html(growth_document(growth)), as_json("growth", growth)
     files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
-        files[f"{name}.svg"] = alone(_svg(growth, memory))
-        with drawing():
-            files[f"{name}.png"] = png(_figure(growth, memory, foot))
+        files[f"{name}.svg"] = svg.alone(_svg(growth, memory))
+        with svg.drawing():
+            files[f"{name}.png"] = svg.png(_figure(growth, memory, foot))
     return write_files(folder, "bench", files)

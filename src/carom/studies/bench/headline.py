@@ -28,13 +28,13 @@ def answers(bench: Bench) -> Iterator[str]:
     parts = [f"PIC is exact on {len(exact)} of {scenes}{_range(exact)}"] * bool(exact)
     wanted = f"{error_text(target, kind)} error"
     if tally:
-        best = formatting.join_words([f"{name} on {_where(name, found, bench)}" for name, _ in tally.most_common()])
+        best = formatting.join_words([f"{name} on {_scenes_of(name, found, bench)}" for name, _ in tally.most_common()])
         best = best.removesuffix(" on every scene")
         parts.append(f"fastest engine with at most {wanted}: {best}")
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
     lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
     if lossy:
-        parts.append(f"every engine misses or invents impacts on {_share(lossy, bench)}")
+        parts.append(f"every engine misses or invents impacts on {_names(lossy, bench)}")
     if len(unreached) > len(lossy):
         parts.append(f"no engine reaches {wanted} on {len(unreached) - len(lossy) if tally or lossy else 'any'}")
     yield formatting.capitalised(f"{'; '.join(parts)}.")
@@ -48,28 +48,26 @@ def _range(points: list[Point]) -> str:
     return f" in {' to '.join(dict.fromkeys(milliseconds(time) for time in (spent[0], spent[-1])))} ms" if spent else ""
 
 
-def _where(name: str, cheapest: list[Point | None], bench: Bench) -> str:
+def _scenes_of(name: str, cheapest: list[Point | None], bench: Bench) -> str:
     """Return the scenes on which a method is the cheapest."""
     pairs = zip(bench.scenes, cheapest, strict=True)
-    return _share([scene for scene, point in pairs if point is not None and _method(point) == name], bench)
+    return _names([scene for scene, point in pairs if point is not None and _method(point) == name], bench)
 
 
-def _share(scenes: list[SceneBench], bench: Bench) -> str:
+def _names(scenes: list[SceneBench], bench: Bench) -> str:
     """Return the names of scenes if a terminal shows each scene, otherwise the number of scenes."""
     if len(scenes) == len(bench.scenes):
         return "every scene"
-    return (
-        formatting.join_words([one.scene.name for one in scenes])
-        if len(bench.scenes) <= SCENES_SHOWN
-        else str(len(scenes))
-    )
+    if len(bench.scenes) > SCENES_SHOWN:
+        return str(len(scenes))
+    return formatting.join_words([one.scene.name for one in scenes])
 
 
 def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
     """Describe a scene in a sentence: PIC, the cheapest engine for the target, the most accurate, and the next."""
     exact, parts = scene.exact, list[str]()
     if exact is not None:
-        parts.append(f"PIC is exact{_in(exact)}")
+        parts.append(f"PIC is exact{_ms(exact)}")
     ranked = [(curve, curve.best) for curve in scene.engines]
     sound = [(curve, best) for curve, best in ranked if best is not None and best.sound]
     if sound:
@@ -81,7 +79,7 @@ def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best
         if best.lost:
             parts.append(
                 f"every engine misses or invents impacts at every step; the best is {_method(best)}, which "
-                f"{losses(best)}{_in(best)} with steps of {formatting.step(best.dt_s)}"
+                f"{losses(best)}{_ms(best)} with steps of {formatting.step(best.dt_s)}"
             )
         else:
             parts.append("the scene has no error to measure")
@@ -94,38 +92,34 @@ def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float,
     wanted = f"{error_text(target, kind)} error"
     cheap, (_, best) = scene.cheapest_engine(target), sound[0]
     if cheap is None:
-        met = best.error <= target  # without a timing pass, no engine is the cheapest
-        yield (
-            f"the most accurate engine is {_describe_point(best, kind)}"
-            if met
-            else (f"no engine reaches {wanted} at the tested steps; the most accurate is {_describe_point(best, kind)}")
-        )
+        which = "the most accurate engine"
+        if best.error > target:  # without a timing pass, no engine is the cheapest
+            which = f"no engine reaches {wanted} at the tested steps; the most accurate"
+        yield f"{which} is {_describe_point(best, kind)}"
     elif cheap.at == best.at:
-        described = f"{_describe_point(best, kind)}{_times(scene, best)}"
+        described = f"{_describe_point(best, kind)}{_ratio(scene, best)}"
         yield f"the most accurate engine, and the fastest with at most {wanted}, is {described}"
     else:
-        cost = (
-            f"{milliseconds(cheap.timing.advance_s)} ms with steps of {formatting.step(cheap.dt_s)}"
-            if cheap.timing
-            else ""
-        )
-        yield f"the fastest engine with at most {wanted} is {_method(cheap)}: {cost}{_times(scene, cheap)}"
+        cost = ""
+        if cheap.timing:
+            cost = f"{milliseconds(cheap.timing.advance_s)} ms with steps of {formatting.step(cheap.dt_s)}"
+        yield f"the fastest engine with at most {wanted} is {_method(cheap)}: {cost}{_ratio(scene, cheap)}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 
 
 def _describe_point(point: Point, kind: ErrorKind) -> str:
-    return f"{_method(point)}: {error_text(point.error, kind)}{_in(point)} with steps of {formatting.step(point.dt_s)}"
+    return f"{_method(point)}: {error_text(point.error, kind)}{_ms(point)} with steps of {formatting.step(point.dt_s)}"
 
 
 def _method(point: Point) -> str:
     return Method(point.engine, point.profile).phrase
 
 
-def _in(point: Point) -> str:
+def _ms(point: Point) -> str:
     return f" in {milliseconds(point.timing.advance_s)} ms" if point.timing else ""
 
 
-def _times(scene: SceneBench, point: Point) -> str:
+def _ratio(scene: SceneBench, point: Point) -> str:
     exact = scene.exact
     if exact is None or exact.timing is None or point.timing is None:
         return ""

@@ -63,10 +63,8 @@ class NoiseProbe:
 
     def noise(self) -> Noise:
         """Return the spread of the probes. At least one probe must have been taken."""
-        found = spread(self._times)
-        return Noise(
-            found.median, (found.high - found.low) / found.median, max(self._times) / found.median, len(self._times)
-        )
+        found, times = spread(self._times), self._times
+        return Noise(found.median, (found.high - found.low) / found.median, max(times) / found.median, len(times))
 
     def _work(self) -> float:
         started = time.perf_counter()

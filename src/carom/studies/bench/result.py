@@ -121,6 +121,11 @@ class SceneBench:
     timed_at: str
 
     @property
+    def points(self) -> list[Point]:
+        """All points of all curves."""
+        return [point for curve in self.curves for point in curve.points]
+
+    @property
     def exact(self) -> Point | None:
         """PIC's point of smallest run time; None if PIC was not run or is not exact to rounding."""
         points = [point for curve in self.curves if curve.exact for point in curve.points if point.sound]

@@ -20,6 +20,7 @@ from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.sweep import Measures
 from carom.model.scene import Scene
+from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind, error_of
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import BenchPlan
@@ -61,21 +62,16 @@ def work_precision(
         profiles = select_profiles(infos, plan.profiles)
         infos = with_own_methods(infos, plan.engines, pool, own=plan.own)
         jobs, methods = _jobs(scenes, infos, profiles, plan, pool)
-        jobs_of = {scene.name: [job for job in jobs if job.scene is scene] for scene in scenes}
-        results: dict[JobKey, Answer[Measures]] = {}
-        unscored: dict[tuple[str, At], str] = {}
+        scored = []
         done = 0
-        for name, own in jobs_of.items():
-            scoring = ScoringPass(
-                own, methods, plan.budget_s / 2, pool, notes or MemoryJournal(), progress, done, len(jobs)
-            )
-            found, left = scoring.run()
-            results |= found
-            unscored |= {(name, at): why for at, why in left.items()}
+        for scene in scenes:
+            own, journal = [job for job in jobs if job.scene is scene], notes or MemoryJournal()
+            scoring = ScoringPass(own, methods, plan.budget_s / 2, pool, journal, progress, done, len(jobs))
+            scored.append((scene, own, *scoring.run()))
             done += len(own)
     benches = []
-    for scene in scenes:
-        points = _points(jobs_of[scene.name], results, unscored, plan.error)
+    for scene, own, results, unscored in scored:
+        points = _points(own, results, unscored, plan.error)
         ran = [point.at for point in points if not point.reason]
         timing = _timed(scene, ran, plan, timings or MemoryJournal(), progress) if plan.timing and ran else None
         if timing is not None:
@@ -125,15 +121,10 @@ def _timed(
 
 
 def _points(
-    jobs: Sequence[Job],
-    results: Mapping[JobKey, Answer[Measures]],
-    unscored: Mapping[tuple[str, At], str],
-    kind: ErrorKind,
+    jobs: Sequence[Job], results: Mapping[JobKey, Answer[Measures]], unscored: Mapping[At, str], kind: ErrorKind
 ) -> list[Point]:
-    found: dict[tuple[str, At], list[Answer[Measures] | None]] = {}
-    for job in jobs:
-        found.setdefault((job.scene.name, (job.method, job.dt_s)), []).append(results.get(job_key(job)))
-    return [_point(key[1], answers, unscored.get(key, ""), kind) for key, answers in found.items()]
+    found = formatting.group_by(((job.method, job.dt_s), results.get(job_key(job))) for job in jobs)
+    return [_point(at, answers, unscored.get(at, ""), kind) for at, answers in found.items()]
 
 
 def _point(at: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
@@ -161,9 +152,7 @@ def _point(at: At, found: Sequence[Answer[Measures] | None], unscored: str, kind
 
 
 def _scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTiming | None, target: float) -> SceneBench:
-    by_curve: dict[tuple[str, str], list[Point]] = {}
-    for point in points:
-        by_curve.setdefault((point.engine, point.profile), []).append(point)
+    by_curve = formatting.group_by(((point.engine, point.profile), point) for point in points)
     curves = []
     for (engine, profile), own in by_curve.items():
         sound = [point for point in own if point.sound]

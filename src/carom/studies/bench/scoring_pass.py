@@ -52,10 +52,7 @@ class ScoringPass:
         started, step_s = time.perf_counter(), 0.0
         levels = sorted({job.refinement for job in self.jobs})
         for level in levels:
-            at_level: dict[Method, list[Job]] = {}
-            for job in self.jobs:
-                if job.refinement == level:
-                    at_level.setdefault(job.method, []).append(job)
+            at_level = formatting.group_by((job.method, job) for job in self.jobs if job.refinement == level)
             left_s = self.budget_s - (time.perf_counter() - started)
             chosen: list[Job] = []
             steps = 0.0

@@ -58,7 +58,7 @@ def reached(bench: Bench) -> list[float]:
     The last target is the error of rounding, for exact results.
     """
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
-    every = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
+    every = [point for scene in bench.scenes for point in scene.points]
     asked = sorted({bench.plan.target, *TARGETS}, reverse=True)
     found = [target for target in asked if any(_meets(point, target) for point in engines)]
     return found + [THRESHOLDS.rounding] * any(_meets(point, THRESHOLDS.rounding) for point in every)
@@ -146,12 +146,9 @@ class _Method(NamedTuple):
 
     def rank(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
         """Return the sort key: first by the number of scenes that reach the finest target, last by cost."""
-        finest_first = list(reversed(targets))
-        costs = [self.cost(target) for target in finest_first]
-        return (
-            [-len(self.reaching(target)) for target in finest_first],
-            [math.inf if math.isnan(cost) else cost for cost in costs],
-        )
+        costs = [self.cost(target) for target in reversed(targets)]
+        reached = [-len(self.reaching(target)) for target in reversed(targets)]
+        return reached, [math.inf if math.isnan(cost) else cost for cost in costs]
 
 
 def _share(method: _Method, count: int) -> str:
@@ -201,11 +198,9 @@ def _least(kind: ErrorKind, curve: Curve) -> Cell:
 def losses(point: Point) -> str:
     """Describe a point's missed and invented impacts over all starts."""
     lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
-    return (
-        f"{formatting.join_words(lost)} of {formatting.count(point.expected, 'impact')}"
-        if lost
-        else "has no error to measure"
-    )
+    if not lost:
+        return "has no error to measure"
+    return f"{formatting.join_words(lost)} of {formatting.count(point.expected, 'impact')}"
 
 
 def _step(curve: Curve, point: Point | None) -> str:
@@ -273,7 +268,7 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
             *_POINT_COLUMNS,
             Column("command", partial(_command, name, plan), only=Media.PAGE),
         ),
-        [point for curve in bench.curves for point in curve.points if not point.reason],
+        [point for point in bench.points if not point.reason],
         title=f"{name}: all points",
         note=f"{formatting.capitalised(plan.error.meaning)}; the largest over {formatting.count(plan.phases, 'start')} "
         "that are spread evenly over a step. -1 +2: missed and invented impacts over all starts; the error is "
@@ -299,17 +294,8 @@ def point_anchor(scene: str, point: Point) -> str:
 
 def _command(scene: str, plan: BenchPlan, point: Point) -> str:
     """Return the command that repeats a point, with the bench's options that are not the defaults."""
-    words = [
-        "carom",
-        "bench",
-        scene,
-        "-e",
-        engine_argument(point.engine),
-        "-p",
-        point.profile,
-        "--dt",
-        repr(point.dt_s),
-    ]
+    words = ["carom", "bench", scene, "-e", engine_argument(point.engine), "-p", point.profile]
+    words += ["--dt", repr(point.dt_s)]
     usual = {field.name: field.default for field in fields(BenchPlan)}
     for name in ("phases", "error", "rounds", "seed"):
         if (chosen := getattr(plan, name)) != usual[name]:

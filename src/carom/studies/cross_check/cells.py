@@ -17,6 +17,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
 from carom.execution.results import Results, Row
 from carom.report import formatting
+from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
 from carom.report.replay import replay_key
 from carom.report.results_file.line_types import RowLine, SceneLine, Summary
@@ -194,11 +195,9 @@ class GridCell:
             return f"{formatting.steps(abs(self.errors.time_s), self.line.dt_s)} {side}"
         if math.isfinite(self.cost):
             return f"{formatting.number(self.cost)} of PIT"
-        return (
-            f"{formatting.percent(spin)} of greatest rim speed"
-            if spin > velocity
-            else f"{formatting.percent(velocity)} of greatest speed"
-        )
+        if spin > velocity:
+            return f"{formatting.percent(spin)} of greatest rim speed"
+        return f"{formatting.percent(velocity)} of greatest speed"
 
     @property
     def compact(self) -> str:
@@ -315,11 +314,8 @@ def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None
 
     def row_of(name: str) -> GridRow:
         found = results.certified.get(name, "")
-        certified = (
-            f"certified to impact {found.certified}"
-            if isinstance(found, Horizon)
-            else found.partition(";")[0].partition(":")[0]
-        )
+        certified = f"certified to impact {found.certified}" if isinstance(found, Horizon) else found
+        certified = certified.partition(";")[0].partition(":")[0]
         absent = (
             GridCell(name, column, Mark.ABSENT, (NOT_PLANNED,), _NO_LINE, _NO_SCENE, {}, None)
             for column in columns.values()
@@ -361,6 +357,12 @@ def keep_worst(items: Sequence[T], most: int, cells_of: Callable[[T], Sequence[G
         return sorted((-1 if cell.rank is None else cell.rank for cell in cells_of(items[place])), reverse=True)
 
     return [items[place] for place in sorted(heapq.nlargest(most, range(len(items)), badness))]
+
+
+def omission_note(shown: Sequence[T], every: Sequence[T], what: str, media: Media) -> tuple[Text, ...]:
+    """Return a note if `keep_worst` has omitted items; otherwise nothing."""
+    worst = f"Only the {len(shown):,} {what} with the worst grades of {len(every):,} are shown; results.jsonl has all."
+    return (Text(worst, media),) if len(shown) < len(every) else ()
 
 
 RANKING_NOTE = (

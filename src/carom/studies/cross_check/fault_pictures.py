@@ -49,16 +49,12 @@ def _pair(entry: Divergence) -> Pair:
     scene, name = reference.scene, cell.column.name
     said = f"{name} at {formatting.step(observed.dt_s)}: {'; '.join(cell.reasons)}."
     labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {said}")
-    return Pair(
-        scene.name,
-        cell.mark.cell,
-        (
-            f"PIC: {formatting.count(len(reference.impacts), 'impact')}",
-            f"{name}: {formatting.count(len(observed.impacts), 'impact')}",
-        ),
-        partial(draw_pair, reference, observed, cell.line.missed or (), labels),
-        tuple(filter(None, (scene.description, said))),
+    sides = (
+        f"PIC: {formatting.count(len(reference.impacts), 'impact')}",
+        f"{name}: {formatting.count(len(observed.impacts), 'impact')}",
     )
+    draw = partial(draw_pair, reference, observed, cell.line.missed or (), labels)
+    return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, said))))
 
 
 def find_divergences(

@@ -185,12 +185,8 @@ class _Observer:
     def __init__(self, plan: Plan, pool: Pool, notes: MemoryJournal[JobKey, Trace] | None, progress: Progress) -> None:
         self.total = 0
         self._refusal, self._samples = plan.methods.find_job_refusal, plan.options.samples
-        self._pool, self._notes, self._progress, self._done = (
-            pool,
-            MemoryJournal() if notes is None else notes,
-            progress,
-            0,
-        )
+        self._pool, self._progress, self._done = pool, progress, 0
+        self._notes: MemoryJournal[JobKey, Trace] = MemoryJournal() if notes is None else notes
 
     def count(self, what: str, done: int = 1) -> None:
         self._done += done
@@ -231,11 +227,12 @@ def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | s
     found: dict[str, Reference | str] = {}
     for scene in plan.scenes:
         trace = solve_reference(scene)
-        if isinstance(trace, Trace) and will_certify(scene, options.certified):
+        if isinstance(trace, str):
+            found[scene.name] = trace
+            continue
+        if will_certify(scene, options.certified):
             progress(0, len(plan.jobs), f"certifying {scene.name}")
-        found[scene.name] = (
-            trace if isinstance(trace, str) else build_reference(trace, options.certified, options.certify_s)
-        )
+        found[scene.name] = build_reference(trace, options.certified, options.certify_s)
     return found
 
 

@@ -15,7 +15,7 @@ from carom.model.trace import Trace, pair_name
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
-from carom.studies.cross_check.cells import Grid, GridCell, GridColumn, keep_worst
+from carom.studies.cross_check.cells import Grid, GridCell, GridColumn, keep_worst, omission_note
 
 #: Largest number of listed cells: a browser takes seconds for this many.
 MOST_CELLS = 10_000
@@ -168,10 +168,7 @@ def cells_section(grid: Grid) -> Section:
     table = Table(
         columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=Media.PAGE, packed=True
     )
-    more = f"Only the {MOST_CELLS:,} runs with the worst grades of {len(grid.runs):,} are shown; results.jsonl has all."
-    return Section(
-        "All cells at all steps", (table, *((Text(more, Media.PAGE),) if len(cells) < len(grid.runs) else ()))
-    )
+    return Section("All cells at all steps", (table, *omission_note(cells, grid.runs, "runs", Media.PAGE)))
 
 
 def _metric(name: str, cell: GridCell) -> str:

@@ -104,16 +104,14 @@ def sampling_cost_section(grid: Grid) -> Section:
         return Section("", ())
     chart = Figures((Figure(partial(draw_sampling_costs, found), CAPTION, TITLE),), large=True)
     columns = [column for column in _COLUMNS if any(column.cell(cost).text != formatting.ABSENT for cost in found)]
-    return Section(
-        "The cost of sampling",
-        (
-            *((chart,) if any(cost.own for cost in found) else ()),
-            Table(columns, found, only=Media.IN_FULL),
-            Text(NOTE, Media.ON_PAPER),
-            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
-            Text(SHORT_NOTE, Media.DETAIL),
-        ),
+    blocks = (
+        *((chart,) if any(cost.own for cost in found) else ()),
+        Table(columns, found, only=Media.IN_FULL),
+        Text(NOTE, Media.ON_PAPER),
+        Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
+        Text(SHORT_NOTE, Media.DETAIL),
     )
+    return Section("The cost of sampling", blocks)
 
 
 def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> str:

@@ -13,11 +13,11 @@ from carom.comparator import Score
 from carom.execution.plan import missing_profile_reason
 from carom.model.trace import Trace
 from carom.report import formatting
-from carom.report.document import Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
+from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
 from carom.report.files import packed
 from carom.report.outcome_marks import Mark
 from carom.report.replay import describe_run, replay_data, replay_key, run_command
-from carom.studies.cross_check.cells import Grid, GridCell, GridRow, NotRun, keep_worst
+from carom.studies.cross_check.cells import Grid, GridCell, GridRow, NotRun, keep_worst, omission_note
 from carom.studies.cross_check.play_page import play_link
 from carom.support.escaping import visible
 
@@ -50,22 +50,16 @@ def scenes_section(grid: Grid) -> Section:
     columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
     rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
-    more = (
-        f"Only the {MOST_SCENES:,} scenes with the worst grades of {len(grid.rows):,} are shown; results.jsonl has all."
+    blocks: tuple[Block, ...] = (
+        legend,
+        Table(columns, rows, css="grid", only=Media.IN_FULL),
+        *omission_note(rows, grid.rows, "scenes", Media.IN_FULL),
+        Text(FIGURE_NOTE, Media.ON_PAPER),
+        Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
+        Text(SHORT_NOTE, Media.DETAIL),
+        Replays(partial(pack_replays, grid)),
     )
-    return Section(
-        f"Every scene on every engine, against PIC at {grid.step_phrase}",
-        (
-            legend,
-            Table(columns, rows, css="grid", only=Media.IN_FULL),
-            *((Text(more, Media.IN_FULL),) if len(rows) < len(grid.rows) else ()),
-            Text(FIGURE_NOTE, Media.ON_PAPER),
-            Text(FIGURE_DETAIL, Media.ON_PAPER, folded=True),
-            Text(SHORT_NOTE, Media.DETAIL),
-            Replays(partial(pack_replays, grid)),
-        ),
-        short="Every scene",
-    )
+    return Section(f"Every scene on every engine, against PIC at {grid.step_phrase}", blocks, short="Every scene")
 
 
 def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
@@ -86,13 +80,9 @@ def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
 def _cell(k: int, row: GridRow) -> Cell:
     """Return the cell of a scene in the k-th column."""
     cell = row.cells[k]
-    return replace(
-        cell.mark.cell,
-        note=cell.figure,
-        link=cell.link,
-        short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
-        title=cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}",
-    )
+    short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
+    title = cell.mark.sentence if cell.has_replay else f"{cell.column.name} on {row.name}: {'; '.join(cell.reasons)}"
+    return replace(cell.mark.cell, note=cell.figure, link=cell.link, short=short, title=title)
 
 
 def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
-from carom.report.document import Column, Media, Section, Table, Text
+from carom.report.document import Block, Column, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark, mark_of_grade
-from carom.studies.cross_check.cells import Grid, GridCell, keep_worst
+from carom.studies.cross_check.cells import Grid, GridCell, keep_worst, omission_note
 
 #: Largest number of listed runs.
 MOST_RUNS = 1000
@@ -78,20 +78,16 @@ def steps_section(grid: Grid) -> Section:
         column("until", lambda local: formatting.seconds(local.until_s)),
     )
     listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
-    more = f"Only the {MOST_RUNS:,} runs with the worst grades of {len(found):,} are shown; results.jsonl has all."
     folded = "" if alone else formatting.count(len(listed), "run")
-    return Section(
-        "Accuracy of single steps",
-        (
-            Table(columns, listed, folded=folded, css="cells", only=media),
-            *((Text(more, media),) if len(listed) < len(found) else ()),
-            *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
-            Text(NOTE, Media.ON_PAPER),
-            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
-            Text(SHORT_NOTE, media & ~Media.ON_PAPER),
-        ),
-        level=3,
+    blocks: tuple[Block, ...] = (
+        Table(columns, listed, folded=folded, css="cells", only=media),
+        *omission_note(listed, found, "runs", media),
+        *(Text(line, media) for line in (_describe_divergence(found) if alone else ())),
+        Text(NOTE, Media.ON_PAPER),
+        Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
+        Text(SHORT_NOTE, media & ~Media.ON_PAPER),
     )
+    return Section("Accuracy of single steps", blocks, level=3)
 
 
 def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:

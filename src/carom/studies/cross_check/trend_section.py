@@ -168,22 +168,18 @@ def trend_section(grid: Grid) -> Section:
     ]
     note = "Velocity error: median over scenes (smallest to largest; number of scenes)."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=Media.ON_PAPER)
-    said = (
-        f"Velocity errors are medians over {formatting.count(len(trend.scenes), 'scene')} at every step"
-        if trend.scenes
-        else "There are no medians, because PIT has no scene with a velocity error at every step"
-    )
+    said = "There are no medians, because PIT has no scene with a velocity error at every step"
+    if trend.scenes:
+        said = f"Velocity errors are medians over {formatting.count(len(trend.scenes), 'scene')} at every step"
     scenes = Lines(tuple(_describe_scenes(trend)), Media.ON_PAPER, folded="Scenes in the medians")
-    return Section(
-        "Error against step",
-        (
-            charts,
-            Text(f"{said}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
-            Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
-            table,
-            scenes,
-        ),
+    blocks = (
+        charts,
+        Text(f"{said}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
+        Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
+        table,
+        scenes,
     )
+    return Section("Error against step", blocks)
 
 
 def _at(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], Cell | str]:

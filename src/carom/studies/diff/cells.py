@@ -73,10 +73,8 @@ def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
     except InputError:
         raise
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # the types are valid, but the cell is not
-        raise InputError(
-            f"{file}, line {len(cells) + 2}: not a run of a cross-check ({error!r})",
-            hints=["run the cross-check again"],
-        ) from None
+        message = f"{file}, line {len(cells) + 2}: not a run of a cross-check ({error!r})"
+        raise InputError(message, hints=["run the cross-check again"]) from None
     return summary, cells
 
 

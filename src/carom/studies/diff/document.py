@@ -20,7 +20,7 @@ MOST_SETTINGS, MOST_LETTERS = 4, 40
 
 _COLUMNS = (
     Column("cell", lambda change: Cell(change.scene, f"{change.method}, {formatting.step(change.dt_s)}")),
-    Column("change", lambda change: Cell(_kind(change), _marks(change), css=change.new.css)),
+    Column("change", lambda change: Cell(_format_kind(change), _format_marks(change), css=change.new.css)),
     Column("before → after", lambda change: Cell("; ".join(map(str, change.measures)), css="prose")),
     Column("cause", lambda change: Cell("; ".join(change.causes), css="prose")),
 )
@@ -47,17 +47,17 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
     around = Text(f"These differ between the runs: {'; '.join(found.around)}.", Media.IN_FULL)
-    in_few = tuple(_in_few(changes))
+    in_few = tuple(_summary_tables(changes))
     sections = (
         *((Section("Summary", in_few, only=Media.TERMINAL),) if in_few else ()),
         *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
         *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if found.around else ()),
     )
-    first, *rest = _lead(found)
-    return Document(f"Carom diff: {old} → {new}", Headline(first, (*rest, *_settings(changes))), sections)
+    first, *rest = _headline(found)
+    return Document(f"Carom diff: {old} → {new}", Headline(first, (*rest, *_setting_changes(changes))), sections)
 
 
-def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
+def _summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
     """Yield tables with a row for each group of similar changes: worse or mixed, others, and not graded."""
     bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
     ungraded = [change for change in changes if not change.graded]
@@ -65,20 +65,20 @@ def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
     methods = {change.method for change in changes}
     groups: list[_Group] = []
     for some, most in zip((bad, others, ungraded), MOST_ALONE if len(methods) == 1 else MOST_OF_SEVERAL, strict=True):
-        groups += _groups(some)[:most]
+        groups += _group_changes(some)[:most]
     shown = sum(map(len, groups))
     note = "" if shown == len(changes) else f"{shown} of {len(changes)} cells; -v for all"
     columns = (
         Column("cells", lambda group: str(len(group)), number=True),
-        Column("change", lambda group: Cell(_kind(group[0]), _marks(group[0]))),
-        Column("example", partial(_example, several=len(methods) > 1)),
+        Column("change", lambda group: Cell(_format_kind(group[0]), _format_marks(group[0]))),
+        Column("example", partial(_example_cell, several=len(methods) > 1)),
     )
     if groups:
         title = "Changes, worst first" if len(methods) > 1 else f"{methods.pop()}, worst first"
         yield Table(columns, groups, title=title, note=note, only=Media.TERMINAL)
 
 
-def _groups(changes: Sequence[Change]) -> list[_Group]:
+def _group_changes(changes: Sequence[Change]) -> list[_Group]:
     """Put changes of the same kind, grades and changed settings into groups.
 
     Groups are in the order of their worst changes.
@@ -92,7 +92,7 @@ def _groups(changes: Sequence[Change]) -> list[_Group]:
     return list(formatting.group_by((shared(change), change) for change in changes).values())
 
 
-def _lead(found: Diff) -> list[str]:
+def _headline(found: Diff) -> list[str]:
     tally = Counter(change.kind for change in found.changes if change.graded)
     counted = [f"{tally[kind]} {kind.value}" for kind in Kind if tally[kind]]
     apart = sum(not change.graded for change in found.changes)
@@ -105,11 +105,11 @@ def _lead(found: Diff) -> list[str]:
         worst = found.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""
         where = f"{worst.scene} on {worst.method} at {formatting.step(worst.dt_s)}"
-        lead.append(f"Worst: {where}, {_marks(worst)}{number}.")
+        lead.append(f"Worst: {where}, {_format_marks(worst)}{number}.")
     return lead
 
 
-def _settings(changes: Sequence[Change]) -> Iterator[str]:
+def _setting_changes(changes: Sequence[Change]) -> Iterator[str]:
     """Yield one sentence on changed settings and versions."""
     values: dict[str, dict[str, None]] = {}
     cells = Counter[str]()
@@ -129,17 +129,17 @@ def _settings(changes: Sequence[Change]) -> Iterator[str]:
     yield f"Also changed in {formatting.count(len(changes), 'cell')}: {', '.join(shown)}{more}."
 
 
-def _kind(change: Change) -> str:
+def _format_kind(change: Change) -> str:
     return change.kind.value if change.graded else "not graded"
 
 
-def _example(group: _Group, *, several: bool) -> Cell:
+def _example_cell(group: _Group, *, several: bool) -> Cell:
     change = group[0]
     number = str(change.telling) if change.telling else next(iter(change.verdicts), "").partition(" (")[0]
     method = f"{change.method}: " if several else ""
     return Cell(f"{method}{change.scene}, {formatting.step(change.dt_s)}", number)
 
 
-def _marks(change: Change) -> str:
+def _format_marks(change: Change) -> str:
     old, new = change.old.word, change.new.word
     return f"{old} → {new}" if old != new else f"{new} (unchanged)"

@@ -17,6 +17,11 @@ def _two_names(value: Any) -> tuple[str, str]:
     return old, new
 
 
+_SAID = "OLD=NEW, such as pymunk=mujoco or pymunk/default=pymunk/tuned"
+_WRONG = (5, "x", ["x"], ["x", ""], ["x", 5], ["x", "y", "z"])
+_PAIRS = ValueKind(_SAID, "OLD=NEW", _two_names, lambda text: text.split("=", 1), _WRONG)
+
+
 @dataclass(frozen=True)
 class DiffOptions(DeclaredOptions):
     """Options of a comparison, except for the two reports.
@@ -32,13 +37,7 @@ class DiffOptions(DeclaredOptions):
 
     match: Sequence[tuple[str, str]] | None = option(
         None,
-        ValueKind(
-            "OLD=NEW, such as pymunk=mujoco or pymunk/default=pymunk/tuned",
-            "OLD=NEW",
-            _two_names,
-            lambda text: text.split("=", 1),
-            (5, "x", ["x"], ["x", ""], ["x", 5], ["x", "y", "z"]),
-        ),
+        _PAIRS,
         "Compare only these engines (pymunk=mujoco) or methods (pymunk/default=pymunk/tuned), repeatable.",
         "--engine",
         "-e",

@@ -73,12 +73,12 @@ class BeforeAfter:
         if isinstance(self.old, bool):
             return f"{self.name}: {'gone' if self.old else 'new'}"
         # Use as few digits as show the difference. 17 digits distinguish any two floats.
-        texts = ([_number(value, digits) for value in (self.old, self.new)] for digits in range(3, 18))
+        texts = ([_format_number(value, digits) for value in (self.old, self.new)] for digits in range(3, 18))
         old, new = next((pair for pair in texts if pair[0] != pair[1]), ["", ""])
         return f"{self.name} {old} → {new}{self.unit}"
 
 
-def _number(value: float | None, digits: int) -> str:
+def _format_number(value: float | None, digits: int) -> str:
     return "not measured" if value is None else formatting.number(value, digits)
 
 
@@ -118,7 +118,7 @@ class Change:
     @property
     def graded(self) -> bool:
         """Whether both runs have a grade or failed. Otherwise the change is neither better nor worse."""
-        return _graded(self.old, self.new)
+        return _are_graded(self.old, self.new)
 
     @property
     def badness(self) -> tuple[float, ...]:
@@ -126,14 +126,8 @@ class Change:
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
         # Compare only errors relative to the scene's scales, because seconds and degrees are not comparable.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
-        return (
-            float(self.graded),
-            -list(Kind).index(self.kind),
-            _badness(self.new),
-            -_badness(self.old),
-            impacts,
-            growth,
-        )
+        kind = -list(Kind).index(self.kind)
+        return (float(self.graded), kind, _rank_of(self.new), -_rank_of(self.old), impacts, growth)
 
     @property
     def telling(self) -> BeforeAfter | None:
@@ -191,7 +185,7 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     match = DiffOptions(match).match
     (before, old_cells), (after, new_cells) = read_cells(old), read_cells(new)
     if match:
-        old_cells, new_cells = _matched(old_cells, match, 0, old), _matched(new_cells, match, 1, new)
+        old_cells, new_cells = _select_pairs(old_cells, match, 0, old), _select_pairs(new_cells, match, 1, new)
     methods = {cell.method for cell in old_cells}, {cell.method for cell in new_cells}
 
     def key(cell: DiffCell) -> tuple[object, ...]:
@@ -208,8 +202,8 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
             f"{old} and {new} have no run in common: scenes, engines, profiles or steps differ, or an engine was "
             "not available; --engine OLD=NEW compares one engine with another"
         )
-    versions = _versions(before.environment, after.environment)
-    changes = [change for a, b in ran if (change := _change(a, b, versions))]
+    versions = _changed_versions(before.environment, after.environment)
+    changes = [change for a, b in ran if (change := _compare_cell(a, b, versions))]
     changes.sort(key=lambda change: change.badness, reverse=True)
     around = tuple(f"{name} {values}" for name, values in versions.items())
     return Diff(tuple(changes), len(ran) - len(changes), around)
@@ -220,7 +214,7 @@ def _was_run(cell: DiffCell | None) -> bool:
     return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
 
 
-def _of_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCell]:
+def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCell]:
     found = [
         cell
         for cell in cells
@@ -232,57 +226,57 @@ def _of_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCel
     return found
 
 
-def _matched(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
+def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[DiffCell]:
     """Return the cells of one report for each pair of names, with the pair's number."""
     return [
         dataclasses.replace(cell, pair=number)
         for number, names in enumerate(match, start=1)
-        for cell in _of_method(cells, names[side], path)
+        for cell in _find_method(cells, names[side], path)
     ]
 
 
-def _versions(old: Environment, new: Environment) -> dict[str, str]:
+def _changed_versions(old: Environment, new: Environment) -> dict[str, str]:
     """Return the differences in versions and machine: text of before and after, by name."""
     olds, news = (
         {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
         for one in (old, new)
     )
-    return _differing(olds, news)
+    return _find_differences(olds, news)
 
 
-def _differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]:
+def _find_differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]:
     pairs = {name: (old.get(name, "none"), new.get(name, "none")) for name in (*old, *new)}
-    return {name: f"{_value(a)} → {_value(b)}" for name, (a, b) in pairs.items() if not _same(a, b)}
+    return {name: f"{_format_value(a)} → {_format_value(b)}" for name, (a, b) in pairs.items() if not _are_equal(a, b)}
 
 
-def _same(a: object, b: object) -> bool:
+def _are_equal(a: object, b: object) -> bool:
     """Whether two values are equal. Numbers may differ by rounding, because machines differ."""
     if not (isinstance(a, float) and isinstance(b, float)):
         return a == b
     return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) or (math.isnan(a) and math.isnan(b))
 
 
-def _value(value: Any) -> str:
+def _format_value(value: Any) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def _change(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Change | None:
+def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Change | None:
     """Return the change of a cell; None if nothing changed."""
     one = new or old
     if one is None:
         return None
     was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
-    measures = tuple(_measured(old, new)) if old and new and was.ran and now.ran else ()
+    measures = tuple(_changed_numbers(old, new)) if old and new and was.ran and now.ran else ()
     there = _was_run(old), _was_run(new)
-    kind = _kind(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
+    kind = _classify(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
     if kind is None:
         return None
     methods = dict.fromkeys(cell.method.label for cell in (old, new) if cell)
-    verdicts, changed = tuple(_verdicts(old, new)), tuple(_changed(old, new, versions))
+    verdicts, changed = tuple(_changed_verdicts(old, new)), tuple(_causes(old, new, versions))
     return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, verdicts, changed)
 
 
-def _measured(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
+def _changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
     """Yield the numbers that changed.
 
     If the runs declare different float widths, the smaller rounding error is used.
@@ -294,8 +288,8 @@ def _measured(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
                 yield measure
 
 
-def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
-    grew = _badness(now) - _badness(was) if _graded(was, now) else 0
+def _classify(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
+    grew = _rank_of(now) - _rank_of(was) if _are_graded(was, now) else 0
     # The numbers of impacts are compared first, because errors of impacts that only one run has found can't be
     # compared.
     impacts = sum(measure.growth for measure in measures if measure.counts)
@@ -308,32 +302,32 @@ def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     return Kind.CHANGED if measures or was is not now else None
 
 
-def _graded(was: Mark, now: Mark) -> bool:
+def _are_graded(was: Mark, now: Mark) -> bool:
     return Mark.UNGRADED not in (was, now) or bool(BROKEN & {was, now})
 
 
-def _badness(mark: Mark) -> int:
+def _rank_of(mark: Mark) -> int:
     """Return the rank of a mark among the grades, from best to worst. A failed run has the worst rank."""
     grades = list(Grade)
     return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
 
 
-def _verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:
+def _changed_verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:
     said, unsaid = (cell.verdicts if cell else () for cell in (new, old))
     yield from (verdict for verdict in said if verdict not in unsaid)
     if old is not None and new is not None and not old.mark.ran:
         yield from (f"before: {verdict}" for verdict in unsaid if verdict not in said)
 
 
-def _changed(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def _causes(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     if old is None or new is None:
         return
     if new.mark.ran and old.mark.ran:
-        for name, values in _differing(old.reference, new.reference).items():
+        for name, values in _find_differences(old.reference, new.reference).items():
             yield f"another scene or reference: {name}", values
     if old.method.engine == new.method.engine:
         if old.settings and new.settings:
-            for name, values in _differing(old.settings, new.settings).items():
+            for name, values in _find_differences(old.settings, new.settings).items():
                 yield f"settings: {name}", values
         # The header has versions by engine name. In lower case, this is usually the adapter's name.
         for name in versions:

@@ -39,7 +39,7 @@ class ClientError(CaromError):
 class Client(Protocol):
     """A registry's client."""
 
-    def listed(self, package: str) -> tuple[str, ...]:
+    def list_versions(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package, unordered.
 
         Raises:
@@ -57,9 +57,9 @@ class Client(Protocol):
 class Pip:
     """The pip of this environment, which installs releases as wheels in a folder that is first on the path."""
 
-    def listed(self, package: str) -> tuple[str, ...]:
+    def list_versions(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package."""
-        printed = _printed([*_PIP, "index", "versions", *_QUICK, _checked(package)], LISTING_S)
+        printed = _run([*_PIP, "index", "versions", *_LIMITS, _check_name(package)], LISTING_S)
         found = re.search(r"^Available versions: (.*)$", printed, re.MULTILINE)
         if found is None:
             raise ClientError(f"pip lists no versions of {package}: it printed {shown(printed)}")
@@ -67,18 +67,19 @@ class Pip:
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
         """Install the wheels of a release, and of missing requirements, into an empty folder."""
-        asked = f"{_checked(package)}=={require_version(version)}"
-        words = [*_PIP, "install", "--dry-run", "--quiet", *_QUICK, *_WHEELS, "--report", "-", asked]
-        report = _read_json(_printed(words, LISTING_S), "pip")
+        asked = f"{_check_name(package)}=={require_version(version)}"
+        words = [*_PIP, "install", "--dry-run", "--quiet", *_LIMITS, *_WHEELS, "--report", "-", asked]
+        report = _read_json(_run(words, LISTING_S), "pip")
         try:
             found = [(one["metadata"]["name"], one["metadata"]["version"]) for one in report["install"]]
         except (KeyError, TypeError):
             raise ClientError("pip's report has an unknown form: it contains no list of packages to install") from None
-        others = [f"{_checked(name)}=={require_version(one)}" for name, one in found]
+        others = [f"{_check_name(name)}=={require_version(one)}" for name, one in found]
         needs = tuple(dict.fromkeys((asked, *(one for one in others if _canonical(one) != _canonical(asked)))))
         # The list includes requirements, except for packages that are already installed.
-        _printed(
-            [*_PIP, "install", "--quiet", *_QUICK, *_WHEELS, "--no-deps", "--target", str(folder), *needs], INSTALLING_S
+        _run(
+            [*_PIP, "install", "--quiet", *_LIMITS, *_WHEELS, "--no-deps", "--target", str(folder), *needs],
+            INSTALLING_S,
         )
         return needs
 
@@ -86,10 +87,11 @@ class Pip:
 class Npm:
     """npm, which installs a release with its requirements in the `node_modules` of a folder."""
 
-    def listed(self, package: str) -> tuple[str, ...]:
+    def list_versions(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package."""
         found = _read_json(
-            _printed(["npm", "view", *_CALM, "--json", "--", _checked(package), "versions"], LISTING_S), "npm"
+            _run(["npm", "view", *_QUIET, "--json", "--", _check_name(package), "versions"], LISTING_S),
+            "npm",
         )
         versions = [found] if isinstance(found, str) else found  # npm prints a single version without a list
         if not isinstance(versions, list) or not all(isinstance(one, str) for one in versions):
@@ -98,10 +100,10 @@ class Npm:
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
         """Install a release into the `node_modules` of an empty folder, without running packages' scripts."""
-        needs = {_checked(package): require_version(version)}
+        needs = {_check_name(package): require_version(version)}
         (folder / "package.json").write_text(json.dumps({"private": True, "dependencies": needs}), encoding="utf-8")
-        words = ["npm", "install", *_CALM, "--ignore-scripts", "--no-package-lock", "--prefix", str(folder)]
-        _printed(words, INSTALLING_S, folder)
+        words = ["npm", "install", *_QUIET, "--ignore-scripts", "--no-package-lock", "--prefix", str(folder)]
+        _run(words, INSTALLING_S, folder)
         there = folder / "node_modules" / package / "package.json"
         if not there.is_file():
             raise ClientError(f"npm did not install {package} {version}")
@@ -113,12 +115,12 @@ CLIENTS: dict[str, Client] = {"pip": Pip(), "npm": Npm()}
 
 _PIP = (sys.executable, "-m", "pip", "--no-input", "--disable-pip-version-check")
 #: Options of pip: a single retry, and short time-outs.
-_QUICK = ("--retries", "1", "--timeout", "15")
+_LIMITS = ("--retries", "1", "--timeout", "15")
 _WHEELS = ("--only-binary", ":all:")
-_CALM = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", "1", "--fetch-timeout", "30000")
+_QUIET = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", "1", "--fetch-timeout", "30000")
 
 
-def _checked(package: str) -> str:
+def _check_name(package: str) -> str:
     """Return the name of a package if it is safe for a client. Other words might be options or paths."""
     if not _NAME.fullmatch(package):
         raise ClientError(f"{shown(package)} is not a package name")
@@ -136,7 +138,7 @@ def _read_json(text: str, client: str) -> Any:
         raise ClientError(f"{client} did not print JSON: {shown(text)}") from None
 
 
-def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) -> str:
+def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str:
     """Return a client's standard output.
 
     Raises:
@@ -173,11 +175,11 @@ def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) ->
             file.seek(0)
             texts.append(file.read(MOST_PRINTED_BYTES).decode(errors="replace"))
     if code:
-        raise ClientError(f"{client}: {_reason(texts[1]) or _reason(texts[0]) or f'exit code {code}'}")
+        raise ClientError(f"{client}: {_error_line(texts[1]) or _error_line(texts[0]) or f'exit code {code}'}")
     return texts[0]
 
 
-def _reason(text: str) -> str:
+def _error_line(text: str) -> str:
     lines = [line for line in text.splitlines() if not re.match(r"\s*(WARNING|npm warn|\[notice\])", line)]
     errors = [line for line in lines if line.startswith(("ERROR", "npm error"))]
     return last_words("\n".join(errors or lines))

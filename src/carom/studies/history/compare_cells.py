@@ -73,12 +73,12 @@ class ReleaseRun:
     float_bits: int
 
     @property
-    def unseen(self) -> bool:
+    def observes_no_contact(self) -> bool:
         """Whether velocities changed but no impact at all was reported, so that the adapter observes no contacts."""
-        return self.expected > 0 and self.found == 0 and self.half_seen
+        return self.expected > 0 and self.found == 0 and self.misses_contacts
 
     @property
-    def half_seen(self) -> bool:
+    def misses_contacts(self) -> bool:
         """Whether velocities changed without a reported impact, so that the adapter does not observe all contacts."""
         return Verdict.TURNS.name in self.verdicts
 
@@ -100,7 +100,7 @@ class HistoryTask(JobTask):
         horizon_s = build_reference(reference, asked=False).horizon_s
         trace = observe_run(adapter, scene, job.profile, job.dt_s, samples=True)
         score = compare(reference, trace, sampling=_sampling(scene, job.dt_s), horizon=horizon_s)
-        places, velocities = _off(reference, trace, math.inf if horizon_s is None else horizon_s)
+        places, velocities = _state_errors(reference, trace, math.inf if horizon_s is None else horizon_s)
         rounding = THRESHOLDS.place_rounding_of(score.float_bits, scene.step_count(job.dt_s))
         return ReleaseRun(
             digest=_digest(trace),
@@ -120,12 +120,12 @@ class HistoryTask(JobTask):
         )
 
 
-def _largest(off: Sequence[float]) -> float:
+def _largest_error(off: Sequence[float]) -> float:
     """Return the length of the largest vector of some coordinates; infinite if it is unknown."""
     return max(map(math.hypot, off[::2], off[1::2]))
 
 
-def _off(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _state_errors(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return errors of positions, shape ``(PLACES, n, 2)``, and of final velocities, shape ``(n, 2)``.
 
     Unknown errors, such as those after `until_s`, are infinite.
@@ -185,16 +185,16 @@ class ChangeKind(Enum):
     OVERLAP = "changed, but the ranges over phases overlap"
     WORSE = "worse"
     BETTER = "better"
-    OTHERWISE = "changed, but neither better nor worse"
-    ASKED = "the settings read back from the engine differ"
-    TOLD = "reported contacts differ, but the motion differs no more than between phases"
-    UNSEEN = "changed, but the adapter does not observe every contact"
+    NEITHER = "changed, but neither better nor worse"
+    OTHER_SETTINGS = "the settings read back from the engine differ"
+    OTHER_CONTACTS = "reported contacts differ, but the motion differs no more than between phases"
+    UNOBSERVED = "changed, but the adapter does not observe every contact"
     NOT_RUN = "not run by both"
 
     @property
     def real(self) -> bool:
         """Whether the engine's motion changed, and not only phase, settings, adapter or reported contacts."""
-        return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.OTHERWISE}
+        return self in {ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER}
 
 
 @dataclass(frozen=True)
@@ -202,11 +202,11 @@ class CellChange:
     """Change of a cell.
 
     Attributes:
-        moved: Kind of change.
+        kind: Kind of change.
         why: The numbers behind the change, as a phrase; empty if there are none.
     """
 
-    moved: ChangeKind
+    kind: ChangeKind
     why: str = ""
 
 
@@ -224,6 +224,9 @@ class _Measure:
     of: Callable[[ReleaseRun], float]
     rounding: Callable[[ReleaseRun], float]
 
+    def describe(self, before: Sequence[float], after: Sequence[float]) -> str:
+        return f"{self.name}: {_format_range(before)} before, {_format_range(after)} now"
+
 
 def _rounding(ran: ReleaseRun) -> float:
     return THRESHOLDS.rounding_of(ran.float_bits)
@@ -233,13 +236,13 @@ def _rounding(ran: ReleaseRun) -> float:
 _MOTION = (
     _Measure(
         "error of final velocities, over the greatest speed",
-        lambda run: _largest(run.off_m_s) / run.speed_m_s,
+        lambda run: _largest_error(run.off_m_s) / run.speed_m_s,
         _rounding,
     ),
-    _Measure("error of positions in metres", lambda run: _largest(run.off_m), attrgetter("place_rounding_m")),
+    _Measure("error of positions in metres", lambda run: _largest_error(run.off_m), attrgetter("place_rounding_m")),
 )
 #: Measures of the reported contacts.
-_TOLD = (
+_CONTACTS = (
     _Measure("missed and invented impacts", attrgetter("lost"), lambda _: 0.0),
     _Measure("velocity error", attrgetter("velocity"), _rounding),
     _Measure("time error in steps", attrgetter("late_steps"), _rounding),
@@ -248,25 +251,25 @@ _TOLD = (
 
 def differs(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Return whether two runs differ in grade, verdicts, numbers or motion by more than rounding."""
-    if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _move_alike(old, new):
+    if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _same_motion(old, new):
         return True
-    return any(_apart(one.of(old), one.of(new), _allowed(one, [old, new])) for one in _TOLD)
+    return any(_differ(one.of(old), one.of(new), _largest_rounding(one, [old, new])) for one in _CONTACTS)
 
 
-def _allowed(measure: _Measure, runs: Sequence[ReleaseRun]) -> float:
+def _largest_rounding(measure: _Measure, runs: Sequence[ReleaseRun]) -> float:
     return max(map(measure.rounding, runs))
 
 
-def _apart(a: float, b: float, rounding: float) -> bool:
+def _differ(a: float, b: float, rounding: float) -> bool:
     return math.isnan(a) is not math.isnan(b) or (a != b and abs(a - b) > rounding)
 
 
-def _move_alike(old: ReleaseRun, new: ReleaseRun) -> bool:
+def _same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Whether positions and final velocities are equal to rounding."""
     speed = max(_rounding(old), _rounding(new)) * old.speed_m_s
     place = max(old.place_rounding_m, new.place_rounding_m)
     states = ((old.off_m, new.off_m, place), (old.off_m_s, new.off_m_s, speed))
-    return not any(_apart(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True))
+    return not any(_differ(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True))
 
 
 def change_of(old: SeenCell, new: SeenCell) -> CellChange:
@@ -285,44 +288,44 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     if a.digest == b.digest:
         return CellChange(ChangeKind.NOTHING)
     if a.settings != b.settings:
-        return CellChange(ChangeKind.ASKED, ", ".join(_differing(a.settings, b.settings)))
-    if a.half_seen or b.half_seen:  # contacts that the adapter misses would count as changes of the engine
-        return CellChange(ChangeKind.UNSEEN)
+        return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_changed_settings(a.settings, b.settings)))
+    if a.misses_contacts or b.misses_contacts:  # contacts that the adapter misses would count as changes of the engine
+        return CellChange(ChangeKind.UNOBSERVED)
     if not differs(a, b):
         return CellChange(ChangeKind.ROUNDING)
     if min(len(old.ran), len(new.ran)) < FEWEST_PHASES:
         fewest = min(len(old.ran), len(new.ran))
         return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
-    parted = list(_parted(_MOTION, old.ran, new.ran))
-    if parted or (elsewhere := _elsewhere(old.ran, new.ran)):
-        kinds = {moved for moved, _ in parted}
+    separate = list(_separated(_MOTION, old.ran, new.ran))
+    if separate or (elsewhere := _coordinate(old.ran, new.ran)):
+        kinds = {kind for kind, _ in separate}
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is right
-        moved = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.OTHERWISE
-        return CellChange(moved, "; ".join(why for _, why in parted) or elsewhere)
-    changes = [why for _, why in _parted(_TOLD, old.ran, new.ran)] + _verdicts(old.ran, new.ran)
-    alike = all(map(_move_alike, old.ran, new.ran))
+        kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER
+        return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
+    changes = [why for _, why in _separated(_CONTACTS, old.ran, new.ran)] + _verdict_changes(old.ran, new.ran)
+    alike = all(map(_same_motion, old.ran, new.ran))
     return CellChange(
-        ChangeKind.TOLD if changes or alike else ChangeKind.OVERLAP, "; ".join(changes or _ranges(old.ran, new.ran))
+        ChangeKind.OTHER_CONTACTS if changes or alike else ChangeKind.OVERLAP,
+        "; ".join(changes or _all_ranges(old.ran, new.ran)),
     )
 
 
-def _parted(
+def _separated(
     measures: Sequence[_Measure], old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]
 ) -> Iterator[tuple[ChangeKind, str]]:
     for measure in measures:
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if any(map(math.isnan, (*before, *after))):
             continue
-        more, less = _gaps(np.array(before), np.array(after)) > _allowed(measure, (*old, *new))
-        why = f"{measure.name}: {_range(before)} before, {_range(after)} now"
+        more, less = _gaps(np.array(before), np.array(after)) > _largest_rounding(measure, (*old, *new))
         if more or less:
-            yield ChangeKind.WORSE if more else ChangeKind.BETTER, why
+            yield ChangeKind.WORSE if more else ChangeKind.BETTER, measure.describe(before, after)
 
 
 def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the gaps above and below between the ranges of two sets of runs, along the first axis.
 
-    Untested phases may extend a range. So each end is moved outwards by the difference of the two outermost numbers.
+    Untested phases may extend a range. So each end is kind outwards by the difference of the two outermost numbers.
     """
 
     def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -334,7 +337,7 @@ def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np
         return np.nan_to_num(np.stack([new_low - old_high, old_low - new_high]), nan=0.0, posinf=np.inf)
 
 
-def _elsewhere(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
+def _coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
     """Describe where and when the ranges of a coordinate differ most; an empty text if no ranges differ."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
     gaps = _gaps(before, after).max(axis=0)
@@ -342,18 +345,18 @@ def _elsewhere(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
     if not gaps[k] > max(run.place_rounding_m for run in (*old, *new)):
         return ""
     instant, disc = divmod(k // 2, len(gaps) // (2 * PLACES))
-    ranges = f"{_range(before[:, k].tolist())} m before, {_range(after[:, k].tolist())} m now"
+    ranges = f"{_format_range(before[:, k].tolist())} m before, {_format_range(after[:, k].tolist())} m now"
     return f"error of {'xy'[k % 2]} of disc {disc} after {instant + 1}/{PLACES} of the run: {ranges}"
 
 
-def _ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
-    for measure in (*_MOTION, *_TOLD):
+def _all_ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
+    for measure in (*_MOTION, *_CONTACTS):
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if sorted(map(repr, before)) != sorted(map(repr, after)):
-            yield f"{measure.name}: {_range(before)} before, {_range(after)} now"
+            yield measure.describe(before, after)
 
 
-def _range(values: Sequence[float]) -> str:
+def _format_range(values: Sequence[float]) -> str:
     known = [value for value in values if math.isfinite(value)]
     if not known:
         return "unknown"
@@ -361,14 +364,14 @@ def _range(values: Sequence[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _differing(old: Sequence[tuple[str, str]], new: Sequence[tuple[str, str]]) -> Iterator[str]:
+def _changed_settings(old: Sequence[tuple[str, str]], new: Sequence[tuple[str, str]]) -> Iterator[str]:
     a, b = dict(old), dict(new)
     for name in dict.fromkeys((*a, *b)):
         if a.get(name) != b.get(name):
             yield f"{name} {a.get(name, 'none')} → {b.get(name, 'none')}"
 
 
-def _verdicts(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
+def _verdict_changes(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
     """Return the verdicts that hold at every phase of one release and at no phase of the other, as phrases."""
 
     def own(ones: Sequence[ReleaseRun], others: Sequence[ReleaseRun]) -> list[str]:

@@ -36,15 +36,15 @@ RULE = (
 
 
 #: Headings of the kinds of changes in a table.
-_HEADS = {
+_HEADINGS = {
     ChangeKind.WORSE: "worse",
     ChangeKind.BETTER: "better",
-    ChangeKind.OTHERWISE: "otherwise",
+    ChangeKind.NEITHER: "otherwise",
     ChangeKind.ROUNDING: "rounding",
     ChangeKind.OVERLAP: "phase only",
-    ChangeKind.ASKED: "other settings",
-    ChangeKind.TOLD: "other contacts",
-    ChangeKind.UNSEEN: "not judged",
+    ChangeKind.OTHER_SETTINGS: "other settings",
+    ChangeKind.OTHER_CONTACTS: "other contacts",
+    ChangeKind.UNOBSERVED: "not judged",
 }
 
 
@@ -70,18 +70,15 @@ def history_document(found: History) -> Document:
     changed = [
         _Changed(step, cell, change)
         for step in reversed(found.transitions)
-        for cell, change in sorted(step.real.items(), key=lambda item: (item[1].moved.name, item[0]))
+        for cell, change in sorted(step.real.items(), key=lambda item: (item[1].kind.name, item[0]))
     ]
-    return Document(
-        f"Carom: releases of {found.origin.engine}",
-        Headline.of(_lead(found)),
-        (
-            Section("Releases", (Table(_release_columns(found), rows), *_notes(found))),
-            *((Section("Changed cells", (Table(_CHANGED, changed),)),) if changed else ()),
-            Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
-            *making(found.environment, found.command, found.elapsed_s),
-        ),
+    sections = (
+        Section("Releases", (Table(_release_columns(found), rows), *_setting_notes(found))),
+        *((Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),)),) if changed else ()),
+        Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
+        *making(found.environment, found.command, found.elapsed_s),
     )
+    return Document(f"Carom: releases of {found.origin.engine}", Headline.of(_headline(found)), sections)
 
 
 def write_history(found: History, folder: Path) -> Path:
@@ -95,7 +92,7 @@ def write_history(found: History, folder: Path) -> Path:
     return write_files(folder, PURPOSE, files)
 
 
-def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
+def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
     """Yield a line with the support of each release that a registry lists, newest first."""
     for version in reversed(versions):
         notes = []
@@ -110,7 +107,7 @@ def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
         yield f"{version:16} {'; '.join(notes)}".rstrip()
 
 
-def bisection_lines(found: Bisection | None) -> Iterator[str]:
+def describe_bisection(found: Bisection | None) -> Iterator[str]:
     """Yield the result of a bisection."""
     if found is None:
         yield "The oldest and the newest release agree in this run within the range over phases."
@@ -119,13 +116,13 @@ def bisection_lines(found: Bisection | None) -> Iterator[str]:
     before = (
         f"{oldest}, the oldest" if found.last == oldest else f"{found.last}, which agrees with the oldest, {oldest}"
     )
-    why = f"{found.change.moved.value}: {found.change.why}"
+    why = f"{found.change.kind.value}: {found.change.why}"
     cell = f"{found.cell.scene} with {found.cell.profile} at {formatting.step(found.cell.dt_s)}"
     yield f"{cell}: {found.first} differs from {before} ({why})."
     yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
 
 
-def _lead(found: History) -> Iterator[str]:
+def _headline(found: History) -> Iterator[str]:
     ran, engine = found.ran, found.origin.engine
     moved = [step for step in found.transitions if step.real]
     if len(ran) >= 2 and not moved:
@@ -133,10 +130,10 @@ def _lead(found: History) -> Iterator[str]:
         nothing = "no bit changed" if still else "no change beyond the range over phases"
         yield f"{engine} from {ran[0].version} to {ran[-1].version}: {nothing}."
     for step in reversed(moved):
-        counts = Counter(change.moved for change in step.real.values())
+        counts = Counter(change.kind for change in step.real.values())
         said = [
             f"{counts[kind]} {kind.value}"
-            for kind in (ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.OTHERWISE)
+            for kind in (ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER)
             if counts[kind]
         ]
         yield f"{engine} {step.old.version} → {step.new.version}: {formatting.join_words(said)}."
@@ -150,17 +147,17 @@ def _release_columns(found: History) -> tuple[Column, ...]:
     bits = {one.float_bits for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]}
     marks = {grade: mark_of_grade(grade, max(bits, default=64)).word for grade in Grade if grade.name in grades}
 
-    kinds = [kind for kind in _HEADS if any(step.count(kind) for step in found.transitions)]
+    kinds = [kind for kind in _HEADINGS if any(step.count(kind) for step in found.transitions)]
     return (
         Column("release", lambda row: row.release.version),
-        *(Column(marks[grade], partial(_graded, grade), number=True) for grade in marks),
+        *(Column(marks[grade], partial(_count_grade, grade), number=True) for grade in marks),
         Column("same bits", _same_bits, number=True),
-        *(Column(_HEADS[kind], partial(_since, kind), number=True) for kind in kinds),
-        *([Column("note", lambda row: _note(row.release))] if any(map(_note, found.releases)) else ()),
+        *(Column(_HEADINGS[kind], partial(_count_since, kind), number=True) for kind in kinds),
+        *([Column("note", lambda row: _release_note(row.release))] if any(map(_release_note, found.releases)) else ()),
     )
 
 
-def _since(kind: ChangeKind, row: _Row) -> str:
+def _count_since(kind: ChangeKind, row: _Row) -> str:
     """Return the number of cells with this change since the previous release; an empty text for 0."""
     return "" if row.since is None else str(row.since.count(kind) or "")
 
@@ -169,24 +166,24 @@ def _same_bits(row: _Row) -> str:
     return "" if row.since is None else f"{row.since.count(ChangeKind.NOTHING)} of {row.since.compared}"
 
 
-def _graded(grade: Grade, row: _Row) -> str:
+def _count_grade(grade: Grade, row: _Row) -> str:
     """Return the number of cells with a grade; an empty text for 0, or if the release was not run."""
     ran = [seen.own.value for seen in row.release.seen.values() if seen.own.value is not None]
     return "" if row.release.not_run else str(sum(one.grade == grade.name for one in ran) or "")
 
 
-def _note(release: Release) -> str:
-    if release.unseen:
+def _release_note(release: Release) -> str:
+    if release.observes_no_contact:
         return "the adapter can't read contacts of this release, so nothing is compared"
     return release.not_run
 
 
-def _notes(found: History) -> Iterator[Lines]:
+def _setting_notes(found: History) -> Iterator[Lines]:
     """Yield the settings that differ between consecutive releases, and the cells that a release could not run."""
     asked: dict[str, None] = {}
     for step in found.transitions:
         for cell, change in step.changes.items():
-            if change.moved is ChangeKind.ASKED:
+            if change.kind is ChangeKind.OTHER_SETTINGS:
                 asked.setdefault(f"{step.old.version} → {step.new.version}, {cell.profile}: {change.why}")
     lacking: dict[tuple[str, str], dict[str, None]] = {}
     for release in found.ran:
@@ -202,13 +199,13 @@ def _notes(found: History) -> Iterator[Lines]:
         yield Lines(tuple(lines))
 
 
-_CHANGED = (
+_CHANGE_COLUMNS = (
     Column("from", lambda item: item.step.old.version),
     Column("to", lambda item: item.step.new.version),
     Column("scene", lambda item: item.cell.scene),
     Column("profile", lambda item: item.cell.profile),
     Column("step", lambda item: formatting.step(item.cell.dt_s)),
-    Column("change", lambda item: item.change.moved.value),
+    Column("change", lambda item: item.change.kind.value),
     Column("numbers over phases", lambda item: item.change.why),
 )
 
@@ -221,7 +218,7 @@ def error_chart(found: History) -> str:
     """
     with drawing():
         figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
-        ran = [release for release in found.ran if not release.unseen]
+        ran = [release for release in found.ran if not release.observes_no_contact]
         places, thin = range(len(ran)), {"linewidth": 0.6, "markersize": 2.5}
         for profile in found.options.profiles:
             errors = _errors(ran, profile)

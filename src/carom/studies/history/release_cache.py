@@ -30,9 +30,9 @@ class ReleaseCache:
 
     root: Path
 
-    def has(self, registry: str, package: str, version: str) -> Path | None:
+    def find(self, registry: str, package: str, version: str) -> Path | None:
         """Return the folder of an installed release; None if it is not installed."""
-        folder = self._place(registry, package, version)
+        folder = self._folder(registry, package, version)
         try:
             json.loads((folder / _NOTE).read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError):
@@ -41,7 +41,7 @@ class ReleaseCache:
             os.utime(folder / _NOTE)  # mark as recently used
         return folder
 
-    def made(self, client: Client, registry: str, package: str, version: str) -> Path:
+    def install(self, client: Client, registry: str, package: str, version: str) -> Path:
         """Return the folder of a release, after installing it if necessary.
 
         For pip, the folder must be first on Python's path. For npm, the folder contains a `node_modules`.
@@ -50,9 +50,9 @@ class ReleaseCache:
             ClientError: The release can't be installed.
             OSError: The release's folder can't be written.
         """
-        if (there := self.has(registry, package, version)) is not None:
+        if (there := self.find(registry, package, version)) is not None:
             return there
-        place = self._place(registry, package, version)
+        place = self._folder(registry, package, version)
         place.parent.mkdir(parents=True, exist_ok=True)
         new = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
         try:
@@ -64,16 +64,16 @@ class ReleaseCache:
             try:
                 new.rename(place)
             except OSError:
-                if self.has(registry, package, version) is None:  # no other process was faster
+                if self.find(registry, package, version) is None:  # no other process was faster
                     raise
         finally:
             shutil.rmtree(new, ignore_errors=True)
         return place
 
-    def names(self, registry: str, package: str) -> tuple[str, ...]:
+    def versions(self, registry: str, package: str) -> tuple[str, ...]:
         """Return the installed versions of a package."""
-        parent = self._place(registry, package, "0").parent
-        tag = f"-{_tag(registry)}"
+        parent = self._folder(registry, package, "0").parent
+        tag = f"-{_platform_tag(registry)}"
         found = [path.parent.name for path in parent.glob(f"*{tag}/{_NOTE}")] if parent.is_dir() else []
         return tuple(name.removesuffix(tag) for name in found)
 
@@ -88,11 +88,11 @@ class ReleaseCache:
             if total > most_bytes:
                 shutil.rmtree(note.parent, ignore_errors=True)
 
-    def _place(self, registry: str, package: str, version: str) -> Path:
-        return self.root / registry / re.sub(r"[^A-Za-z0-9._-]+", "_", package) / f"{version}-{_tag(registry)}"
+    def _folder(self, registry: str, package: str, version: str) -> Path:
+        return self.root / registry / re.sub(r"[^A-Za-z0-9._-]+", "_", package) / f"{version}-{_platform_tag(registry)}"
 
 
-def _tag(registry: str) -> str:
+def _platform_tag(registry: str) -> str:
     """Return a name that distinguishes installations by machine and interpreter."""
     machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
@@ -103,7 +103,7 @@ def _size(folder: Path) -> int:
 
 
 @contextmanager
-def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[ReleaseCache]:
+def open_release_cache(most_bytes: float, root: Path | None = None) -> Iterator[ReleaseCache]:
     """Open the cache of releases, ``$XDG_CACHE_HOME/carom/history``, and reduce it to its limit at the end.
 
     The cache is not reduced while another history uses its releases.

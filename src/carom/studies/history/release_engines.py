@@ -45,7 +45,7 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class AskOrigin(AdapterTask):
+class OriginTask(AdapterTask):
     """Finds the origin of an adapter's engine, without importing the engine."""
 
     def carry_out(self) -> Origin:
@@ -62,7 +62,7 @@ class AskOrigin(AdapterTask):
 
 
 @dataclass(frozen=True)
-class AskServed(AdapterTask):
+class ServedManifestTask(AdapterTask):
     """Builds the manifest, as TOML, that serves an adapter in Python with a release of its engine."""
 
     name: str
@@ -75,12 +75,12 @@ class AskServed(AdapterTask):
         return served_manifest(load_adapter(self.engine), self.name, self.version, command)
 
 
-def column_name(engine: str, version: str) -> str:
+def release_engine_name(engine: str, version: str) -> str:
     """Return the name of a release in the list of engines."""
     return f"{engine}-{re.sub('[^A-Za-z0-9_.-]', '_', version)}"
 
 
-def laid(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -> Path:
+def copy_program(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -> Path:
     """Copy the program of an npm engine next to a release of the engine, and return the copied manifest.
 
     The manifest's folder and the files next to it are copied, because Node resolves modules from their real paths.
@@ -98,7 +98,7 @@ def laid(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -
 
 
 @contextmanager
-def known_columns(manifests: list[Path]) -> Iterator[list[str]]:
+def registered_engines(manifests: list[Path]) -> Iterator[list[str]]:
     """Register manifests as engines within a block, and yield their names."""
     before = os.environ.get(MANIFESTS)
     try:

@@ -39,10 +39,10 @@ class Release:
     seen: Mapping[RunCell, SeenCell] = field(default_factory=dict)
 
     @property
-    def unseen(self) -> bool:
+    def observes_no_contact(self) -> bool:
         """Whether the release reported no contact in any cell with an impact, so that its results are meaningless."""
         ran = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
-        return bool(ran) and all(one.unseen for one in ran)
+        return bool(ran) and all(one.observes_no_contact for one in ran)
 
     @property
     def not_run(self) -> str:
@@ -70,16 +70,16 @@ class Transition:
     @property
     def real(self) -> dict[RunCell, CellChange]:
         """Changes attributed to the engine."""
-        return {cell: change for cell, change in self.changes.items() if change.moved.real}
+        return {cell: change for cell, change in self.changes.items() if change.kind.real}
 
     @property
     def compared(self) -> int:
         """Number of cells that both releases ran."""
         return len(self.changes) - self.count(ChangeKind.NOT_RUN)
 
-    def count(self, moved: ChangeKind) -> int:
+    def count(self, kind: ChangeKind) -> int:
         """Return the number of cells with this change."""
-        return sum(change.moved is moved for change in self.changes.values())
+        return sum(change.kind is kind for change in self.changes.values())
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class History:
     def worse_now(self) -> bool:
         """Whether the newest release is worse than the previous one in a cell, beyond the effect of the phase."""
         last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
-        return any(change.moved is ChangeKind.WORSE for one in last for change in one.changes.values())
+        return any(change.kind is ChangeKind.WORSE for one in last for change in one.changes.values())
 
 
 @dataclass(frozen=True)

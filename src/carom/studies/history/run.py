@@ -35,7 +35,14 @@ from carom.studies.history.compare_cells import (
 )
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache
-from carom.studies.history.release_engines import AskOrigin, AskServed, Origin, column_name, known_columns, laid
+from carom.studies.history.release_engines import (
+    Origin,
+    OriginTask,
+    ServedManifestTask,
+    copy_program,
+    registered_engines,
+    release_engine_name,
+)
 from carom.studies.history.result import Bisection, History, Release, RunCell
 from carom.support.escaping import is_older, named_hints, release_numbers
 from carom.support.versions import require_version, version_condition
@@ -54,12 +61,12 @@ def list_releases(engine: str, options: HistoryOptions, kept: ReleaseCache) -> t
     """
     with options.local_pool(1) as pool:
         origin = _origin(engine, pool)
-    return origin, in_order(_listed(origin, options, kept))
+    return origin, sort_versions(_list_versions(origin, options, kept))
 
 
 def _origin(engine: str, pool: Pool) -> Origin:
     describe_engines([engine], pool)  # raises an error for an unknown name
-    answer = pool.run(AskOrigin(engine))
+    answer = pool.run(OriginTask(engine))
     if answer.value is None:
         raise AdapterError(f"{engine} could not return its origin: {answer.said}")
     if not answer.value.registry:
@@ -67,12 +74,12 @@ def _origin(engine: str, pool: Pool) -> Origin:
     return answer.value
 
 
-def _listed(origin: Origin, options: HistoryOptions, kept: ReleaseCache) -> Sequence[str]:
+def _list_versions(origin: Origin, options: HistoryOptions, kept: ReleaseCache) -> Sequence[str]:
     """Return the registry's list. If the registry is unreachable, return cached releases if they suffice."""
     try:
-        return CLIENTS[origin.registry].listed(origin.package)
+        return CLIENTS[origin.registry].list_versions(origin.package)
     except ClientError as error:
-        there = in_order(kept.names(origin.registry, origin.package))
+        there = sort_versions(kept.versions(origin.registry, origin.package))
         asked = {word.strip() for text in options.versions or () for word in text.split(",")} - {""}
         if asked and asked <= set(there):
             return there
@@ -80,7 +87,7 @@ def _listed(origin: Origin, options: HistoryOptions, kept: ReleaseCache) -> Sequ
         raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{hint}") from None
 
 
-class _Study:
+class _ReleaseRuns:
     """Runs of one engine's releases on some scenes."""
 
     def __init__(
@@ -139,7 +146,7 @@ class _Study:
             (name, cell)
             for cell in cells
             for pair in pairwise(name for name in names if seen[name][cell].ran)
-            if _undecided(*(seen[name][cell] for name in pair))
+            if _needs_phases(*(seen[name][cell] for name in pair))
             for name in pair
         }
         phases = phase_values(self.options.phases, self.options.seed)
@@ -150,19 +157,19 @@ class _Study:
         return seen
 
 
-def _undecided(old: SeenCell, new: SeenCell) -> bool:
+def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
     """Whether two releases differ in a cell in a way that other phases may explain."""
     a, b = old.own.value, new.own.value
     return (
         a is not None
         and b is not None
         and a.settings == b.settings
-        and not (a.half_seen or b.half_seen)
+        and not (a.misses_contacts or b.misses_contacts)
         and differs(a, b)
     )
 
 
-def _here(engine: str, origin: Origin) -> Release:
+def _installed_release(engine: str, origin: Origin) -> Release:
     """Return the installed engine as a release."""
     if not origin.installed:
         return Release("installed", reason="it is not installed")
@@ -170,8 +177,8 @@ def _here(engine: str, origin: Origin) -> Release:
 
 
 @contextmanager
-def _columns(
-    study: _Study, origin: Origin, versions: Sequence[str], kept: ReleaseCache, pool: Pool
+def _install_releases(
+    study: _ReleaseRuns, origin: Origin, versions: Sequence[str], kept: ReleaseCache, pool: Pool
 ) -> Iterator[tuple[Release, ...]]:
     """Install releases, and yield them while they are registered as engines."""
     client: Client = CLIENTS[origin.registry]
@@ -184,25 +191,25 @@ def _columns(
                 reason = f"older than {origin.oldest}, the oldest release that its adapter drives"
                 made.append(Release(version, reason=reason))
                 continue
-            name = column_name(study.engine, version)
+            name = release_engine_name(study.engine, version)
             try:
-                overlay = kept.made(client, origin.registry, origin.package, version)
+                overlay = kept.install(client, origin.registry, origin.package, version)
             except ClientError as error:
                 made.append(Release(version, reason=f"not installed: {error}"))
                 continue
             folder = Path(place) / name
             folder.mkdir()
             if origin.manifest:
-                path = laid(Path(origin.manifest), name, version, overlay, folder)
+                path = copy_program(Path(origin.manifest), name, version, overlay, folder)
             else:
-                answer = pool.run(AskServed(study.engine, name, version, str(overlay)))
+                answer = pool.run(ServedManifestTask(study.engine, name, version, str(overlay)))
                 if answer.value is None:
                     raise AdapterError(f"{study.engine} could not return its manifest: {answer.said}")
                 path = folder / "engine.toml"
                 path.write_text(answer.value, encoding="utf-8")
             manifests.append(path)
             made.append(Release(version, name))
-        with known_columns(manifests):
+        with registered_engines(manifests):
             yield tuple(made)
 
 
@@ -233,18 +240,20 @@ def history(
         UnavailableError: The registry's client is missing, or returns no list.
     """
     started, asked = time.perf_counter(), options or HistoryOptions()
-    study = _Study(engine, scenes, asked, notes, progress)
+    study = _ReleaseRuns(engine, scenes, asked, notes, progress)
     with asked.pool() as pool:
-        origin, versions = _asked_for(engine, asked, kept, pool)
-        with _columns(study, origin, versions, kept, pool) as made:
-            columns = (*made, *([_here(engine, origin)] if asked.installed else ()))
+        origin, versions = _select_releases(engine, asked, kept, pool)
+        with _install_releases(study, origin, versions, kept, pool) as made:
+            columns = (*made, *([_installed_release(engine, origin)] if asked.installed else ()))
             names = [one.name for one in columns if one.name]
             seen = study.seen(names, study.cells, pool)
     releases = tuple(replace(one, seen=seen.get(one.name, {})) for one in columns)
     return History(engine, origin, asked, releases, environment(), command, time.perf_counter() - started)
 
 
-def _asked_for(engine: str, options: HistoryOptions, kept: ReleaseCache, pool: Pool) -> tuple[Origin, tuple[str, ...]]:
+def _select_releases(
+    engine: str, options: HistoryOptions, kept: ReleaseCache, pool: Pool
+) -> tuple[Origin, tuple[str, ...]]:
     """Return the origin of an engine, and the releases to run.
 
     Raises:
@@ -254,7 +263,7 @@ def _asked_for(engine: str, options: HistoryOptions, kept: ReleaseCache, pool: P
     for profile in options.profiles if info.profiles else ():
         require_profile(engine, profile, info.profiles)
     origin = _origin(engine, pool)
-    versions = selected(_listed(origin, options, kept), options.versions, options.most)
+    versions = select_versions(_list_versions(origin, options, kept), options.versions, options.most)
     if not versions:
         raise InputError(f"no release of {origin.package} meets {', '.join(options.versions or ())}")
     return origin, versions
@@ -279,32 +288,32 @@ def bisect_change(
         CaromError: As in `history`, or a release can't run in this cell.
     """
     asked = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
-    study, cell = _Study(engine, [scene], asked, None, progress), RunCell(scene.name, profile, dt_s)
+    study, cell = _ReleaseRuns(engine, [scene], asked, None, progress), RunCell(scene.name, profile, dt_s)
     order: list[str] = []
     with asked.pool() as pool:
-        origin, versions = _asked_for(engine, asked, kept, pool)
+        origin, versions = _select_releases(engine, asked, kept, pool)
         able = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
 
         def change(version: str) -> CellChange:
             """Return the change from the oldest release to a given release."""
             order.append(version)
-            with _columns(study, origin, (able[0], version), kept, pool) as columns:
+            with _install_releases(study, origin, (able[0], version), kept, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
             found = change_of(old, new)
-            if found.moved is ChangeKind.NOT_RUN:
+            if found.kind is ChangeKind.NOT_RUN:
                 raise CaromError(
                     f"{origin.package} {version} can't run this scene with this profile and step: {found.why}"
                 )
             return found
 
-        if len(able) < 2 or not (newest := change(able[-1])).moved.real:
+        if len(able) < 2 or not (newest := change(able[-1])).kind.real:
             return None
         low, high, found = 0, len(able) - 1, newest
         while high - low > 1:
             middle = (low + high) // 2
-            if (one := change(able[middle])).moved.real:
+            if (one := change(able[middle])).kind.real:
                 high, found = middle, one
             else:
                 low = middle
@@ -312,7 +321,7 @@ def bisect_change(
 
 
 #: Versions that are not marked as alpha, nightly or similar. `post` marks a repaired package of a final release.
-_FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
+_FINAL_VERSION = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 
 #: Word for the newest release.
 LATEST = "latest"
@@ -320,20 +329,20 @@ LATEST = "latest"
 
 def is_final(version: str) -> bool:
     """Return whether a version is final: not marked as alpha, nightly or similar."""
-    return _FINAL.fullmatch(version) is not None
+    return _FINAL_VERSION.fullmatch(version) is not None
 
 
-def in_order(versions: Iterable[str]) -> tuple[str, ...]:
+def sort_versions(versions: Iterable[str]) -> tuple[str, ...]:
     """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
-    return tuple(sorted(set(versions), key=lambda one: (release_numbers(one), is_final(one), _after(one), one)))
+    return tuple(sorted(set(versions), key=lambda one: (release_numbers(one), is_final(one), _post_number(one), one)))
 
 
-def _after(version: str) -> int:
+def _post_number(version: str) -> int:
     found = re.search(r"\.post([0-9]+)$", version)
     return int(found[1]) if found else -1
 
 
-def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> tuple[str, ...]:
+def select_versions(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> tuple[str, ...]:
     """Return the requested releases, from the oldest to the newest.
 
     Args:
@@ -349,22 +358,22 @@ def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> t
     """
     words = [word.strip() for text in asked or () for word in text.split(",") if word.strip()]
     if LATEST in words:
-        newest = in_order(filter(is_final, listed))[-1:]
+        newest = sort_versions(filter(is_final, listed))[-1:]
         words = [*(word for word in words if word != LATEST), *newest]
     named = [word for word in words if version_condition(word) is None]
     for word in named:
         if require_version(word) not in listed:
-            hints = named_hints(word, listed, f"there are: {_shortly(listed)}")
+            hints = named_hints(word, listed, f"there are: {_shorten_list(listed)}")
             raise UnknownNameError(f"there is no release {word!r}", hints=hints)
     conditions = [found for word in words if (found := version_condition(word)) is not None]
     able = [
         one
-        for one in in_order(filter(is_final, listed))
+        for one in sort_versions(filter(is_final, listed))
         if all(condition(release_numbers(one)) for condition in conditions)
     ]
-    return in_order([*named, *(able[-most:] if conditions or not named else ())])
+    return sort_versions([*named, *(able[-most:] if conditions or not named else ())])
 
 
-def _shortly(listed: Sequence[str]) -> str:
-    ordered = in_order(listed)
+def _shorten_list(listed: Sequence[str]) -> str:
+    ordered = sort_versions(listed)
     return ", ".join(ordered if len(ordered) <= 20 else (*ordered[:3], "...", *ordered[-12:]))

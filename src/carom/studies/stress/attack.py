@@ -106,15 +106,15 @@ class Attack:
             values = sorted({round(value) * 1.0 for value in values}, reverse=end < self.harmless)
         return values if self.last is None else [*values, self.last]
 
-    def between(self, stands: float, breaks: float, resolution: float) -> float | None:
+    def between(self, passes: float, fails: float, resolution: float) -> float | None:
         """Return the value half-way between two on a logarithmic scale; None if their ratio is at most `resolution`."""
-        if min(stands, breaks) <= 0 or max(stands, breaks) / min(stands, breaks) <= resolution:
+        if min(passes, fails) <= 0 or max(passes, fails) / min(passes, fails) <= resolution:
             return None
-        middle = float(f"{math.sqrt(stands * breaks):.4g}")
+        middle = float(f"{math.sqrt(passes * fails):.4g}")
         if not self.whole:
             return middle
         middle = float(round(middle))
-        return None if middle in (stands, breaks) else middle
+        return None if middle in (passes, fails) else middle
 
 
 def build_attack(name: str, trials: Callable[[float], Sequence[Trial]]) -> Attack:
@@ -188,7 +188,7 @@ def closed_form_judge(
         counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
         return Judgement(error, f"{counted}, and a velocity is wrong by {number(error)} of the change by {changes}")
 
-    return _of_whole(judge)
+    return _require_end(judge)
 
 
 def energy_judge(scene: Scene) -> Judge:
@@ -206,7 +206,7 @@ def energy_judge(scene: Scene) -> Judge:
             return Judgement(abs(gained), f"discs are {number(overlap)} radii inside each other or a wall")
         return Judgement(abs(gained))
 
-    return _of_whole(judge)
+    return _require_end(judge)
 
 
 def pressure_judge(scene: Scene, compressibility: float) -> Judge:
@@ -232,15 +232,15 @@ def pressure_judge(scene: Scene, compressibility: float) -> Judge:
             return Judgement(error, note=note)
         return Judgement(error, note)
 
-    return _of_whole(judge)
+    return _require_end(judge)
 
 
-def _of_whole(judge: Judge) -> Judge:
+def _require_end(judge: Judge) -> Judge:
     """Return a judge that fails traces that end early, and passes others to another judge."""
-    return lambda trace: _cut_short(trace) or judge(trace)
+    return lambda trace: _judge_early_end(trace) or judge(trace)
 
 
-def _cut_short(trace: Trace) -> Judgement | None:
+def _judge_early_end(trace: Trace) -> Judgement | None:
     """Fail a run that ended before its scene, unless it ended in a reported collapse."""
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
         return Judgement(math.nan, Outcome.NON_FINITE.value)

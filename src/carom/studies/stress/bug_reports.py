@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,32 +25,23 @@ from carom.support.formatting import number
 NOTICED = 0.01
 
 
-def run_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
+def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Return the result of a reported bug and a method, with its scene."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
+    cell = partial(CellResult, "complaint", line, method.name, status=answer.status)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        ended = CellEnding.NOT_RUN
-        result = CellResult("complaint", line, method.name, ended, reason=answer.said, status=answer.status)
-        return UnsavedResult(result, (scene,))
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=answer.said), (scene,))
     if answer.value is None:
         seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
-        seen, figure, reason = shows(complaint, answer.value)
-    result = CellResult(
-        "complaint",
-        line,
-        method.name,
-        CellEnding.STILL_DOES if seen else CellEnding.DOES_NOT,
-        value=figure if math.isfinite(figure) else None,
-        reason=reason if seen or not reason else f"not as reported, but {reason}",
-        runs=1,
-        status=answer.status,
-    )
-    return UnsavedResult(result, (scene,))
+        seen, figure, reason = find_symptom(complaint, answer.value)
+    ending, value = CellEnding.SEEN if seen else CellEnding.NOT_SEEN, figure if math.isfinite(figure) else None
+    reason = reason if seen or not reason else f"not as reported, but {reason}"
+    return UnsavedResult(cell(ending, value, reason=reason, runs=1), (scene,))
 
 
-def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
+def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows the reported bug, the deviation, and the reason in words.
 
     The deviation is the energy error if the report is about energy or nothing else is known. Otherwise the deviation is

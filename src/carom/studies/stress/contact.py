@@ -15,7 +15,7 @@ from typing import Any
 from carom.catalogue.closed_forms import disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Scene
-from carom.studies.stress.attack import Attack, Trial, attack, attack_at_phases, build_attack, closed_form_judge
+from carom.studies.stress.attack import Trial, attack, attack_at_phases, build_attack, closed_form_judge
 from carom.studies.stress.friction import spin_judge
 from carom.studies.stress.pairs import RATE_HZ, attacked
 from carom.support.formatting import number
@@ -44,7 +44,7 @@ def _on_a_floor(
     duration_s: float,
     *,
     up: float = 0.0,
-    velocity: complex = 0j,
+    velocity: complex = 0,
     tangent: float = 0.0,
     **of: Any,
 ) -> Scene:
@@ -124,14 +124,9 @@ def _slide_friction(value: float) -> Sequence[Trial]:
     """Make trials of a disc that is thrown along a floor with equal backspin: it slides, then rolls."""
 
     def thrown(friction: float) -> Trial:
-        scene = _on_a_floor(
-            "slide-friction",
-            f"A disc with backspin is thrown along a floor with friction of {number(friction, 3)}.",
-            _LASTS_S,
-            velocity=complex(_SPEED_M_S),
-            spin_rad_s=_SPEED_M_S / _RADIUS_M,
-            wall_friction=friction,
-        )
+        shows = f"A disc with backspin is thrown along a floor with friction of {number(friction, 3)}."
+        moving = {"velocity": _SPEED_M_S, "spin_rad_s": _SPEED_M_S / _RADIUS_M}
+        scene = _on_a_floor("slide-friction", shows, _LASTS_S, **moving, wall_friction=friction)
         taken = min(friction * _G * _LASTS_S, 2.0 * _SPEED_M_S / (1.0 + 1.0 / _K))
         return _ends(scene, _SPEED_M_S - taken, _SPEED_M_S - taken / _K, _SPEED_M_S)
 
@@ -144,15 +139,10 @@ def _rolling_resistance(value: float) -> Sequence[Trial]:
     friction = _FRICTION
 
     def rolled(resists: float) -> Trial:
-        scene = _on_a_floor(
-            "rolling-resistance",
-            f"A disc rolls along a floor with rolling resistance of {number(resists, 3)}.",
-            _LASTS_S,
-            velocity=complex(_SPEED_M_S),
-            spin_rad_s=-_SPEED_M_S / _RADIUS_M,
-            wall_friction=friction,
-            wall_rolling_resistance=resists,
-        )
+        shows = f"A disc rolls along a floor with rolling resistance of {number(resists, 3)}."
+        moving = {"velocity": _SPEED_M_S, "spin_rad_s": -_SPEED_M_S / _RADIUS_M}
+        laws = {"wall_friction": friction, "wall_rolling_resistance": resists}
+        scene = _on_a_floor("rolling-resistance", shows, _LASTS_S, **moving, **laws)
         along = max(0.0, _SPEED_M_S - min(resists / (1.0 + _K), friction) * _G * _LASTS_S)
         turns = _SPEED_M_S - (resists - friction) * _G * _LASTS_S / _K
         rim = -along if resists <= friction * (1.0 + _K) else -max(0.0, turns)
@@ -166,7 +156,6 @@ def _both(value: float) -> Sequence[float]:
     return [value, 1.0 / value] if value else [value]
 
 
-def contact_attacks() -> list[Attack]:
-    """Return the attacks with a disc on a wall under gravity."""
-    slopes = [build_attack(name, partial(_slopes, name)) for name in _STEEPEST]
-    return [_lively, _rests, *slopes, _slide_friction, _rolling_resistance]
+_SLOPES = [build_attack(name, partial(_slopes, name)) for name in _STEEPEST]
+#: Attacks with a disc on a wall under gravity.
+CONTACT_ATTACKS = (_lively, _rests, *_SLOPES, _slide_friction, _rolling_resistance)

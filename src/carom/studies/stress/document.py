@@ -13,7 +13,7 @@ from carom.engines.registry import engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Document, Headline, Legend, Lines, Media, Section, Table, Text
-from carom.report.files import as_json
+from carom.report.files import as_json, fields_of
 from carom.report.provenance import making
 from carom.report.render.html import html
 from carom.report.render.markdown import markdown
@@ -47,13 +47,13 @@ FEW = 3
 _GOOD, _WAY, _BAD, _NOT = ("=", "exact"), ("~", "inaccurate"), ("x", "wrong"), ("-", "not-scored")
 _STYLES = {"exact": "green", "inaccurate": "yellow", "wrong": "red", "not-scored": "dim"}
 _SHOWN = {
-    CellEnding.STANDS: _GOOD,
-    CellEnding.GIVES_WAY: _WAY,
-    CellEnding.NEVER_STOOD: _BAD,
+    CellEnding.PASSES: _GOOD,
+    CellEnding.FAILS_AT_SIZE: _WAY,
+    CellEnding.FAILS_AT_START: _BAD,
     CellEnding.HOLDS: _GOOD,
-    CellEnding.FAILS: _BAD,
-    CellEnding.STILL_DOES: _BAD,
-    CellEnding.DOES_NOT: _GOOD,
+    CellEnding.VIOLATED: _BAD,
+    CellEnding.SEEN: _BAD,
+    CellEnding.NOT_SEEN: _GOOD,
     CellEnding.NOT_RUN: _NOT,
 }
 _MEANINGS = (
@@ -79,15 +79,12 @@ def write_stress(results: StressResults, folder: Path) -> Path:
 def stress_document(results: StressResults) -> Document:
     """Return a document of results by method, a table for each kind of line, and the evidence for each cell."""
     kinds = {kind: _worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
-    return Document(
-        "Carom: stress",
-        Headline.of(_summary(results, kinds)),
-        (
-            Section("Results by method", tuple(_methods(results, kinds))),
-            *(section for kind, lines in kinds.items() if lines for section in _group(results, kind, lines)),
-            *making(results.environment, results.command, results.elapsed_s),
-        ),
+    sections = (
+        Section("Results by method", tuple(_method_blocks(results, kinds))),
+        *(section for kind, lines in kinds.items() if lines for section in _kind_sections(results, kind, lines)),
+        *making(results.environment, results.command, results.elapsed_s),
     )
+    return Document("Carom: stress", Headline.of(_summary(results, kinds)), sections)
 
 
 def _worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:
@@ -101,7 +98,7 @@ def _worst_first(results: StressResults, lines: list[StressTest]) -> list[Stress
     return sorted(lines, key=passed)
 
 
-def _methods(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
+def _method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
     """Yield a table with a row per method: a heat map of its stress tests, and numbers passed."""
 
     def counted(kind: str, head: str, ending: CellEnding) -> list[Column]:
@@ -114,30 +111,30 @@ def _methods(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> I
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
     for group, own in formatting.group_by((line.group, line) for line in attacks).items():
-        columns.append(Column(group or WORDS["attack"], partial(_heat, results, own), f"of {len(own)}"))
-    columns += counted("attack", "passed", CellEnding.STANDS)
+        columns.append(Column(group or WORDS["attack"], partial(_heat_cell, results, own), f"of {len(own)}"))
+    columns += counted("attack", "passed", CellEnding.PASSES)
     columns += counted("relation", "hold", CellEnding.HOLDS)
-    columns += counted("complaint", "seen", CellEnding.STILL_DOES)
-    columns += [Column("fails first", partial(_weakest, results, attacks), only=Media.PAGE)] if attacks else []
+    columns += counted("complaint", "seen", CellEnding.SEEN)
+    columns += [Column("fails first", partial(_first_failure, results, attacks), only=Media.PAGE)] if attacks else []
     if attacks and len(results.methods) > SENTENCES:  # with fewer methods, the answer has these sentences
         yield Lines(
-            tuple(_sentence(results, attacks, method, short=True) for method in results.methods), Media.TERMINAL
+            tuple(_describe_method(results, attacks, method, short=True) for method in results.methods), Media.TERMINAL
         )
     yield Table(columns, results.methods, css="methods")
     if attacks:
         yield Text(HEAT, Media.TERMINAL | Media.DETAIL)
         if len(results.methods) > SENTENCES:
-            yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), Media.IN_FULL)
+            yield Lines(tuple(_describe_method(results, attacks, method) for method in results.methods), Media.IN_FULL)
     yield Legend(
         tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), Media.PAGE
     )
 
 
-def _heat(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
+def _heat_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return the number of tests of a group that a method passes. A terminal gets a character for each test."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
     ran = [result.ending for _, result in cells if result.ending is not CellEnding.NOT_RUN]
-    passed = ran.count(CellEnding.STANDS)
+    passed = ran.count(CellEnding.PASSES)
     _, css = _NOT if not ran else _GOOD if passed == len(ran) else _WAY if passed else _BAD
     signs = "".join(_sign(line, result) for line, result in cells)
     of = f" of {len(ran)}" if len(ran) < len(lines) else ""
@@ -149,10 +146,10 @@ def _sign(line: StressTest, result: CellResult) -> str:
     depth = line.depth(result)
     if depth is None:
         return _NOT[0]
-    return _GOOD[0] if result.ending is CellEnding.STANDS else str(min(9, int(10 * depth)))
+    return _GOOD[0] if result.ending is CellEnding.PASSES else str(min(9, int(10 * depth)))
 
 
-def _sentence(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
+def _describe_method(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
     """Describe the number of stress tests that a method passes, and the method's first failure: size and axis."""
     endings = [results.cells[line.name, method.name].ending for line in lines]
     ran = len(endings) - endings.count(CellEnding.NOT_RUN)
@@ -160,30 +157,30 @@ def _sentence(results: StressResults, lines: list[StressTest], method: Method, *
     if not ran:
         return f"{name}: none of {formatting.count(len(lines), WORDS['attack'])} could be run."
     unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) and not short else ""
-    passes = f"{name}: passes {endings.count(CellEnding.STANDS)} of {ran}{unrun}"
-    first = _weakest(results, lines, method).text
+    passes = f"{name}: passes {endings.count(CellEnding.PASSES)} of {ran}{unrun}"
+    first = _first_failure(results, lines, method).text
     if short:
         return f"{passes}; first failure: {first}." if first else f"{passes}."
     axis = next((line.axis for line in lines if first.startswith(f"{line.name} ")), "")
     return f"{passes}; first failure: {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
 
 
-def _weakest(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
+def _first_failure(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return a cell with the stress test that a method fails after the smallest part of its axis."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
     fallen = [
         (depth, line, result)
         for line, result in cells
-        if result.ending is not CellEnding.STANDS and (depth := line.depth(result)) is not None
+        if result.ending is not CellEnding.PASSES and (depth := line.depth(result)) is not None
     ]
     if not fallen:
         return Cell("")
     _, line, result = min(fallen, key=lambda one: one[0])
-    said = _said(result) if result.ending is CellEnding.NEVER_STOOD else f"at {_said(result)}"
+    said = _format_result(result) if result.ending is CellEnding.FAILS_AT_START else f"at {_format_result(result)}"
     return Cell(f"{line.name} {said}", title=result.reason, link=f"#{_anchor(line, method)}")
 
 
-def _group(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
+def _kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
     """Yield the table of all lines of one kind, and the evidence for its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
@@ -194,28 +191,28 @@ def _group(results: StressResults, kind: str, lines: list[StressTest]) -> Iterat
     columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
     table = Table(columns, lines, note=NOTES[kind], css="grid", only=Media.IN_FULL)
     yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
-    why = tuple(said for line in lines for said in _why(results, line))
+    why = tuple(said for line in lines for said in _list_reasons(results, line))
     yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, Media.DETAIL),), level=3)
-    yield Section(f"{HEADINGS[kind]}: evidence", tuple(_evidence(results, line) for line in lines), level=3)
+    yield Section(f"{HEADINGS[kind]}: evidence", tuple(_evidence_table(results, line) for line in lines), level=3)
 
 
-def _why(results: StressResults, line: StressTest) -> Iterator[str]:
+def _list_reasons(results: StressResults, line: StressTest) -> Iterator[str]:
     """Yield the reasons of a line's results, each with its methods."""
     found = formatting.group_by((result.reason, method.name) for method, result in _cells_of(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
-def _evidence(results: StressResults, line: StressTest) -> Table:
+def _evidence_table(results: StressResults, line: StressTest) -> Table:
     """Return a table with the evidence for each cell of a line: result, scene, and command."""
     columns = (
         Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
         Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
-        Column("value", lambda cell: _number(cell[1].value), number=True),
-        Column("passes up to", lambda cell: _number(cell[1].stands_at), number=True),
-        Column("error at that size", lambda cell: _number(cell[1].error), number=True),
+        Column("value", lambda cell: _format_number(cell[1].value), number=True),
+        Column("passes up to", lambda cell: _format_number(cell[1].stands_at), number=True),
+        Column("error at that size", lambda cell: _format_number(cell[1].error), number=True),
         Column("why", lambda cell: Cell(cell[1].reason, css="prose")),
         Column("scene", lambda cell: Cell(", ".join(cell[1].scenes), link=next(iter(cell[1].scenes), ""))),
-        Column("command, in this folder", lambda cell: _command(*cell)),
+        Column("command, in this folder", lambda cell: _format_command(*cell)),
     )
     thread = f" {line.link}" if line.link else ""
     return Table(
@@ -234,11 +231,11 @@ def _anchor(line: StressTest, method: Method) -> str:
     return quote(f"{line.name}/{method.name}")
 
 
-def _number(value: float | None) -> str:
+def _format_number(value: float | None) -> str:
     return "" if value is None else formatting.number(value, 4)
 
 
-def _command(method: Method, result: CellResult) -> str:
+def _format_command(method: Method, result: CellResult) -> str:
     if not result.scenes or result.ending is CellEnding.NOT_RUN:
         return ""
     return shlex.join(("carom", "run", *result.scenes, "-e", engine_argument(method.engine), "-p", method.profile))
@@ -248,20 +245,20 @@ def _cells_of(results: StressResults, line: StressTest) -> list[tuple[Method, Ce
     return [(method, results.cells[line.name, method.name]) for method in results.methods]
 
 
-def _said(result: CellResult) -> str:
+def _format_result(result: CellResult) -> str:
     """Return a cell's text: a word or a number."""
     value = "" if result.value is None else formatting.number(result.value)
     match result.ending:
-        case CellEnding.STANDS:
+        case CellEnding.PASSES:
             return f"to {value}"
-        case CellEnding.NEVER_STOOD if result.status in {Status.TIMED_OUT, Status.CRASHED}:
+        case CellEnding.FAILS_AT_START if result.status in {Status.TIMED_OUT, Status.CRASHED}:
             return f"{result.status.value} at {value}"  # the result is unknown
-        case CellEnding.NEVER_STOOD:
+        case CellEnding.FAILS_AT_START:
             return f"from {value}"
         case CellEnding.NOT_RUN:
             return result.status.value
-        case CellEnding.STILL_DOES | CellEnding.DOES_NOT:
-            return f"{'seen' if result.ending is CellEnding.STILL_DOES else 'not seen'} {value}".rstrip()
+        case CellEnding.SEEN | CellEnding.NOT_SEEN:
+            return f"{'seen' if result.ending is CellEnding.SEEN else 'not seen'} {value}".rstrip()
         case _:
             return value or result.reason.partition(":")[0]
 
@@ -270,7 +267,7 @@ def _cell(results: StressResults, method: Method, line: StressTest) -> Cell:
     result = results.cells[line.name, method.name]
     symbol, css = _SHOWN[result.ending]
     return Cell(
-        _said(result),
+        _format_result(result),
         "" if result.error is None else formatting.number(result.error),
         title=result.reason,
         css=css,
@@ -283,8 +280,8 @@ def _cell(results: StressResults, method: Method, line: StressTest) -> Cell:
 def _summary(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[str]:
     asked = [formatting.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
     attacked = kinds["attack"] if len(results.methods) <= SENTENCES else ()
-    yield from (_sentence(results, kinds["attack"], method) for method in results.methods if attacked)
-    for kind, good, does in (("attack", CellEnding.STANDS, "passed"), ("relation", CellEnding.HOLDS, "kept")):
+    yield from (_describe_method(results, kinds["attack"], method) for method in results.methods if attacked)
+    for kind, good, does in (("attack", CellEnding.PASSES, "passed"), ("relation", CellEnding.HOLDS, "kept")):
         if attacked and kind == "attack":
             continue
         passed: dict[int, list[str]] = {}
@@ -300,10 +297,10 @@ def _summary(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> I
         if passed:
             most, fewest = max(passed), min(passed)
             each = "each " if len(passed[most]) > 1 else ""
-            best, worst = f"{does} the most ({most})", f"; {_named(passed[fewest])} {does} the fewest ({fewest})"
+            best, worst = f"{does} the most ({most})", f"; {_name_methods(passed[fewest])} {does} the fewest ({fewest})"
             if most == fewest:
                 best, worst = f"{each}{does} {most}", ""
-            yield f"{_named(passed[most])} {best} of {formatting.count(len(kinds[kind]), WORDS[kind])}{worst}."
+            yield f"{_name_methods(passed[most])} {best} of {formatting.count(len(kinds[kind]), WORDS[kind])}{worst}."
         if partly and (kind != "attack" or len(partly) <= FEW):  # the numbers are in the sentences about each method
             said = f": {formatting.join_words(partly)}" if len(partly) <= FEW else ""
             methods = formatting.count(len(partly), "method")
@@ -312,7 +309,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> I
                 f"be run{said}."
             )
     if kinds["complaint"]:
-        yield _complaints(results, kinds["complaint"])
+        yield _describe_complaints(results, kinds["complaint"])
     methods, form = formatting.count(len(results.methods), "method"), "quick" if results.quick else "full"
     yield (
         f"This campaign ran {methods} on {formatting.join_words(asked)} in the {form} form, in "
@@ -320,18 +317,18 @@ def _summary(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> I
     )
 
 
-def _named(methods: list[str]) -> str:
+def _name_methods(methods: list[str]) -> str:
     return formatting.join_words(methods) if len(methods) <= FEW else f"{len(methods)} methods"
 
 
-def _complaints(results: StressResults, complaints: list[StressTest]) -> str:
+def _describe_complaints(results: StressResults, complaints: list[StressTest]) -> str:
     """Describe how many reported bugs are still seen on the engine that they concern."""
     still: list[str] = []
     not_any_more: list[str] = []
     for line in complaints:
         own = [result.ending for method, result in _cells_of(results, line) if method.engine == line.about]
         if any(ending is not CellEnding.NOT_RUN for ending in own):
-            (still if CellEnding.STILL_DOES in own else not_any_more).append(line.name)
+            (still if CellEnding.SEEN in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {formatting.join_words(still)}" if 0 < len(still) <= FEW else ""
     of = f"{formatting.count(len(complaints), WORDS['complaint'])}: {here} concern one of these engines"
     return f"{of}; {len(still)} are still seen{seen}."
@@ -339,13 +336,15 @@ def _complaints(results: StressResults, complaints: list[StressTest]) -> str:
 
 def _json(results: StressResults) -> str:
     engines = [results.engines[method.engine] for method in results.methods]
-    return as_json(
-        "stress",
-        results,
-        leave_out=("engines", "cells"),
-        methods=[
-            {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
-            for method, engine in zip(results.methods, engines, strict=True)
-        ],
-        lines=[{**asdict(line), "cells": [result for _, result in _cells_of(results, line)]} for line in results.lines],
-    )
+    methods = [
+        {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
+        for method, engine in zip(results.methods, engines, strict=True)
+    ]
+    lines = [
+        {
+            **asdict(line),
+            "cells": [{**fields_of(one), "ending": one.ending.in_files} for _, one in _cells_of(results, line)],
+        }
+        for line in results.lines
+    ]
+    return as_json("stress", results, leave_out=("engines", "cells"), methods=methods, lines=lines)

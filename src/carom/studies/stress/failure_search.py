@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, NamedTuple
 
 from carom.errors import InputError
@@ -37,49 +38,43 @@ class _Tried(NamedTuple):
     judgement: Judgement
 
     @property
-    def stands(self) -> bool:
+    def passes(self) -> bool:
         return not self.judgement.broken
 
 
-def breaking_point(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
+def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
     """Return the result of an attack on a method, with the scene that shows its number."""
     runs = 0
-    stood: _Tried | None = None
-    fell: _Tried | None = None
+    cell = partial(CellResult, "attack", attack.name, method.name)
+    passed: _Tried | None = None
+    failed: _Tried | None = None
 
-    def tries(value: float) -> None:
-        nonlocal runs, stood, fell
-        tried, spent = _try(attack, value, method, runner, quick=quick)
+    def try_value(value: float) -> None:
+        nonlocal runs, passed, failed
+        tried, spent = _try_value(attack, value, method, runner, quick=quick)
         runs += spent
-        stood, fell = (tried, fell) if tried.stands else (stood, tried)
+        passed, failed = (tried, failed) if tried.passes else (passed, tried)
 
     try:
         for value in attack.ladder(quick):
-            tries(value)
-            if fell:
+            try_value(value)
+            if failed:
                 break
         resolution = QUICK_RESOLUTION if quick else RESOLUTION
-        while stood and fell and (middle := attack.between(stood.value, fell.value, resolution)) is not None:
-            tries(middle)
+        while passed and failed and (middle := attack.between(passed.value, failed.value, resolution)) is not None:
+            try_value(middle)
     except NotRunError as error:
-        ended = CellEnding.NOT_RUN
-        result = CellResult(
-            "attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status
-        )
-        return UnsavedResult(result)
-    shown = fell or stood
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), runs=runs, status=error.status))
+    shown = failed or passed
     assert shown is not None  # noqa: S101 - a ladder has a first rung
-    shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if fell else 'passes'}."
+    shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
     scene = named_scene(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows)
-    broke = CellEnding.GIVES_WAY if stood else CellEnding.NEVER_STOOD
-    result = CellResult(
-        "attack",
-        attack.name,
-        method.name,
-        broke if fell else CellEnding.STANDS,
+    broke = CellEnding.FAILS_AT_SIZE if passed else CellEnding.FAILS_AT_START
+    result = cell(
+        broke if failed else CellEnding.PASSES,
         value=shown.value,
-        stands_at=stood.value if stood else None,
-        error=stood.judgement.error if stood and math.isfinite(stood.judgement.error) else None,
+        stands_at=passed.value if passed else None,
+        error=passed.judgement.error if passed and math.isfinite(passed.judgement.error) else None,
         reason=shown.judgement.broken or shown.judgement.note,
         runs=runs,
         status=shown.judgement.status,
@@ -92,7 +87,7 @@ def named_scene(name: str, scene: Scene, shows: str) -> Scene:
     return scene.model_copy(update={"name": f"{STRESS}{name}", "description": shows})
 
 
-def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
+def _judge_trial(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool) -> Judgement:
     """Run a trial and judge it. A failure of the engine becomes the reason of the judgement.
 
     Raises:
@@ -104,17 +99,17 @@ def _judged(method: Method, trial: Trial, runner: TaskRunner, *, harmless: bool)
     return Judgement(math.nan, answer.said, status=answer.status) if answer.value is None else trial.judge(answer.value)
 
 
-def _try(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
+def _try_value(attack: Attack, value: float, method: Method, runner: TaskRunner, *, quick: bool) -> tuple[_Tried, int]:
     """Run the trials of a value up to the first failure. Return the worst result, and the number of runs."""
     try:
         trials = attack.trials(value)
     except InputError as error:
         message = f"attack {attack.name} can't make a scene at {value:g}: {error}"
         raise InputError(message) from error
-    stood: list[_Tried] = []
+    passed: list[_Tried] = []
     for trial in trials[::2] if quick else trials:
-        tried = _Tried(value, trial, _judged(method, trial, runner, harmless=value == attack.harmless))
-        if not tried.stands:
-            return tried, len(stood) + 1
-        stood.append(tried)
-    return max(stood, key=lambda tried: tried.judgement.error), len(stood)
+        tried = _Tried(value, trial, _judge_trial(method, trial, runner, harmless=value == attack.harmless))
+        if not tried.passes:
+            return tried, len(passed) + 1
+        passed.append(tried)
+    return max(passed, key=lambda tried: tried.judgement.error), len(passed)

@@ -11,7 +11,7 @@ from carom.catalogue.closed_forms import disc
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain, Scene, Wall
 from carom.model.walls import Leg, drive_of
-from carom.studies.stress.attack import Attack, Trial, attack_at_phases, closed_form_judge, velocity_judge
+from carom.studies.stress.attack import Trial, attack_at_phases, closed_form_judge, velocity_judge
 from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, attacked
 from carom.studies.stress.true_motion import true_motion
 from carom.support.formatting import metres, number
@@ -50,42 +50,25 @@ def _until(phase: float) -> float:
 @attack_at_phases
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
-    scene = _scene(
-        "thin-wall",
-        f"A disc that moves {number(value, 3)} radii per step meets a wall without thickness head-on.",
-        phase,
-        complex(-_RADIUS_M - speed * _until(phase), 0.0),
-        complex(speed),
-        _upright(),
-    )
-    return _once(scene, complex(-speed))
+    shows = f"A disc that moves {number(value, 3)} radii per step meets a wall without thickness head-on."
+    scene = _scene("thin-wall", shows, phase, -_RADIUS_M - speed * _until(phase), speed, _upright())
+    return _once(scene, -speed)
 
 
 @attack_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
-    scene = _scene(
-        "paddle",
-        f"A wall without thickness moves {number(value, 3)} radii per step, head-on at a disc at rest.",
-        phase,
-        complex(_RADIUS_M + speed * _until(phase)),
-        0j,
-        _upright(velocity_m_s=(speed, 0.0)),
-    )
-    return _once(scene, complex(2.0 * speed))
+    shows = f"A wall without thickness moves {number(value, 3)} radii per step, head-on at a disc at rest."
+    scene = _scene("paddle", shows, phase, _RADIUS_M + speed * _until(phase), 0, _upright(velocity_m_s=(speed, 0.0)))
+    return _once(scene, 2.0 * speed)
 
 
 @attack_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
-    scene = _scene(
-        "wall-width",
-        f"A disc meets a wall of half width {metres(value)} head-on.",
-        phase,
-        complex(-value - _RADIUS_M - _SPEED_M_S * _until(phase), 0.0),
-        complex(_SPEED_M_S),
-        _upright(half_width_m=value),
-    )
-    return _once(scene, complex(-_SPEED_M_S))
+    shows = f"A disc meets a wall of half width {metres(value)} head-on."
+    start = -value - _RADIUS_M - _SPEED_M_S * _until(phase)
+    scene = _scene("wall-width", shows, phase, start, _SPEED_M_S, _upright(half_width_m=value))
+    return _once(scene, -_SPEED_M_S)
 
 
 @attack_at_phases
@@ -98,14 +81,9 @@ def _wall_end(value: float, phase: float) -> Trial:
     offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
-    scene = _scene(
-        "wall-end",
-        f"A disc grazes the end of a thin wall, where 1 - b/R is {number(value, 3)}.",
-        phase,
-        complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height),
-        complex(_SPEED_M_S),
-        edges(-1j * _HALF_LENGTH_M, 0j),
-    )
+    shows = f"A disc grazes the end of a thin wall, where 1 - b/R is {number(value, 3)}."
+    start = complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height)
+    scene = _scene("wall-end", shows, phase, start, _SPEED_M_S, edges(-1j * _HALF_LENGTH_M, 0))
     return _once(scene, after)
 
 
@@ -114,14 +92,9 @@ def _seam(value: float, phase: float) -> Trial:
     pieces = int(value)
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
     velocity = _SPEED_M_S * (4 - 1j)
-    scene = _scene(
-        "seam",
-        f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet.",
-        phase,
-        complex(joint, _RADIUS_M) - velocity * _until(phase),
-        velocity,
-        edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces),
-    )
+    shows = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
+    start = complex(joint, _RADIUS_M) - velocity * _until(phase)
+    scene = _scene("seam", shows, phase, start, velocity, edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces))
     return _once(scene, velocity.conjugate())
 
 
@@ -139,14 +112,8 @@ def _corner(value: float, phase: float) -> Trial:
     # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
-    scene = _scene(
-        "corner",
-        f"A disc is thrown into a corner of {number(value, 3)} degrees.",
-        phase,
-        start,
-        velocity,
-        edges(side, 0j, side * cmath.exp(1j * angle)),
-    )
+    shows = f"A disc is thrown into a corner of {number(value, 3)} degrees."
+    scene = _scene("corner", shows, phase, start, velocity, edges(side, 0, side * cmath.exp(1j * angle)))
     across = -1j * cmath.exp(1j * angle)
     sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
     return Trial(scene, velocity_judge(true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene))
@@ -163,17 +130,10 @@ def _legs(value: float, phase: float) -> Trial:
     speeds = [_SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
     path = tuple(Leg(from_s=k * lasts, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
     moved, _ = drive_of(path, (0.0, 0.0)).moved_at(until_s)
-    scene = _scene(
-        "legs",
-        f"A wall that turns {legs - 1} times strikes a disc at rest.",
-        phase,
-        complex(_RADIUS_M + moved),
-        0j,
-        _upright(legs=path),
-    )
-    return _once(scene, complex(2.0 * speeds[-1]))
+    shows = f"A wall that turns {legs - 1} times strikes a disc at rest."
+    scene = _scene("legs", shows, phase, _RADIUS_M + moved, 0, _upright(legs=path))
+    return _once(scene, 2.0 * speeds[-1])
 
 
-def wall_attacks() -> list[Attack]:
-    """Return the attacks with a disc and a finite wall."""
-    return [_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner]
+#: Attacks with a disc and a finite wall.
+WALL_ATTACKS = (_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner)

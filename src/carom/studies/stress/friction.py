@@ -15,7 +15,7 @@ from carom.catalogue.closed_forms import disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector
-from carom.studies.stress.attack import PHASES, TOLERANCE, Attack, Judge, Judgement, Trial, attack, closed_form_judge
+from carom.studies.stress.attack import PHASES, TOLERANCE, Judge, Judgement, Trial, attack, closed_form_judge
 from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, attacked
 from carom.support.formatting import number
 
@@ -82,7 +82,7 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
     """Make a trial of a spinning disc of unit mass that hits an equal disc at rest head-on."""
     dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
     begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
-    discs = [disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0j, 0j, _RADIUS_M)]
+    discs = [disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0, 0, _RADIUS_M)]
     scene = attacked(name, shows, discs, friction=friction)
     rim = _RADIUS_M * spin_rad_s
     impulse = _tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
@@ -141,20 +141,14 @@ def _rolling(value: float) -> list[Trial]:
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
-    scene = attacked(
-        "rolling",
-        f"A disc thrown along a floor bounces with restitution {number(value, 3)}, slides, and finally rolls.",
-        [disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)],
-        math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ,
-        walls=[FLOOR],
-        wall_friction=friction,
-        wall_restitution=value,
-        gravity_m_s2=(0.0, -pull),
-    )
+    shows = f"A disc thrown along a floor bounces with restitution {number(value, 3)}, slides, and finally rolls."
+    discs = [disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)]
+    lasts_s = math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ
+    laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
+    scene = attacked("rolling", shows, discs, lasts_s, walls=[FLOOR], **laws)
     final = speed / (1.0 + k)
     return [Trial(scene, spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
 
 
-def rough_attacks() -> list[Attack]:
-    """Return the attacks with friction and spin."""
-    return [_friction, _spin, _inertia, _grip_chain, _rolling]
+#: Attacks with friction and spin.
+FRICTION_ATTACKS = (_friction, _spin, _inertia, _grip_chain, _rolling)

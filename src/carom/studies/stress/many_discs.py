@@ -13,7 +13,6 @@ from carom.catalogue.groups.classics_walled import box_walls
 from carom.model.scene import Disc, Scene, Wall
 from carom.studies.stress.attack import (
     PHASES,
-    Attack,
     Judge,
     Trial,
     attack,
@@ -90,7 +89,7 @@ def _at_once(pairs: float) -> list[Trial]:
     for k in range(count):
         row, column = divmod(k, side)
         place, turn = complex(column, row) * pitch, (1, 1j, -1, -1j)[k % 4]
-        pair = [disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), disc(place, 0j, _RADIUS_M)]
+        pair = [disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), disc(place, 0, _RADIUS_M)]
         discs += pair
         truth.append(true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
     shows = f"{count} pairs of discs, far from each other, meet in one step."
@@ -182,7 +181,7 @@ def _restitution(restitution: float) -> list[Trial]:
 def _galperin(mass_ratio: float) -> list[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
     shows = f"A disc of {number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
-    discs = [disc(light_gap + radius, 0j, radius), disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
+    discs = [disc(light_gap + radius, 0, radius), disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
@@ -207,14 +206,13 @@ def _unstable_orbit(bounces: float) -> list[Trial]:
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
     shows = f"A disc bounces {count} times between two immovable ones along a slanted axis."
-    discs = [disc(-half, 0j, 0.3, math.inf), disc(half, 0j, 0.3, math.inf), disc(-0.1 * axis, 2.0 * axis, 0.2)]
+    discs = [disc(-half, 0, 0.3, math.inf), disc(half, 0, 0.3, math.inf), disc(-0.1 * axis, 2.0 * axis, 0.2)]
     # The disc moves a fifteenth of the contact distance per step.
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 
 
-def crowd_attacks() -> list[Attack]:
-    """Return the attacks with many discs or many impacts."""
-    return [
-        *(_cradle_gap, _crowded_frame, _at_once, _packing),
-        *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),
-    ]
+#: Attacks with many discs or many impacts.
+MANY_DISC_ATTACKS = (
+    *(_cradle_gap, _crowded_frame, _at_once, _packing),
+    *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),
+)

@@ -47,8 +47,8 @@ def _meeting(
     contact = 2 * radius
     across = offset * contact
     along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * dt * (STEPS_BEFORE + phase)
-    striker = disc(complex(origin - along, origin), complex(speed), radius)
-    scene = attacked(name, shows, [striker, disc(complex(origin, origin + across), 0j, radius, mass)])
+    striker = disc(complex(origin - along, origin), speed, radius)
+    scene = attacked(name, shows, [striker, disc(complex(origin, origin + across), 0, radius, mass)])
     return Trial(scene, velocity_judge(true_motion(scene), scene))
 
 
@@ -72,18 +72,17 @@ def _of_size(name: str) -> Attack:
     return _attack(name, shows, radius=lambda value: value, speed=lambda value: 0.02 * value * RATE_HZ)
 
 
-def pair_attacks() -> list[Attack]:
-    """Return the attacks with one pair of discs."""
-    return [
-        _attack("grazing", "A disc grazes another, where 1 - b/R is {value}.", offset=lambda value: 1.0 - value),
-        _attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
-        _attack(
-            "tunnelling",
-            "A disc that moves {value} radii per step meets one at rest head-on.",
-            speed=lambda value: value * _RADIUS_M * RATE_HZ,
-        ),
-        _of_size("small"),
-        _of_size("large"),
-        _attack("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),
-        _attack("slow", "Two discs meet head-on at {value} m/s.", speed=lambda value: value),
-    ]
+#: Attacks with one pair of discs.
+PAIR_ATTACKS = (
+    _attack("grazing", "A disc grazes another, where 1 - b/R is {value}.", offset=lambda value: 1.0 - value),
+    _attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
+    _attack(
+        "tunnelling",
+        "A disc that moves {value} radii per step meets one at rest head-on.",
+        speed=lambda value: value * _RADIUS_M * RATE_HZ,
+    ),
+    _of_size("small"),
+    _of_size("large"),
+    _attack("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),
+    _attack("slow", "Two discs meet head-on at {value} m/s.", speed=lambda value: value),
+)

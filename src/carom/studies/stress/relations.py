@@ -10,6 +10,7 @@ import cmath
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -70,31 +71,23 @@ def base_scene() -> Scene:
     The run is split at 1 s. The second impact is at 0.59 s and the third at 1.39 s, so even a contact of a tenth of a
     second has ended at the split.
     """
-    return Scene(
-        name="stress/relations",
-        description="Four unequal discs, three oblique impacts.",
-        discs=[
-            Disc(position_m=(-1.5, 0.1), velocity_m_s=(3.0, 0.0), radius_m=0.25),
-            Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=2.0),
-            Disc(position_m=(1.3, -0.25), velocity_m_s=(-0.5, 0.0), radius_m=0.3),
-            Disc(position_m=(2.6, 0.2), velocity_m_s=(-1.0, -0.1), radius_m=0.2, mass_kg=0.5),
-        ],
-        duration_s=1.75,
-        frame_rate_hz=240.0,
-    )
+    description = "Four unequal discs, three oblique impacts."
+    discs = [
+        Disc(position_m=(-1.5, 0.1), velocity_m_s=(3.0, 0.0), radius_m=0.25),
+        Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=2.0),
+        Disc(position_m=(1.3, -0.25), velocity_m_s=(-0.5, 0.0), radius_m=0.3),
+        Disc(position_m=(2.6, 0.2), velocity_m_s=(-1.0, -0.1), radius_m=0.2, mass_kg=0.5),
+    ]
+    return Scene(name="stress/relations", description=description, discs=discs, duration_s=1.75, frame_rate_hz=240.0)
 
 
 def rough_scene() -> Scene:
     """Return the base scene with spins and friction: its first and last impact slide, the second sticks."""
     base = base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
-    return _with(
-        base,
-        [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning],
-        name="stress/rough-relations",
-        description="Four unequal spinning discs, and three oblique impacts with friction.",
-        friction=0.1,
-    )
+    discs = [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning]
+    description = "Four unequal spinning discs, and three oblique impacts with friction."
+    return _with(base, discs, name="stress/rough-relations", description=description, friction=0.1)
 
 
 def superballs() -> Scene:
@@ -114,7 +107,7 @@ def _with(scene: Scene, discs: Iterable[Disc], **fields: float | str) -> Scene:
     return Scene(**{**dict(scene), "discs": list(discs), **fields})
 
 
-def _each(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: float) -> Scene:
+def _map_discs(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: float) -> Scene:
     """Return the scene with changed fields of each disc."""
     return _with(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
 
@@ -127,7 +120,7 @@ def _from_state(base: Scene, state: State, duration_s: float) -> Scene:
     return _with(base, discs, duration_s=duration_s)
 
 
-def _apart(base: Scene, found: State, expected: State) -> float:
+def _deviation(base: Scene, found: State, expected: State) -> float:
     start = base.arrays
     rims = np.abs(start.surface_speed_m_s)
     speed = max(*np.hypot(*start.velocity_m_s.T), *rims)
@@ -137,46 +130,46 @@ def _apart(base: Scene, found: State, expected: State) -> float:
     return math.inf if math.isnan(deviation) else deviation
 
 
-def _end(trace: Trace) -> State:
+def _final(trace: Trace) -> State:
     spin = trace.final_spin_rad_s
     if spin is None:  # the harness rejects a trace without spins if a disc turns
         spin = np.zeros(len(trace.scene.discs))
     return State(trace.final_position_m, trace.final_velocity_m_s, spin)
 
 
-def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
+def _invariance(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
     """Return the relation between a scene and the changed scene.
 
     `undo` converts the final state of the changed scene back.
     """
 
     def deviation(base: Scene, run: Run) -> float:
-        first = _end(run(base))
-        return _apart(base, undo(_end(run(change(base)))), first)
+        first = _final(run(base))
+        return _deviation(base, undo(_final(run(change(base)))), first)
 
     return Relation(name, states, deviation, base_scene)
 
 
 def _reversal(base: Scene, run: Run) -> float:
-    place, velocity, spin = _end(run(base))
-    back, velocity_back, spin_back = _end(run(_from_state(base, State(place, -velocity, -spin), base.duration_s)))
+    place, velocity, spin = _final(run(base))
+    back, velocity_back, spin_back = _final(run(_from_state(base, State(place, -velocity, -spin), base.duration_s)))
     start = base.arrays
-    return _apart(
+    return _deviation(
         base, State(back, -velocity_back, -spin_back), State(start.position_m, start.velocity_m_s, start.spins)
     )
 
 
 def _split(base: Scene, run: Run) -> float:
-    whole, at_s = _end(run(base)), 1.0
-    half = _end(run(_with(base, base.discs, duration_s=at_s)))
-    return _apart(base, _end(run(_from_state(base, half, base.duration_s - at_s))), whole)
+    whole, at_s = _final(run(base)), 1.0
+    half = _final(run(_with(base, base.discs, duration_s=at_s)))
+    return _deviation(base, _final(run(_from_state(base, half, base.duration_s - at_s))), whole)
 
 
 def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Relation:
     speed = length / time
 
     def change(scene: Scene) -> Scene:
-        return _each(
+        return _map_discs(
             scene,
             lambda disc: {
                 "position_m": (disc.position_m[0] * length, disc.position_m[1] * length),
@@ -189,7 +182,9 @@ def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, ma
             frame_rate_hz=scene.frame_rate_hz / time,
         )
 
-    return _changed(name, states, change, lambda at: State(at.position / length, at.velocity / speed, at.spin * time))
+    return _invariance(
+        name, states, change, lambda at: State(at.position / length, at.velocity / speed, at.spin * time)
+    )
 
 
 def _boost(velocity: tuple[float, float]) -> Relation:
@@ -202,7 +197,7 @@ def _boost(velocity: tuple[float, float]) -> Relation:
         return State(at.position - np.array(velocity) * base_scene().duration_s, at.velocity - velocity, at.spin)
 
     states = f"Adding a velocity of ({u:g}, {v:g}) m/s to all discs changes nothing else."
-    return _changed("boost", states, lambda scene: _each(scene, faster), undo)
+    return _invariance("boost", states, lambda scene: _map_discs(scene, faster), undo)
 
 
 def _rotation(angle_rad: float) -> Relation:
@@ -220,10 +215,10 @@ def _rotation(angle_rad: float) -> Relation:
         return State(back(at.position), back(at.velocity), at.spin)
 
     states = f"Turning the scene by {angle_rad:g} rad turns its result."
-    return _changed("rotation", states, lambda scene: _each(scene, turned), undo)
+    return _invariance("rotation", states, lambda scene: _map_discs(scene, turned), undo)
 
 
-def _mirrored(disc: Disc) -> dict[str, object]:
+def _mirror_disc(disc: Disc) -> dict[str, object]:
     (x, y), (u, v) = disc.position_m, disc.velocity_m_s
     # Subtraction from 0 never gives -0.
     return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v), "spin_rad_s": 0.0 - disc.spin_rad_s}
@@ -232,25 +227,20 @@ def _mirrored(disc: Disc) -> dict[str, object]:
 def relations() -> list[Relation]:
     """Return all relations in the order of the table: first relations of smooth discs, then of rough discs."""
     turned = np.array([1.0, -1.0])
-    mirror = _changed(
+    mirror = _invariance(
         "mirror",
         "The mirror image of the scene has the mirror image of its result.",
-        lambda scene: _each(scene, _mirrored),
+        lambda scene: _map_discs(scene, _mirror_disc),
         lambda at: State(at.position * turned, at.velocity * turned, 0.0 - at.spin),
     )
-    relabelling = _changed(
+    relabelling = _invariance(
         "relabelling",
         "Listing the discs in reverse order changes nothing.",
         lambda scene: _with(scene, scene.discs[::-1]),
         lambda at: State(*(part[::-1] for part in at)),
     )
-    units_of_two = _units(
-        "units-of-two",
-        "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit.",
-        length=2.0**-10,
-        time=2.0**-6,
-        mass=2.0**10,
-    )
+    states = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
+    units_of_two = _units("units-of-two", states, length=2.0**-10, time=2.0**-6, mass=2.0**10)
     reversal = Relation(
         "reversal",
         "If all velocities are reversed at the end, the run returns to its start.",
@@ -259,7 +249,7 @@ def relations() -> list[Relation]:
         of_runs=True,
     )
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
-    far_disc = _changed(
+    far_disc = _invariance(
         "far-disc",
         "A disc at rest a kilometre away changes nothing.",
         lambda scene: _with(scene, [*scene.discs, far]),
@@ -304,7 +294,7 @@ def relations() -> list[Relation]:
     ]
 
 
-def run_relation(relation: Relation, method: Method, runner: TaskRunner) -> UnsavedResult:
+def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> UnsavedResult:
     """Return the result of a relation and a method, with both scenes."""
     used: list[Scene] = []
 
@@ -321,25 +311,21 @@ def run_relation(relation: Relation, method: Method, runner: TaskRunner) -> Unsa
             )
         return answer.value
 
+    cell = partial(CellResult, "relation", relation.name, method.name)
     value, status = None, Status.RAN
     try:
         value = relation.deviation(relation.base(), run)
         reason = "" if value <= HOLDS else f"it deviates by {number(value)} of the scene's length or speed"
     except NotRunError as error:
-        ended = CellEnding.NOT_RUN
-        return UnsavedResult(
-            CellResult("relation", relation.name, method.name, ended, reason=str(error), status=error.status)
-        )
+        return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), status=error.status))
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
         reason = (
             f"no second scene: a run can't start from the final state of the first one ({str(error).splitlines()[0]})"
         )
-    ending = CellEnding.FAILS if reason else CellEnding.HOLDS
-    result = CellResult(
-        "relation", relation.name, method.name, ending, value, reason=reason, runs=len(used), status=status
-    )
+    ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
+    result = cell(ending, value, reason=reason, runs=len(used), status=status)
     return UnsavedResult(result, _named_scenes(relation, method, used))
 
 

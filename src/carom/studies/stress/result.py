@@ -19,7 +19,7 @@ from carom.support.folders import file_name
 SCENES, STRESS = "scenes", "stress/"
 
 #: Phrases in journals of earlier versions, and their present form.
-_EARLIER = {
+_EARLIER_PHRASES = {
     "gives way": "fails at this size",
     "stands to the end": "passes to the end",
     "gives way at the harmless end": "fails at the harmless end",
@@ -31,19 +31,34 @@ _EARLIER = {
 class CellEnding(StrEnum):
     """Outcome of a cell. The value is the phrase shown."""
 
-    GIVES_WAY = "fails at this size"
-    STANDS = "passes to the end"
-    NEVER_STOOD = "fails at the harmless end"
+    FAILS_AT_SIZE = "fails at this size"
+    PASSES = "passes to the end"
+    FAILS_AT_START = "fails at the harmless end"
     HOLDS = "holds"
-    FAILS = "fails"
-    STILL_DOES = "still seen"
-    DOES_NOT = "not seen"
+    VIOLATED = "fails"
+    SEEN = "still seen"
+    NOT_SEEN = "not seen"
     NOT_RUN = "not run"
+
+    @property
+    def in_files(self) -> str:
+        """Name in ``stress.json``, which does not change when a member is renamed."""
+        return _NAMES_IN_FILES.get(self, self.name.lower())
 
     @classmethod
     def _missing_(cls, value: object) -> CellEnding | None:
         """Return the ending for a phrase of an earlier version."""
-        return cls(_EARLIER[value]) if isinstance(value, str) and value in _EARLIER else None
+        return cls(_EARLIER_PHRASES[value]) if isinstance(value, str) and value in _EARLIER_PHRASES else None
+
+
+_NAMES_IN_FILES = {
+    CellEnding.FAILS_AT_SIZE: "gives_way",
+    CellEnding.PASSES: "stands",
+    CellEnding.FAILS_AT_START: "never_stood",
+    CellEnding.VIOLATED: "fails",
+    CellEnding.SEEN: "still_does",
+    CellEnding.NOT_SEEN: "does_not",
+}
 
 
 @dataclass(frozen=True)
@@ -137,8 +152,8 @@ class StressTest:
         """
         if not self.ladder or result.ending is CellEnding.NOT_RUN:
             return None
-        if result.ending is CellEnding.STANDS or result.stands_at is None:
-            return float(result.ending is CellEnding.STANDS)
+        if result.ending is CellEnding.PASSES or result.stands_at is None:
+            return float(result.ending is CellEnding.PASSES)
         rungs = [value for value in self.ladder if value > 0]
         beyond = len(self.ladder) - len(rungs)
         return abs(math.log10(result.stands_at / rungs[0])) / (abs(math.log10(rungs[-1] / rungs[0])) + beyond)

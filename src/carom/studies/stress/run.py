@@ -20,15 +20,15 @@ from carom.execution.plan import select_profiles
 from carom.execution.pool import TaskRunner
 from carom.execution.scheduler import DependentTasks, TaskRequest, run_tasks
 from carom.studies.stress.attack import Attack
-from carom.studies.stress.bug_reports import run_complaint
-from carom.studies.stress.contact import contact_attacks
-from carom.studies.stress.failure_search import breaking_point
-from carom.studies.stress.finite_walls import wall_attacks
-from carom.studies.stress.friction import rough_attacks
-from carom.studies.stress.many_discs import crowd_attacks
+from carom.studies.stress.bug_reports import check_complaint
+from carom.studies.stress.contact import CONTACT_ATTACKS
+from carom.studies.stress.failure_search import find_failure
+from carom.studies.stress.finite_walls import WALL_ATTACKS
+from carom.studies.stress.friction import FRICTION_ATTACKS
+from carom.studies.stress.many_discs import MANY_DISC_ATTACKS
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.pairs import RATE_HZ, pair_attacks
-from carom.studies.stress.relations import HOLDS, relations, run_relation
+from carom.studies.stress.pairs import PAIR_ATTACKS, RATE_HZ
+from carom.studies.stress.relations import HOLDS, check_relation, relations
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest, UnsavedResult
 from carom.support.escaping import named_hints
 from carom.support.folders import claimed
@@ -51,13 +51,13 @@ stress_journal = partial(Journal[CellKey, CellResult], "spots", JournalEntry[Cel
 StressTask = tuple[StressTest, Callable[[Method, TaskRunner], UnsavedResult]]
 
 
-#: Groups of attacks, with a description of each.
+#: Attacks by group.
 GROUPS = {
-    "pairs": pair_attacks,
-    "crowds": crowd_attacks,
-    "friction": rough_attacks,
-    "walls": wall_attacks,
-    "contact": contact_attacks,
+    "pairs": PAIR_ATTACKS,
+    "crowds": MANY_DISC_ATTACKS,
+    "friction": FRICTION_ATTACKS,
+    "walls": WALL_ATTACKS,
+    "contact": CONTACT_ATTACKS,
 }
 #: Attacks with moving walls.
 DRIVEN = ("paddle", "legs")
@@ -69,7 +69,7 @@ def attacks() -> list[tuple[str, Attack]]:
     return [
         ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
         for group, of_group in GROUPS.items()
-        for attack in of_group()
+        for attack in of_group
     ]
 
 
@@ -105,7 +105,7 @@ def stress(
         InputError: `out` contains foreign files, a journal without `resume`, or the journal of another campaign.
     """
     started = time.perf_counter()
-    lines = _chosen(names, asked.quick)
+    lines = _select_lines(names, asked.quick)
     with asked.pool() as pool, ExitStack() as held:
         infos = select_engines(describe_engines(asked.engines, pool), asked.engines)
         methods = list_methods(infos, select_profiles(infos, asked.profiles), [DT_S], pool)
@@ -113,7 +113,7 @@ def stress(
         here = environment(infos)
         stamp = asked.stamp | {"carom": here.carom, "versions": here.versions}
         asks = [
-            _ask(TableCell(line.kind, line.name, method, asked.quick, out), methods.find_refusal(method, DT_S))
+            _request_cell(TableCell(line.kind, line.name, method, asked.quick, out), methods.find_refusal(method, DT_S))
             for line in lines
             for method in columns
         ]
@@ -154,7 +154,7 @@ class TableCell(DependentTasks[CellResult]):
         return Answer(answer.status, value=answer.value.save(self.out))
 
 
-def _ask(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
+def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[tuple[str, str], CellKey, CellResult]:
     known, subject = None, (cell.name, cell.method.name)
     if refused is not None:
         result = CellResult(cell.kind, *subject, CellEnding.NOT_RUN, reason=refused.said, status=refused.status)
@@ -170,22 +170,22 @@ def _all_tasks(quick: bool) -> list[StressTask]:
             continue
         ladder = tuple(attack.ladder(quick))
         line = StressTest("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
-        tasks.append((line, partial(breaking_point, attack, quick=quick)))
+        tasks.append((line, partial(find_failure, attack, quick=quick)))
     truth = "not needed, because the two runs of the method are compared with each other"
     fails = f"the deviation is above {HOLDS:g}; rounding multiplied by three impacts is smaller"
     tasks += [
-        (StressTest("relation", relation.name, relation.states, truth, fails), partial(run_relation, relation))
+        (StressTest("relation", relation.name, relation.states, truth, fails), partial(check_relation, relation))
         for relation in relations()
     ]
     tasks += [
-        (_complaint_line(entry), partial(run_complaint, entry))
+        (_line_of_complaint(entry), partial(check_complaint, entry))
         for entry in all_scenes().values()
         if isinstance(entry, Complaint)
     ]
     return tasks
 
 
-def _complaint_line(entry: Complaint) -> StressTest:
+def _line_of_complaint(entry: Complaint) -> StressTest:
     seen = f"{entry.symptom.value}; errors below {100 * entry.at_least:g} % do not count. {entry.made}"
     return StressTest(
         "complaint",
@@ -198,7 +198,7 @@ def _complaint_line(entry: Complaint) -> StressTest:
     )
 
 
-def _chosen(names: Sequence[str], quick: bool) -> tuple[StressTest, ...]:
+def _select_lines(names: Sequence[str], quick: bool) -> tuple[StressTest, ...]:
     everything = list_lines(quick=quick)
     if not names:
         return tuple(everything)
@@ -206,9 +206,7 @@ def _chosen(names: Sequence[str], quick: bool) -> tuple[StressTest, ...]:
     known = {line.name for line in everything}
     for name in names:
         if name not in known and name not in kinds:
-            raise UnknownNameError(
-                f"no stress test is named {name!r}",
-                hints=named_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}"),
-            )
+            hints = named_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}")
+            raise UnknownNameError(f"no stress test is named {name!r}", hints=hints)
     wanted = {kinds[name] for name in names if name in kinds}
     return tuple(line for line in everything if line.name in names or line.kind in wanted)

@@ -139,13 +139,8 @@ class _Motion:
 
     def rounded(self) -> TrueMotion:
         place, velocity = (tuple(map(tuple, row.astype(float).tolist())) for row in (self.place, self.velocity))
-        return TrueMotion(
-            tuple(TrueImpact(float(time), first, second) for time, first, second in self.events),
-            place,
-            velocity,
-            tuple(map(float, self.change)),
-            self.convention,
-        )
+        impacts = tuple(TrueImpact(float(time), first, second) for time, first, second in self.events)
+        return TrueMotion(impacts, place, velocity, tuple(map(float, self.change)), self.convention)
 
     def _pairs(self, changed: set[int] | None = None) -> Iterator[tuple[int, int]]:
         """Yield the pairs of bodies that may meet; or only pairs with a changed disc."""

@@ -55,24 +55,21 @@ def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
     own = found.options.profile
     columns = (
         Column("scene", lambda line: line.scene),
-        Column(own, lambda line: _graded(line.first)),
-        Column("error", lambda line: _error(line.first), number=True),
-        Column(FOUND, lambda line: _graded(line.best)),
-        Column("error", lambda line: _error(line.best), number=True),
+        Column(own, lambda line: _format_grade(line.first)),
+        Column("error", lambda line: _format_error(line.first), number=True),
+        Column(FOUND, lambda line: _format_grade(line.best)),
+        Column("error", lambda line: _format_error(line.best), number=True),
     )
     shown = columns if better else columns[:3]
     left_out = tuple(f"Not run: {name} ({reason})." for name, reason in found.left_out.items())
-    return Document(
-        f"Carom: settings of {found.engine}",
-        Headline.of(_lead(found)),
-        (
-            _profiles(found),
-            *((_settings(found),) if better else ()),
-            Section("Results by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
-            *(_paste(found, asked) if better else ()),
-            *making(found.environment, found.command, found.elapsed_s),
-        ),
+    sections = (
+        _profile_section(found),
+        *((_setting_section(found),) if better else ()),
+        Section("Results by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
+        *(_code_sections(found, asked) if better else ()),
+        *making(found.environment, found.command, found.elapsed_s),
     )
+    return Document(f"Carom: settings of {found.engine}", Headline.of(_headline(found)), sections)
 
 
 def write_tune(found: Tuning, asked: Sequence[str], folder: Path) -> Path:
@@ -85,32 +82,33 @@ def write_tune(found: Tuning, asked: Sequence[str], folder: Path) -> Path:
     return write_files(folder, PURPOSE, {"tune.md": markdown(tune_document(found, asked))})
 
 
-def set_words(found: Found) -> str:
+def format_set_options(found: Found) -> str:
     """Return the options of `carom run` for some settings."""
     return shlex.join([word for name, value in found.tried for word in ("--set", f"{name}={setting_text(value)}")])
 
 
-def _lead(found: Tuning) -> Iterator[str]:
+def _headline(found: Tuning) -> Iterator[str]:
     scenes = formatting.count(len(found.scenes), "scene")
     early = f", of which {found.given_up} were abandoned early" if found.given_up else ""
     tried = f"tried {formatting.count(found.trials, 'setting', 'different settings')}{early}"
     if found.best is found.first:
         yield f"No better settings than {found.options.profile} were found on {scenes}; {tried}."
-        yield f"With {found.options.profile}: {_tally(found.first)}."
-        yield from _ties(found)
+        yield f"With {found.options.profile}: {_grades(found.first)}."
+        yield from _equal_profiles(found)
         return
-    own, grades = found.options.profile, f"{_tally(found.best)}; {found.options.profile} has {_tally(found.first)}"
+    own = found.options.profile
+    grades = f"{_grades(found.best)}; {own} has {_grades(found.first)}"
     changed = formatting.count(len(found.best.tried), "setting")
     yield f"{found.engine}: {changed} changed from {own}, found in trial {found.best.trial}: {grades}."
-    yield from _ties(found)
-    yield f"Scenes: {scenes}, each at {_steps(found)}; {tried}."
+    yield from _equal_profiles(found)
+    yield f"Scenes: {scenes}, each at {_describe_step(found)}; {tried}."
     if not math.isnan(found.time_ratio):
         cost = formatting.number(found.time_ratio)
         yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
     yield "This result is only valid for these scenes and steps."
 
 
-def _ties(found: Tuning) -> Iterator[str]:
+def _equal_profiles(found: Tuning) -> Iterator[str]:
     """Yield the profiles that are equally good on these scenes, then the better ones.
 
     Profiles whose steps Carom cuts are omitted.
@@ -125,27 +123,27 @@ def _ties(found: Tuning) -> Iterator[str]:
         yield f"Existing profiles that are better: {formatting.join_words(better)}."
 
 
-def _tally(found: Found) -> str:
-    grades = Counter(map(_word, found.judged))
+def _grades(found: Found) -> str:
+    grades = Counter(map(_grade_word, found.judged))
     return ", ".join(f"{count} {name}" for name, count in grades.most_common())
 
 
-def _steps(found: Tuning) -> str:
+def _describe_step(found: Tuning) -> str:
     dt_s = found.options.dt_s
     return "its own frame rate" if dt_s is None else formatting.step(dt_s)
 
 
-def _word(judged: Judged) -> str:
+def _grade_word(judged: Judged) -> str:
     return "not run" if judged.grade is None else mark_of_grade(judged.grade, judged.float_bits).word
 
 
-def _graded(judged: Judged) -> Cell:
+def _format_grade(judged: Judged) -> Cell:
     if judged.grade is None:
-        return Cell(_word(judged), judged.reason)
-    return Cell(f"{_word(judged)} {formatting.missed_and_invented(judged.missed, judged.spurious)}".rstrip())
+        return Cell(_grade_word(judged), judged.reason)
+    return Cell(f"{_grade_word(judged)} {formatting.missed_and_invented(judged.missed, judged.spurious)}".rstrip())
 
 
-def _error(judged: Judged) -> str:
+def _format_error(judged: Judged) -> str:
     return formatting.ABSENT if math.isnan(judged.price) else formatting.number(judged.price)
 
 
@@ -163,13 +161,13 @@ def _rows(found: Tuning) -> list[_Row]:
     return sorted(rows, key=lambda row: (row.name in found.located, row.found.merit.respects))
 
 
-def _profiles(found: Tuning) -> Section:
+def _profile_section(found: Tuning) -> Section:
     columns = (
         Column("", lambda row: row.name),
-        Column("wrong", lambda row: _count(one.grade is Grade.WRONG for one in row.found.judged), number=True),
-        Column("exact or close", lambda row: _count(not one.behind for one in row.found.judged), number=True),
-        Column("between", lambda row: _count(one.behind and not one.wrong for one in row.found.judged), number=True),
-        Column("not run", lambda row: _count(one.grade is None for one in row.found.judged), number=True),
+        Column("wrong", lambda row: _number(one.grade is Grade.WRONG for one in row.found.judged), number=True),
+        Column("exact or close", lambda row: _number(not one.behind for one in row.found.judged), number=True),
+        Column("between", lambda row: _number(one.behind and not one.wrong for one in row.found.judged), number=True),
+        Column("not run", lambda row: _number(one.grade is None for one in row.found.judged), number=True),
         Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
     )
     refused = formatting.group_by(
@@ -183,11 +181,11 @@ def _profiles(found: Tuning) -> Section:
     )
 
 
-def _count(which: Iterable[bool]) -> str:
+def _number(which: Iterable[bool]) -> str:
     return str(sum(which) or "")
 
 
-def _settings(found: Tuning) -> Section:
+def _setting_section(found: Tuning) -> Section:
     before = {name: setting_text(value) for name, value in found.own.items()}
     columns = (
         Column("setting", lambda item: item[0]),
@@ -199,16 +197,16 @@ def _settings(found: Tuning) -> Section:
     return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
 
 
-def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
+def _code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
     """Yield the command that runs the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
     words = ("carom", "run", *asked, "-e", engine_argument(found.engine), "-p", found.options.profile, *step)
     if found.code:
         said = f"Code for {found.engine}, for {found.scenes[0].name}:"
         yield Section("Code for the engine", (Text(said), Code(found.code)))
-    yield Section("Command with these settings", (Code(f"{shlex.join(words)} {set_words(found.best)}"),))
+    yield Section("Command with these settings", (Code(f"{shlex.join(words)} {format_set_options(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
-    said = f"Found by carom tune on {formatting.count(len(found.scenes), 'scene')}: {_tally(found.best)}."
+    said = f"Found by carom tune on {formatting.count(len(found.scenes), 'scene')}: {_grades(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
     varying = [f"# {name} varies with the step: as in {method.profile}" for name in sorted(found.varying)]
     python = "\n".join(

@@ -26,7 +26,7 @@ _KEPT = 256
 _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(maxsize=_KEPT)(run_pit)
 
 
-def judged_by(score: Score) -> Judged:
+def judge_score(score: Score) -> Judged:
     """Return the parts of a score that a search needs.
 
     If a trajectory has diverged from the reference's, its impacts match by chance. In this case, the error over PIT's
@@ -62,7 +62,7 @@ class JudgeTask(JobTask):
         reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
         score = compare(reference, observed, sampling=_sampling(job.scene, job.dt_s), horizon=self.horizon_s)
-        judged = judged_by(score)
+        judged = judge_score(score)
         if not self.timed:
             return judged
         return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)

@@ -116,7 +116,7 @@ def tune(
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
         require_profile(engine, asked.profile, info.profiles)
-        horizons, left_out = _references(scenes, info, asked)
+        horizons, left_out = _find_horizons(scenes, info, asked)
         able = tuple(scene for scene in scenes if scene.name not in left_out)
         if not able:
             raise InputError(
@@ -129,7 +129,7 @@ def tune(
         best = search.run(asked.trials, asked.seed)
         own, _ = _settings(pool, engine, asked.profile, (), steps[able[0]])
         settings, varying = _settings(pool, engine, asked.profile, best.tried, steps[able[0]])
-        others = {name: _beside(info, name, steps, jury) for name in info.profiles if name != asked.profile}
+        others = {name: _judge_profile(info, name, steps, jury) for name in info.profiles if name != asked.profile}
         code = find_changed_code(engine, asked.profile, best.tried, able[0], steps[able[0]], pool) if best.tried else ""
         with pool.on_this_machine() as here:
             ratio = _time_ratio(here, search.method, best.tried, steps)
@@ -156,7 +156,7 @@ def tune(
     )
 
 
-def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: Jury) -> Found:
+def _judge_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: Jury) -> Found:
     """Return the results of another profile. Scenes that the profile does not support are not run."""
     able, located = info.own.get(profile, info.capabilities), profile in info.located
     refused = {
@@ -169,7 +169,7 @@ def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: 
     return Found((), merit_of(judged), judged, 0)
 
 
-def _references(
+def _find_horizons(
     scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Return two mappings by scene name: the end of the reliable reference, and why the scene can't be used."""

@@ -104,7 +104,7 @@ class KnobSearch:
         self._whole: list[Found] = []
         self._seen: dict[SettingOverrides, tuple[Merit, bool]] = {}
         self._order: list[int] = []
-        self._most = 0
+        self._requested_trials = 0
 
     def run(self, trials: int, seed: int) -> Found:
         """Run the search and return the best settings.
@@ -117,10 +117,10 @@ class KnobSearch:
             MissingExtraError: Optuna is not installed.
         """
         require_tune_extra()
-        self._most = trials
+        self._requested_trials = trials
         self._begin()
-        self._ask(trials, seed)
-        return self._gone_over(MOST_TRIALS * trials)
+        self._run_optimiser(trials, seed)
+        return self._refine(MOST_TRIALS * trials)
 
     def _begin(self) -> None:
         """Evaluate the first profile, and sort the scenes from its worst to its best."""
@@ -131,7 +131,7 @@ class KnobSearch:
         self._seen[()] = (first.merit, False)
         self._whole.append(first)
 
-    def _ask(self, trials: int, seed: int) -> None:
+    def _run_optimiser(self, trials: int, seed: int) -> None:
         import optuna
 
         ends = self.space.ends()
@@ -143,18 +143,18 @@ class KnobSearch:
         # A repeated request is not run again. If the optimiser only repeats requests, the search ends.
         while self.trials < trials and asked < 10 * trials:
             asked += 1
-            self._tell(study)
+            self._run_trial(study)
 
-    def _tell(self, study: Study) -> None:
+    def _run_trial(self, study: Study) -> None:
         import optuna
 
         trial = study.ask()
         point = {
-            name: trial.suggest_int(_value(name), 0, len(values) - 1)
+            name: trial.suggest_int(_value_name(name), 0, len(values) - 1)
             for name, values in self.space.values.items()
-            if trial.suggest_categorical(_turned(name), (False, True))
+            if trial.suggest_categorical(_turned_name(name), (False, True))
         }
-        merit, given_up = self.tried(point)
+        merit, given_up = self.evaluate(point)
         number = merit.number(len(self.scenes))
         if given_up:
             trial.report(number, 0)
@@ -162,15 +162,15 @@ class KnobSearch:
         else:
             study.tell(trial, number)
 
-    def _gone_over(self, most: int) -> Found:
+    def _refine(self, most: int) -> Found:
         """Turn one knob at a time from the best trial, and from trials that are better by some criterion."""
         done: set[SettingOverrides] = set()
         while todo := [found for found in self._front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= most:
                 break
             done.add(todo[0].tried)
-            for point in self.space.beside(self.space.point(todo[0].tried)):
-                self.tried(point)
+            for point in self.space.neighbours(self.space.point_of(todo[0].tried)):
+                self.evaluate(point)
         return self.best
 
     def _front(self) -> list[Found]:
@@ -191,22 +191,22 @@ class KnobSearch:
         """The best settings so far."""
         return min(self._whole, key=lambda one: one.rank)
 
-    def tried(self, point: Point) -> tuple[Merit, bool]:
+    def evaluate(self, point: Point) -> tuple[Merit, bool]:
         """Evaluate a point.
 
         Return the point's merit, and whether the evaluation was abandoned, in which case the merit is only a bound.
         """
-        tried = self.space.tried(point)
+        tried = self.space.settings_of(point)
         if tried not in self._seen:
             self.trials += 1
-            self._seen[tried] = self._judged(tried)
+            self._seen[tried] = self._evaluate_settings(tried)
             self.given_up += self._seen[tried][1]
             best = self.best.merit
             said = f"best so far: {best.wrong} wrong, {best.behind} neither exact nor close"
-            self._progress(self.trials, max(self._most, self.trials), said)
+            self._progress(self.trials, max(self._requested_trials, self.trials), said)
         return self._seen[tried]
 
-    def _judged(self, tried: SettingOverrides) -> tuple[Merit, bool]:
+    def _evaluate_settings(self, tried: SettingOverrides) -> tuple[Merit, bool]:
         method = Method(self.method.engine, self.method.profile, tried)
         best, first = self.best, self.begun
         found: dict[int, Judged] = {}
@@ -230,15 +230,15 @@ def _parts(order: Sequence[int]) -> list[Sequence[int]]:
     return [order[k : k + size] for k in range(0, len(order), size)]
 
 
-def _turned(name: str) -> str:
+def _turned_name(name: str) -> str:
     return f"{name} turned"
 
 
-def _value(name: str) -> str:
+def _value_name(name: str) -> str:
     return f"{name} value"
 
 
 def _parameters(point: Point, space: Space) -> dict[str, Any]:
     """Return a point as the optimiser's parameters."""
-    turned = {_turned(name): name in point for name in space.values}
-    return turned | {_value(name): k for name, k in point.items()}
+    turned = {_turned_name(name): name in point for name in space.values}
+    return turned | {_value_name(name): k for name, k in point.items()}

@@ -43,11 +43,11 @@ class Space:
 
     values: Mapping[str, tuple[Setting, ...]]
 
-    def tried(self, point: Point) -> SettingOverrides:
+    def settings_of(self, point: Point) -> SettingOverrides:
         """Return the settings of a point, sorted by name."""
         return tuple(sorted((name, self.values[name][k]) for name, k in point.items()))
 
-    def point(self, tried: SettingOverrides) -> dict[str, int]:
+    def point_of(self, tried: SettingOverrides) -> dict[str, int]:
         """Return the point with the given settings."""
         return {name: self.values[name].index(value) for name, value in tried}
 
@@ -55,7 +55,7 @@ class Space:
         """Return the points at which a single knob is turned, to its first or last value."""
         return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
 
-    def beside(self, point: Point) -> Iterator[dict[str, int]]:
+    def neighbours(self, point: Point) -> Iterator[dict[str, int]]:
         """Yield the points that differ in one knob: at its default, at a stop of its range, or near its value."""
         for name, values in self.values.items():
             last, here = len(values) - 1, point.get(name)

@@ -24,9 +24,9 @@ from carom.studies.advise import run as adviser
 from carom.studies.advise.api import ShownAdvice
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.run import Cause, Demand, ReferenceCut, SearchEnding, advise, hardest_impacts
-from carom.studies.advise.sampling_limit import ContactWindow, largest_step, pair_limit
-from carom.studies.advise.step_search import CONFIRM
+from carom.studies.advise.run import ReferenceCut, advise
+from carom.studies.advise.sampling_limit import Cause, ContactWindow, Demand, hardest_impacts, largest_step, pair_limit
+from carom.studies.advise.step_search import CONFIRM, SearchEnding
 from carom.studies.advise.step_trial import StartTask
 
 DEGREE = math.radians(1)

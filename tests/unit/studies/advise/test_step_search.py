@@ -12,7 +12,7 @@ from tests.scene_builders import sure
 
 from carom.execution.job import Answer, Method, Status
 from carom.model.scene import Disc, Scene
-from carom.studies.advise.hardest_impacts import Demand
+from carom.studies.advise.sampling_limit import Demand
 from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepSearch, grid_of, in_a_frame
 from carom.studies.advise.step_trial import Started, StepTrial, most_steps, starts_of
 

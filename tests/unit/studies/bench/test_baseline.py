@@ -12,7 +12,7 @@ from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import HERE, bench
 
 from carom.errors import InputError
-from carom.studies.bench.baseline import BaselineChange, compared, read_baseline
+from carom.studies.bench.baseline import BaselineChange, compare_points, read_baseline
 from carom.studies.bench.document import bench_document, write_bench
 from carom.studies.bench.result import Bench
 
@@ -55,7 +55,7 @@ def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
 )
 def test_a_change_is_one_beyond_its_interval(earlier: Path, factor: float, change: BaselineChange) -> None:
     """Run times over PIT's that are surely off by more than a twentieth have changed; of the other engines none has."""
-    found = compared(timed(factor), read_baseline(earlier, HERE))
+    found = compare_points(timed(factor), read_baseline(earlier, HERE))
     assert {one.time for one in found if one.point.engine == "pymunk"} == {change}
     assert {one.time for one in found if one.point.engine != "pymunk"} == {BaselineChange.SAME}
     assert {one.accuracy for one in found} == {BaselineChange.SAME}
@@ -66,7 +66,7 @@ def test_a_change_is_one_beyond_its_interval(earlier: Path, factor: float, chang
 def test_the_first_line_counts_and_names_the_worst(earlier: Path) -> None:
     """Regressed, improved and no change; growth of an error and of a run time are distinguished."""
     now = timed(1.5, error=2.0)
-    found = compared(now, read_baseline(earlier, HERE))
+    found = compare_points(now, read_baseline(earlier, HERE))
     text = " ".join(" ".join(printed(bench_document(now, baseline=found), 80)).split())
     assert text.startswith(f"Run time of {len(found)} points compared with the baseline: 12 regressed, 0 improved, ")
     assert "worst: paper/late, pymunk " in text

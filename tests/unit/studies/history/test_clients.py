@@ -17,7 +17,7 @@ from tests.processes import ended, noted
 from carom.errors import InputError
 from carom.studies.history import clients
 from carom.studies.history.clients import ClientError, Npm, Pip
-from carom.studies.history.release_cache import ReleaseCache, kept_releases
+from carom.studies.history.release_cache import ReleaseCache, open_release_cache
 
 
 def program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> None:
@@ -57,7 +57,7 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
     monkeypatch.setattr(subprocess, "Popen", Process)
     monkeypatch.setattr(clients, "LISTING_S", 0.4)
     with pytest.raises(ClientError, match=r"npm did not finish within 0\.4 s"):
-        Npm().listed("toy")
+        Npm().list_versions("toy")
     assert ended(noted(tmp_path / "child"))
 
 
@@ -74,7 +74,7 @@ def test_what_a_client_fails_at_is_said(lines: str, told: str, tmp_path: Path, m
     """Its own last words, or that what it answers is none."""
     program(tmp_path, "npm", lines, monkeypatch)
     with pytest.raises(ClientError, match=told):
-        Npm().listed("toy")
+        Npm().list_versions("toy")
 
 
 @each("name", ["--global", "-g", "../toy", "a b", "http://x/y.tgz", "", "a;b"])
@@ -82,7 +82,7 @@ def test_what_is_no_name_goes_to_no_client(name: str) -> None:
     """An option, a path or an address instead of a name is refused before anything is started."""
     for client in (Pip(), Npm()):
         with pytest.raises(ClientError, match="is not a package name"):
-            client.listed(name)
+            client.list_versions(name)
 
 
 def test_what_is_no_version_goes_to_no_client(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_pip_lays_a_release_with_what_it_lacks_here(wheels: Path, tmp_path: Path
     wheel(wheels, "caromtoy", "1.0", "caromtoyneeds")
     wheel(wheels, "caromtoy", "2.0", "numpy")
     wheel(wheels, "caromtoyneeds", "5.0")
-    assert sorted(Pip().listed("caromtoy")) == ["1.0", "2.0"]
+    assert sorted(Pip().list_versions("caromtoy")) == ["1.0", "2.0"]
     for version, holds in (("1.0", ("caromtoy==1.0", "caromtoyneeds==5.0")), ("2.0", ("caromtoy==2.0",))):
         folder = tmp_path / version
         folder.mkdir()
@@ -148,7 +148,7 @@ def test_pip_takes_no_source_distribution(wheels: Path, tmp_path: Path) -> None:
 class Breaks:
     """A client that is broken off in the middle."""
 
-    def listed(self, package: str) -> tuple[str, ...]:
+    def list_versions(self, package: str) -> tuple[str, ...]:
         raise NotImplementedError(package)
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
@@ -162,47 +162,47 @@ def test_what_is_broken_off_is_no_release(tmp_path: Path) -> None:
     """Ctrl-C while a release is installed leaves nothing behind that could be taken for one."""
     kept = ReleaseCache(tmp_path)
     with pytest.raises(KeyboardInterrupt):
-        kept.made(Breaks(), "npm", "@a/toy", "2")
-    assert kept.has("npm", "@a/toy", "2") is None
+        kept.install(Breaks(), "npm", "@a/toy", "2")
+    assert kept.find("npm", "@a/toy", "2") is None
     assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
 def test_what_is_used_last_is_kept_within_the_bound(tmp_path: Path) -> None:
     """Two of three releases of a kilobyte each stay, and one of them is an old one that was used last."""
-    with kept_releases(1e9, tmp_path) as kept:
+    with open_release_cache(1e9, tmp_path) as kept:
         for age, version in enumerate(("1", "3", "4")):
-            note = kept.made(Breaks(), "pip", "toy", version) / "carom-release.json"
+            note = kept.install(Breaks(), "pip", "toy", version) / "carom-release.json"
             os.utime(note, (age, age))
-        assert kept.has("pip", "toy", "1") is not None
-    with kept_releases(2.5e3, tmp_path):
+        assert kept.find("pip", "toy", "1") is not None
+    with open_release_cache(2.5e3, tmp_path):
         pass
-    assert sorted(ReleaseCache(tmp_path).names("pip", "toy")) == ["1", "4"]
+    assert sorted(ReleaseCache(tmp_path).versions("pip", "toy")) == ["1", "4"]
 
 
 def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
     """Who ends first leaves all; who ends last brings it below the bound."""
-    with kept_releases(1e9, tmp_path) as kept:
-        kept.made(Breaks(), "pip", "toy", "1")
-        with kept_releases(1.0, tmp_path):
+    with open_release_cache(1e9, tmp_path) as kept:
+        kept.install(Breaks(), "pip", "toy", "1")
+        with open_release_cache(1.0, tmp_path):
             pass
-        assert kept.names("pip", "toy") == ("1",)
-    with kept_releases(1.0, tmp_path):
+        assert kept.versions("pip", "toy") == ("1",)
+    with open_release_cache(1.0, tmp_path):
         pass
-    assert ReleaseCache(tmp_path).names("pip", "toy") == ()
+    assert ReleaseCache(tmp_path).versions("pip", "toy") == ()
 
 
 @each("instead", ["a file", "a link", "a list that nests"])
 def test_what_is_in_the_place_of_a_release_is_replaced(instead: str, tmp_path: Path) -> None:
     """A file, a link to another folder or a list that can't be read is no release, and the release is installed."""
     kept, other = ReleaseCache(tmp_path / "root"), tmp_path / "other"
-    place = kept.made(Breaks(), "pip", "toy", "1")
+    place = kept.install(Breaks(), "pip", "toy", "1")
     other.mkdir()
     if instead == "a list that nests":
         (place / "carom-release.json").write_text("[" * 100_000)
     else:
         place.rename(tmp_path / "before")
         place.write_text("") if instead == "a file" else place.symlink_to(other)
-    assert kept.made(Breaks(), "pip", "toy", "1") == place
+    assert kept.install(Breaks(), "pip", "toy", "1") == place
     assert (place / "half").is_file()
     assert not place.is_symlink()
     assert list(other.iterdir()) == []

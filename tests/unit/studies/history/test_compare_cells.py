@@ -12,7 +12,7 @@ from tests.cases import each
 from carom.errors import CaromError
 from carom.execution.job import Answer, Status
 from carom.studies.history.compare_cells import PLACES, ChangeKind, ReleaseRun, SeenCell, change_of
-from carom.studies.history.run import in_order, selected
+from carom.studies.history.run import select_versions, sort_versions
 
 PHASES = 8
 RAN = ReleaseRun(
@@ -67,30 +67,30 @@ def places(low: float, high: float, **fields: Any) -> SeenCell:
         (over(0.1, 0.2), over(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),  # they touch
         (over(0.1, 0.2), over(0.22, 0.32, digest="c"), ChangeKind.OVERLAP),  # a phase between may fill a gap of 0.02
         (over(0.1, 0.2), over(0.23, 0.33, digest="c"), ChangeKind.WORSE),
-        (over(0.1, 0.2), over(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), ChangeKind.ASKED),
-        (over(0.1, 0.2), over(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNSEEN),
-        (over(0.1, 0.2, verdicts=("TURNS",)), over(0.3, 0.4, digest="c"), ChangeKind.UNSEEN),
-        (over(0.1, 0.2, grade="UNGRADED"), over(0.3, 0.4, digest="c"), ChangeKind.OTHERWISE),
+        (over(0.1, 0.2), over(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), ChangeKind.OTHER_SETTINGS),
+        (over(0.1, 0.2), over(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNOBSERVED),
+        (over(0.1, 0.2, verdicts=("TURNS",)), over(0.3, 0.4, digest="c"), ChangeKind.UNOBSERVED),
+        (over(0.1, 0.2, grade="UNGRADED"), over(0.3, 0.4, digest="c"), ChangeKind.NEITHER),
         # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), ChangeKind.TOLD),
-        (over(0.1, 0.3, lost=2), over(0.2, 0.4, digest="c"), ChangeKind.TOLD),
+        (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), ChangeKind.OTHER_CONTACTS),
+        (over(0.1, 0.3, lost=2), over(0.2, 0.4, digest="c"), ChangeKind.OTHER_CONTACTS),
         (over(0.1, 0.2, lost=2), over(0.3, 0.4, digest="c"), ChangeKind.WORSE),
-        (over(0.1, 0.3), over(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"), ChangeKind.TOLD),
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", late_steps=0.6), ChangeKind.TOLD),
+        (over(0.1, 0.3), over(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"), ChangeKind.OTHER_CONTACTS),
+        (over(0.1, 0.2), over(0.1, 0.2, digest="c", late_steps=0.6), ChangeKind.OTHER_CONTACTS),
         (seen(RAN), seen(replace(RAN, digest="b", velocity=math.nan)), ChangeKind.OVERLAP),
         # Places: before the end, too, and where they are on the other side of the right one.
         (places(1.1, 1.2), places(1.3, 1.4, digest="c"), ChangeKind.WORSE),
-        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), ChangeKind.OTHERWISE),
+        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), ChangeKind.NEITHER),
         (places(0.1, 0.3), places(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
         (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), ChangeKind.WORSE),  # it ended before
         (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), ChangeKind.ROUNDING),
         # Velocities are nearer and places farther: nobody can say which is better.
-        (over(0.3, 0.4), over(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), ChangeKind.OTHERWISE),
+        (over(0.3, 0.4), over(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), ChangeKind.NEITHER),
     ],
 )
 def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
     """Settings must be equal, every contact seen, and a number of the motion apart at every phase."""
-    assert change_of(old, new).moved is moved
+    assert change_of(old, new).kind is moved
 
 
 def test_where_discs_are_elsewhere_is_said() -> None:
@@ -102,31 +102,31 @@ def test_where_discs_are_elsewhere_is_said() -> None:
 def test_fewer_phases_say_nothing() -> None:
     """However far apart, what ran at seven phases alone is no change of the engine's; at eight it is."""
     low, high = ([replace(RAN, digest=f"{v}", off_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
-    assert change_of(seen(*low), seen(*high[1:])).moved is ChangeKind.OVERLAP
-    assert change_of(seen(*low), seen(*high)).moved is ChangeKind.WORSE
+    assert change_of(seen(*low), seen(*high[1:])).kind is ChangeKind.OVERLAP
+    assert change_of(seen(*low), seen(*high)).kind is ChangeKind.WORSE
 
 
 def test_ranges_that_part_by_rounding_do_not_part() -> None:
     """In 32-bit floats a gap of a millionth is rounding; in 64 bits it is a change."""
-    for bits, moved in ((32, ChangeKind.TOLD), (64, ChangeKind.WORSE)):
+    for bits, moved in ((32, ChangeKind.OTHER_CONTACTS), (64, ChangeKind.WORSE)):
         old = seen(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
         own = replace(RAN, digest="b", float_bits=bits, off_m_s=(0.1 + 1e-6, 0.0))
         new, later = [replace(own, verdicts=("LATE", "EARLY"))], [own]
-        assert change_of(old, seen(*new, *later * 8)).moved is moved
+        assert change_of(old, seen(*new, *later * 8)).kind is moved
 
 
 def test_what_one_of_the_two_did_not_run_is_said() -> None:
     """The reason is that of the one that did not."""
     refused = SeenCell(Answer(Status.UNSUPPORTED, "no gravity"))
     change = change_of(seen(RAN), refused)
-    assert (change.moved, change.why) == (ChangeKind.NOT_RUN, "unsupported: no gravity")
+    assert (change.kind, change.why) == (ChangeKind.NOT_RUN, "unsupported: no gravity")
 
 
 def test_no_impact_told_though_velocities_change_is_no_contact_seen() -> None:
     """A release without reported impacts, although discs turn, is unseen; a scene without impacts does not count."""
-    assert replace(RAN, found=0, verdicts=("MISSED", "TURNS")).unseen
-    assert not replace(RAN, found=0, verdicts=("MISSED",)).unseen
-    assert not replace(RAN, found=0, expected=0, verdicts=("TURNS",)).unseen
+    assert replace(RAN, found=0, verdicts=("MISSED", "TURNS")).observes_no_contact
+    assert not replace(RAN, found=0, verdicts=("MISSED",)).observes_no_contact
+    assert not replace(RAN, found=0, expected=0, verdicts=("TURNS",)).observes_no_contact
 
 
 LISTED = ("10.0.0", "2.3.1.post1", "2.3.1", "3.0.0", "3.0.0rc1", "2.10", "0.0.0-50223ff-20240729")
@@ -135,7 +135,7 @@ LISTED = ("10.0.0", "2.3.1.post1", "2.3.1", "3.0.0", "3.0.0rc1", "2.10", "0.0.0-
 def test_releases_are_ordered_by_their_numbers() -> None:
     """10 comes after 3, a candidate before its release, and a mended packaging after it."""
     ordered = ("0.0.0-50223ff-20240729", "2.3.1", "2.3.1.post1", "2.10", "3.0.0rc1", "3.0.0", "10.0.0")
-    assert in_order(LISTED) == ordered
+    assert sort_versions(LISTED) == ordered
 
 
 @each(
@@ -158,7 +158,7 @@ def test_releases_are_ordered_by_their_numbers() -> None:
 )
 def test_conditions_and_names_select(asked: list[str] | None, most: int, found: tuple[str, ...]) -> None:
     """Conditions must all be met, the newest of what meets them are taken, and named ones are additional."""
-    assert selected(LISTED, asked, most) == found
+    assert select_versions(LISTED, asked, most) == found
 
 
 @each(
@@ -175,4 +175,4 @@ def test_conditions_and_names_select(asked: list[str] | None, most: int, found: 
 def test_what_is_no_release_is_refused(word: str, told: str) -> None:
     """A version that is not listed is named with the nearest; what a client could take for an option is no version."""
     with pytest.raises(CaromError, match=told):
-        selected(LISTED, [word], 3)
+        select_versions(LISTED, [word], 3)

@@ -49,16 +49,16 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
     assert reasons["2.0"].startswith("not installed: pip: ERROR: No matching distribution")
     assert [reason for version, reason in reasons.items() if version not in {"0.9", "2.0"}] == [""] * 7
     moved = {step.new.version: next(iter(step.changes.values())) for step in found.transitions}
-    assert {version: change.moved for version, change in moved.items()} == {
+    assert {version: change.kind for version, change in moved.items()} == {
         "1.1": ChangeKind.NOTHING,
         "1.2": ChangeKind.WORSE,
         "1.3": ChangeKind.NOTHING,
         "1.4": ChangeKind.BETTER,
-        "1.5": ChangeKind.ASKED,
-        "1.6": ChangeKind.UNSEEN,
+        "1.5": ChangeKind.OTHER_SETTINGS,
+        "1.6": ChangeKind.UNOBSERVED,
     }
     assert moved["1.5"].why == "slop 0.0 → 0.1"
-    assert [release.version for release in found.releases if release.unseen] == ["1.6"]
+    assert [release.version for release in found.releases if release.observes_no_contact] == ["1.6"]
     assert registry.installed == ["1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6"]
     text = markdown(history_document(found))
     assert "the adapter can't read contacts of this release" in text

@@ -77,7 +77,7 @@ class Toys:
         self.installed: list[str] = []
         self.reached = True
 
-    def listed(self, package: str) -> tuple[str, ...]:
+    def list_versions(self, package: str) -> tuple[str, ...]:
         """Return the releases of `RELEASES`, and one that can't be installed."""
         assert package == "toyengine"
         if not self.reached:

@@ -22,9 +22,9 @@ from carom.model.scene import Chain, Scene
 from carom.model.trace import Mode
 from carom.studies.stress import attack as stress_attack
 from carom.studies.stress.attack import Attack, Trial
-from carom.studies.stress.contact import contact_attacks
-from carom.studies.stress.finite_walls import wall_attacks
-from carom.studies.stress.friction import rough_attacks
+from carom.studies.stress.contact import CONTACT_ATTACKS
+from carom.studies.stress.finite_walls import WALL_ATTACKS
+from carom.studies.stress.friction import FRICTION_ATTACKS
 from carom.studies.stress.run import attacks
 
 ATTACKS = [attack for _, attack in attacks()]
@@ -93,7 +93,7 @@ def test_bisection_stops_when_two_values_are_near() -> None:
     assert pair.between(1e-15, 0.0, 1.1) is None
 
 
-WALLS = {attack.name: attack for attack in wall_attacks()}
+WALLS = {attack.name: attack for attack in WALL_ATTACKS}
 
 
 def _velocity(scene: Scene) -> complex:
@@ -120,7 +120,7 @@ def test_a_floor_of_pieces_is_struck_at_a_joint_of_two() -> None:
             assert math.isclose(cmath.phase(_velocity(trial.scene)), -math.atan(0.25))
 
 
-IN_CONTACT = {attack.name: attack for attack in contact_attacks()}
+IN_CONTACT = {attack.name: attack for attack in CONTACT_ATTACKS}
 
 
 def _by_hand(trial: Trial) -> tuple[list[float], float]:
@@ -174,7 +174,7 @@ def test_both_sides_of_a_threshold_are_tried_to_a_rounding() -> None:
         assert above - below <= 8.0 * 2.0**-52 * at
 
 
-ROUGH = {attack.name: attack for attack in rough_attacks()}
+ROUGH = {attack.name: attack for attack in FRICTION_ATTACKS}
 
 
 @each("name", [name for name in ROUGH if name != "rolling"])

@@ -46,15 +46,15 @@ def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
 def test_the_methods_are_told_apart(results: StressResults) -> None:
     """PIC passes any speed, PIT fails between one and a few radii a step, and gravity is a reason."""
     cells = results.cells
-    assert cells["tunnelling", "pic/event-driven"].ending is CellEnding.STANDS
+    assert cells["tunnelling", "pic/event-driven"].ending is CellEnding.PASSES
     fell = cells["tunnelling", "pit/tuned"]
-    assert fell.ending is CellEnding.GIVES_WAY
+    assert fell.ending is CellEnding.FAILS_AT_SIZE
     assert fell.value is not None
     # Head-on, the approaching half of the chord is two radii: beyond that there may be no frame.
     assert 1.0 < fell.value <= 10.0
     assert cells["reversal", "pic/event-driven"].ending is CellEnding.HOLDS
-    assert cells["mujoco-441", "pic/event-driven"].ending is CellEnding.DOES_NOT
-    assert cells["mujoco-441", "pit/tuned"].ending is CellEnding.STILL_DOES
+    assert cells["mujoco-441", "pic/event-driven"].ending is CellEnding.NOT_SEEN
+    assert cells["mujoco-441", "pit/tuned"].ending is CellEnding.SEEN
     falling = cells["rapier-97", "pic/event-driven"]
     assert "gravity" in falling.reason or falling.value is not None
 
@@ -128,10 +128,10 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
 @each(
     "phrase, ending",
     [
-        ("gives way", CellEnding.GIVES_WAY),
-        ("stands to the end", CellEnding.STANDS),
-        ("gives way at the harmless end", CellEnding.NEVER_STOOD),
-        ("fails at this size", CellEnding.GIVES_WAY),
+        ("gives way", CellEnding.FAILS_AT_SIZE),
+        ("stands to the end", CellEnding.PASSES),
+        ("gives way at the harmless end", CellEnding.FAILS_AT_START),
+        ("fails at this size", CellEnding.FAILS_AT_SIZE),
     ],
 )
 def test_a_journal_of_earlier_words_is_read(phrase: str, ending: CellEnding) -> None:

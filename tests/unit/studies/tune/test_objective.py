@@ -15,8 +15,8 @@ from carom.comparator import Grade, compare
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.solvers.pic import solve_pic
-from carom.studies.tune.evaluate import judged_by
-from carom.studies.tune.objective import Judged, Merit, error_part, merit_of
+from carom.studies.tune.evaluate import judge_score
+from carom.studies.tune.objective import Judged, Merit, error_on_scale, merit_of
 
 SCENES = 5
 MERITS = st.builds(
@@ -76,7 +76,7 @@ def test_the_cost_is_the_median_of_ratios_to_the_first_profile() -> None:
 )
 def test_an_error_is_a_part_of_a_scale_of_ratios(judged: Judged, part: float) -> None:
     """PIT's error is the middle, rounding the one end and anything the other; NaN is what the grade says."""
-    assert error_part(judged) == pytest.approx(part, abs=1e-12)
+    assert error_on_scale(judged) == pytest.approx(part, abs=1e-12)
 
 
 def test_what_was_not_run_counts_as_wrong() -> None:
@@ -92,8 +92,8 @@ def test_a_run_that_parted_is_judged_by_its_steps() -> None:
     assert score.local_truth is not None
     steps = replace(score.local_truth, missed=2, invented=3, ratio=(0.5, 0.75))
     whole = replace(score, price_paid=7.0, missed=(0,), local_truth=steps)
-    parted = judged_by(replace(whole, grade=Grade.PARTED, parted_s=0.25))
+    parted = judge_score(replace(whole, grade=Grade.PARTED, parted_s=0.25))
     assert (parted.price, parted.missed, parted.spurious) == (0.75, 2, 3)
-    assert (judged_by(whole).price, judged_by(whole).missed, judged_by(whole).spurious) == (7.0, 1, 0)
+    assert (judge_score(whole).price, judge_score(whole).missed, judge_score(whole).spurious) == (7.0, 1, 0)
     assert not parted.wrong
     assert parted.behind

@@ -110,11 +110,11 @@ def test_a_trial_that_can_not_come_up_to_the_best_is_given_up() -> None:
         scenes[method] = scenes.get(method, 0) + count
     early = [method for method, count in scenes.items() if count < len(SCENES)]
     assert len(early) == search.given_up
-    assert all(best.rank < (search.tried(_point(method))[0], 0) for method in early)
+    assert all(best.rank < (search.evaluate(_point(method))[0], 0) for method in early)
 
 
 def _point(method: Method) -> dict[str, int]:
-    return SPACE.point(method.tried)
+    return SPACE.point_of(method.tried)
 
 
 @pytest.mark.long
