@@ -163,8 +163,7 @@ ENTRIES = (
     Entry(
         "havok",
         "1.3.5..1.3.14",
-        "All results are bit-identical. Releases before 1.3.3 do not report their speed limit, so they are "
-        "not run.",
+        "All results are bit-identical. Releases before 1.3.3 do not report their speed limit, so they are not run.",
     ),
     Entry(
         "cannon",
@@ -222,7 +221,9 @@ def main(names: list[str]) -> None:
         sys.stdout.write("\n".join(history_document(found).lead) + f"\n{found.elapsed_s:.0f} s\n")
     missing = "## Not run here\n\n" + "\n".join(lacking) + "\n" if lacking else ""
     if names:  # the others' parts stay as they are
-        there = [part for part in PAGE.read_text().split("\n## ")[1:] if not part.startswith(("Bug reports", "Not run"))]
+        there = [
+            part for part in PAGE.read_text().split("\n## ")[1:] if not part.startswith(("Bug reports", "Not run"))
+        ]
         named = {part.partition("\n")[0]: f"## {part}" for part in there}
         parts = [*(named | {part.partition("\n")[0].removeprefix("## "): part for part in parts}).values()]
     head = HEAD.format(phases=PHASES, scenes=", ".join(f"`{name}`" for name in SCENES))
