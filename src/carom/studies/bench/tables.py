@@ -276,10 +276,11 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         [point for curve in bench.curves for point in curve.points if not point.reason],
         title=f"{name}: all points",
         note=f"{formatting.capitalised(plan.error.meaning)}; the largest over {formatting.count(plan.phases, 'start')} "
-        "that are spread evenly over a step. -1 +2: missed and invented impacts over all starts; the error is "
-        "then that of all other impacts. Times are medians over rounds. Spread: distance between the quartiles, "
-        "divided by the median. Empty world: a step of one disc at rest. Call: one Python call, divided by its "
-        "number of steps. Net: the rest. Whole: with preparation. Ratios compare with PIT at the same step in "
+        "that are spread evenly over a step. -1 +2: one impact is missed and two are invented over all starts; the "
+        "error is then that of all other impacts. Times are medians over rounds. Spread is the distance between the "
+        "quartiles, divided by the median. Empty world is the time of a step with one disc at rest. Call is the time "
+        "of one Python call, divided by its number of steps. Net is the time per step without these two. Whole is the "
+        "time of all steps and of the preparation. Ratios compare with PIT at the same step in "
         "the same round. Times are valid for this machine and session; only ratios can be compared with others.",
         folded="The numbers of all points, and the commands that repeat them",
         css="cells",
