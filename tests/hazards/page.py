@@ -131,13 +131,11 @@ NOTES = {
     "How slow discs still bounce": "Two equal discs of radius 0.5 m meet head-on. A cell shows their speed after the "
     "impact divided by that before, which must be 1.",
     "What is driven": "A driven edge strikes a disc head-on. A cell shows the disc's speed relative to the edge "
-    "after the "
-    "impact, divided by that before, which must be 1. At 1 m/s the edge meets a disc of radius 0.5 m that approaches "
-    "at "
-    "2 m/s. At 65 m/s it meets a disc of radius 2 m at rest. In the last test a disc of radius 0.25 m is between a "
-    "wall "
-    "and a piston that moves at 0.5 m/s, and the gap is closed after 3 s. The cells show the largest speed of the disc "
-    "until 3.5 s, and by how far its centre is beyond the wall or the piston, which must be 0.",
+    "after the impact, divided by that before, which must be 1. At 1 m/s the edge meets a disc of radius 0.5 m that "
+    "approaches at 2 m/s. At 65 m/s it meets a disc of radius 2 m at rest. In the last test a disc of radius 0.25 m "
+    "is between a wall and a piston that moves at 0.5 m/s, and after 3 s the gap is too small for the disc. The cells "
+    "show the largest speed of the disc until 3.5 s, and by how far its centre is beyond the wall or the piston, "
+    "which must be 0.",
     "A gas": f"The table shows by how much the energy of the 25 discs of {GAS} changes in 20 s at 60 steps a second, "
     "from "
     f"{GAS_STARTS} starts. Because the scene is chaotic, another build of an engine gives other numbers of the same "
