@@ -256,7 +256,7 @@ def _findings() -> Iterator[Finding]:
         "planck": ("swept", "event-driven"), "jolt": ("swept",), "rapier2d": ("swept",), "rapier": ("swept",),
     }.items():  # fmt: skip
         for profile in profiles:
-            yield Finding("velocity error in engines/film / speed", name, profile, _film().scene, film_error, 0.0)
+            yield Finding("velocity error / speed in engines/film", name, profile, _film().scene, film_error, 0.0)
     for says, seconds in CHAOTIC.items():
         scene = _entry(GAS).scene.model_copy(update={"duration_s": seconds})
         yield Finding(says, "mujoco", "default", scene, off_the_plane, 0.0, count=GAS_STARTS)
