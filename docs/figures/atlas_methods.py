@@ -24,7 +24,7 @@ CUT = ("located",)
 RESHAPED = ("cylinder", "cylinder-plain")
 #: Attacks of the stress campaign that the atlas tells of, with the heading of their column.
 ATTACKS = {
-    "tunnelling": "passes through discs from speed x dt / radius",
+    "tunnelling": "speed x dt / radius from which discs are missed",
     "slow": "slow impacts do not bounce below, m/s",
     "mass-ratio": "mass ratio",
     "grazing": "misses grazes from 1 - b/R",

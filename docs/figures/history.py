@@ -64,109 +64,131 @@ ENTRIES = (
     Entry(
         "pymunk",
         "5.7.0,6.3.0,6.6.0,6.9.0,6.11.1,7.0.0,7.2.0,7.3.1",
-        "Version 7 changed the interface and not one bit of the physics: from 6.3.0 on every cell is equal, and from 5.7.0 to "
-        "6.3.0 what differs is rounding. Bare, as shipped, at 32 phases, the discs of all scenes end with the same bits in 6.3.0 and 7.3.1, and within 1e-14 of "
-        "them in 5.7.0 (`tests/engines/test_engine_releases.py`). Release 5.4.1 bounces right, but reports no contact "
-        "to the "
-        "adapter: it is not run.",
+        "Version 7 changed the interface, but no result. From 6.3.0 on every cell is bit-identical, and 5.7.0 "
+        "differs from 6.3.0 by rounding only. A test runs the engine without Carom's adapter, from 32 starts "
+        "within a step (`tests/engines/test_engine_releases.py`). The final states of all scenes are "
+        "bit-identical in 6.3.0 and 7.3.1, and differ by at most 1e-14 in 5.7.0. Release 5.4.1 computes "
+        "bounces correctly, but reports no contact to the adapter, so it is not run.",
     ),
     Entry(
         "planck",
         "1.0.5..1.5",
-        "Not one bit has moved. Bare, as shipped, at 32 phases, the discs of all scenes end with the same bits in 1.0.5 and 1.5.0 "
-        "(`tests/engines/test_engine_releases.py`).",
+        "All results are bit-identical. A test runs the engine without Carom's adapter, from 32 starts within "
+        "a step (`tests/engines/test_engine_releases.py`). The final states of all scenes are bit-identical "
+        "in 1.0.5 and 1.5.0.",
     ),
     Entry(
         "mujoco",
         "3.0.0,3.1.0,3.2.0,3.3.0,3.5.0,3.10.0,3.17.0,4.0.0",
-        "Nothing here is worse or better by MuJoCo's own doing: what differs beyond rounding are settings, shipped "
-        "limits of its collision detection and, from 4.0.0 on, the speculative contacts that `tuned` asks for. Bare, with the contacts of `default`, at 32 "
-        "phases, the discs of all scenes end with the same bits in 3.0.0 and 3.3.0, and within 1e-13 of them in 4.0.0 (`tests/engines/test_engine_releases.py`).",
+        "The computation of MuJoCo itself did not get worse or better. All differences beyond rounding come "
+        "from settings: from the limits of collision detection that a release has by default, and from 4.0.0 "
+        "on also from speculative contacts, which `tuned` switches on. A test runs the engine without Carom's "
+        "adapter, from 32 starts within a step, with the contacts of `default` "
+        "(`tests/engines/test_engine_releases.py`). The final states of all scenes are bit-identical in 3.0.0 "
+        "and 3.3.0, and differ by at most 1e-13 in 4.0.0.",
     ),
     Entry(
         "rapier2d",
         ">=0.18",
-        "0.20.0 changed nearly every cell, and ships with a prediction distance of 20 mm instead of 2 mm, so `default` is called neither better nor "
-        "worse. Bare, as each ships, over 32 phases: slow bounces that 0.12 and 0.13 had lost are whole again. Discs "
-        "in a row exchange velocities at each phase; before, up to .19 of the fastest was wrong, and up to .11 in "
-        "`cradle-gaps`. In `perfectly-inelastic` the discs end .50 mm from their places at each phase in 0.19.3, and "
-        ".03 mm at most since (`tests/engines/test_engine_releases.py`). With the settings of "
-        "`tuned`, by which nothing is looked for ahead, discs overlapped before they turned; since 0.20.0, at each "
-        "phase, some turn .9 to 1.2 steps before they meet. It also reports each contact again in the next step, with "
-        "half the impulse, until 0.21.0, whose motion is bit-identical. So a reader of contacts sees impacts twice; "
-        "Carom's adapter leaves out contacts of bodies that separate. "
-        "Before 0.18 its contacts are gone when an adapter can read them.",
+        "0.20.0 changed nearly every cell. Its default prediction distance is 20 mm instead of 2 mm, so Carom "
+        "does not call `default` better or worse. A test runs the engine without Carom's adapter, from 32 "
+        "starts within a step, with the default settings of each release "
+        "(`tests/engines/test_engine_releases.py`). Releases 0.12 and 0.13 lost slow bounces, and 0.20.0 has "
+        "them again. In 0.20.0 discs in a row exchange their velocities from each start. Before, velocities "
+        "in a row were wrong by up to 0.19 of the greatest speed, and in `cradle-gaps` by up to 0.11. In "
+        "`perfectly-inelastic` the final positions are wrong by 0.50 mm in 0.19.3, and by at most 0.03 mm "
+        "since 0.20.0. With the settings of `tuned` the prediction distance is 0. Before 0.20.0 discs then "
+        "overlapped before their velocities changed. Since 0.20.0 some velocities change 0.9 to 1.2 steps "
+        "before the discs meet, from each start. 0.20.0 also reports each contact again in the next step, "
+        "with half the impulse. In 0.21.0 this is corrected, and the motion is bit-identical to that of "
+        "0.20.0. Carom's adapter ignores contacts of bodies that separate, so it does not count such an "
+        "impact twice. Before 0.18 an adapter cannot read contacts, because Rapier has already removed them.",
     ),
-    Entry("rapier", ">=0.36", "The registry serves two releases, which are equal to the bit."),
+    Entry(
+        "rapier",
+        ">=0.36",
+        "npm and PyPI offer two releases, whose results are bit-identical.",
+    ),
     Entry(
         "dart",
         "6.16.2,6.17.1,6.18.0,6.19.0,6.19.5,6.20.0",
-        "6.20.0 makes spheres spheres. Until 6.19 the shipped detector took spheres and planes for meshes, so "
-        "contacts lean out of the plane. Up to 1.2 of the fastest speed is wrong at the end of `sorting` (4.6e-5 "
-        "since). In `box` a disc turns 22 to 30 times where 13 are right; in 6.16.2 it leaves the box without one. In "
-        "`cradle-gaps` velocities end .2 to .38 off (4e-5 since), in `head-on` 7.3e-6 at most (1.7e-5 since). In "
-        "`restitution-ladder` a disc turns 8 to 10 times where 8 are right (8 since), in 6.16.2 once. In `bank-shot` "
-        "velocities turn 1 or 2 times there, 3 since. Bare, over 32 phases (`tests/engines/test_engine_releases.py`). "
-        "Discs that meet off centre end on the other side of their "
-        "right places. `tuned` asks for split impulses, which "
-        "came with 6.20.",
+        "Until 6.19 the default detector replaced spheres and planes by meshes, so the normals of contacts "
+        "pointed out of the plane. Since 6.20.0 spheres are spheres. A test runs the engine without Carom's "
+        "adapter, from 32 starts within a step (`tests/engines/test_engine_releases.py`). In `sorting` the "
+        "final velocities were wrong by up to 1.2 times the greatest speed; since 6.20.0 the largest error is "
+        "4.6e-5. In `cradle-gaps` the error was 0.2 to 0.38, and is now 4e-5. In `head-on` the error was at "
+        "most 7.3e-6, and is now 1.7e-5. In `box` a disc must change its velocity 13 times. In 6.16.2 the "
+        "disc leaves the box without a bounce, from 6.17 to 6.19 its velocity changes 22 to 30 times, and "
+        "since 6.20.0 the number is right. In `restitution-ladder` 8 changes are right: 6.16.2 has one, 6.17 "
+        "to 6.19 have 8 to 10, and 6.20.0 has 8. In `bank-shot` 3 changes are right: 6.16.2 has 1 or 2, and "
+        "all later releases have 3. Position errors of discs that meet off centre have changed their sign "
+        "since 6.20.0. `tuned` uses split impulses, which exist since 6.20.",
     ),
     Entry(
         "drake",
         "1.31.0,1.35.0,1.37.0,1.40.0,1.48.0,1.51.1",
-        "Not one bit has moved, but that a body is given a stiffness of its own, 1e6 N/m, from 1.37 on at the latest, which is `default`; `tuned` "
-        "asks for one. Releases before 1.31 end the process with NumPy 2, and are not run.",
+        "With equal settings all results are bit-identical. From 1.37 on (1.36 was not run) Drake gives a "
+        "body a contact stiffness of 1e6 N/m, which changes the results of `default`. `tuned` sets its own "
+        "stiffness. Releases before 1.31 end the process with NumPy 2, so they are not run.",
     ),
-    Entry("pybullet", ">=3.2.6", "3.2.6 was built for NumPy 1 and fails with NumPy 2, so that there is no history."),
+    Entry(
+        "pybullet",
+        ">=3.2.6",
+        "Release 3.2.6 was built for NumPy 1 and fails with NumPy 2, so there is only one release to run.",
+    ),
     Entry(
         "matter",
         "0.10.0,0.12.0,0.14.2,0.16.1,0.17.1,0.18.0,0.19.0,0.20.0",
-        "Two changes. Until 0.12 `Body.setMass` left a body the moment of inertia that it was made with; from 0.14.0 on inertia follows the mass, "
-        "and discs, which are polygons that turn, bounce otherwise. Bare, over 32 phases, with the same threshold set "
-        "(`tests/engines/test_engine_releases.py`): velocities end nearer to the right ones in `sorting` (.109 of the "
-        "fastest off, .206 before) and `cradle-gaps` (.074, .094 before). In `restitution-ladder` a disc turns 7 "
-        "times, 6 before, where 8 are right, though it ends .31 of its speed off, .038 before. Velocities end farther "
-        "off in `oblique-3-4-5` (.083 to .087, .082 to .083 before) and `paper/late` (.019 to .021, .012 before). In "
-        "`box` a disc ends 1.1 to 1.5 m from its place, .60 to .80 m before. In `perfectly-inelastic` the discs begin "
-        "to touch once at each phase in both. Until 0.12 they were then pushed up to .13 m apart, and since they stay "
-        "together. What the table calls worse is an error of 4.1e-11 m/s in 2 m/s; before it was rounding. "
-        "Release 0.19.0 takes part of a slow bounce away: in `sorting` the last of five discs end .238 of the fastest "
-        "speed off at each phase. 0.13.0 needs a "
-        "page and does not run.",
+        "Two releases changed results, 0.14 and 0.19. Until 0.12 a body kept its moment of inertia when "
+        "`Body.setMass` changed its mass. From 0.14.0 on the moment of inertia follows the mass. Discs are "
+        "polygons that turn, so this changes their bounces. A test runs the engine without Carom's adapter, "
+        "from 32 starts within a step, and with one threshold for slow bounces "
+        "(`tests/engines/test_engine_releases.py`). Errors of velocities are divided by the greatest speed. "
+        "From 0.12 to 0.14 the error of the final velocities falls from 0.206 to 0.109 in `sorting` and from "
+        "0.094 to 0.074 in `cradle-gaps`. The error grows from at most 0.083 to 0.087 in `oblique-3-4-5`, "
+        "from 0.012 to at most 0.021 in `paper/late`, and from 0.038 to 0.31 in `restitution-ladder`. In "
+        "`restitution-ladder` a disc must change its velocity 8 times; 0.12 has 6 changes, and 0.14 has 7. In "
+        "`box` the final position of a disc is wrong by 0.60 to 0.80 m until 0.12, and by 1.1 to 1.5 m since "
+        "0.14. In `perfectly-inelastic` both releases find the impact from each start. Until 0.12 the engine "
+        "then pushed the discs up to 0.13 m apart; since 0.14 the discs stay together. The table calls "
+        "`perfectly-inelastic` worse, because an error of 4.1e-11 m/s at 2 m/s is larger than the earlier "
+        "rounding. Release 0.19.0 reduces the speed after a slow bounce: in `sorting` the error of the final "
+        "velocities grows to 0.238 from each start. Release 0.13.0 needs a web page, so it is not run.",
     ),
     Entry(
         "jolt",
         "0.29.0,0.31.0,0.33.0,0.34.0,0.36.0,0.38.1,1.0.0,1.1.0",
-        "Not one bit has moved, though each release is another build.",
+        "All results are bit-identical, although each release is a separate build.",
     ),
     Entry(
         "havok",
         "1.3.5..1.3.14",
-        "Not one bit has moved. Releases before 1.3.3 do not tell their limit of speed, and are not run.",
+        "All results are bit-identical. Releases before 1.3.3 do not report their speed limit, so they are not run.",
     ),
     Entry(
         "cannon",
         "0.9.1,0.10.0,0.12.0,0.15.1,0.16.0,0.17.1,0.19.0,0.20.0",
-        "Not one bit has moved. Releases before 0.9.1 need a package that they do not name, and do not load.",
+        "All results are bit-identical. Releases before 0.9.1 need a package that they do not declare. These "
+        "releases do not load, so they are not run.",
     ),
 )
 
 # ruff: noqa: E501 - lines of the page are as long as they are
 HEAD = """# Engines over their releases
 
-`make history` runs releases from the engines' registries with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`.
-[A change counts](../reference/diff.md#releases-of-an-engine) as the engine's if the settings read back are equal and the motion differs over {phases} phases of the step.
-`phase only`, `other settings`, `other contacts` and `not judged` are counted only. [Regressions](../how-to/regressions.md) does the same for your engine.
+`make history` runs older releases of each engine with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`. A *cell* is a scene with a profile.
+Carom [attributes a change to the engine](../reference/diff.md#releases-of-an-engine) if both releases used equal settings and the ranges of a number over {phases} starts within a step do not overlap.
+Cells in the columns `phase only`, `other settings`, `other contacts` and `not judged` are only counted. The page [Regressions](../how-to/regressions.md) explains how to compare releases of your engine.
 """
 
-THREADS = """## Threads that name a release
+THREADS = """## Bug reports that name a release
 
-| thread | what it says | tried |
+| report | content | tested? |
 | --- | --- | --- |
-| [rapier #973](https://github.com/dimforge/rapier/pull/973) | continuous detection reworked, a day before #974 | no: of the same line of releases; npm's newest, 0.21.0, moves as 0.20.0 does, to the bit |
-| [rapier #974](https://github.com/dimforge/rapier/issues/974) | restitution has almost no effect in 0.35.0-beta.0 | no: npm and PyPI list no release of 0.35; the crate was not built |
-| [box2d #1094](https://github.com/erincatto/box2d/pull/1094) | restitution is deferred into the solver and behaves otherwise | no: npm lists one release of `box2d3-wasm`, 5.2.0, so there is nothing to compare it with |
-| [newton #4103](https://github.com/newton-physics/newton/pull/4103) | a new solution of its XPBD solver's restitution, still off by default | yes: bare, with a `gap` of 0 and restitution on, over 32 phases (`tests/engines/bare_releases.py`). 1.5.2 has the old kernel, 1.6.1 the new. In both, `head-on` ends with the right velocities to 6e-8 of the fastest, and `oblique-3-4-5` ends alike to 3e-6. As the thread says, two discs that meet with restitution 0 (`issues/newton-4103`) rebound in 1.5.2, with .039 to .076 of the speed of closing, and go on together in 1.6.1, to 4e-7 m/s. One disc into two that touch gains .75 to .91 of the energy in 1.5.2, .95 to .97 since. A cradle that touches loses .42 to .66, .20 to .54 since (`tests/engines/test_engine_releases.py`). Both leave restitution off by default |
+| [rapier #973](https://github.com/dimforge/rapier/pull/973) | continuous detection was rewritten, a day before #974 | No, because no later release was available: the results of npm's newest, 0.21.0, are bit-identical to those of 0.20.0 |
+| [rapier #974](https://github.com/dimforge/rapier/issues/974) | restitution has almost no effect in 0.35.0-beta.0 | No, because npm and PyPI list no release 0.35. The Rust crate was not built |
+| [box2d #1094](https://github.com/erincatto/box2d/pull/1094) | the solver applies restitution later, so results differ | No, because npm lists only one release of `box2d3-wasm`, 5.2.0 |
+| [newton #4103](https://github.com/newton-physics/newton/pull/4103) | the solver XPBD computes restitution in a new way, which is still off by default | Yes, without Carom's adapter, with a `gap` of 0 and restitution on, from 32 starts within a step (`tests/engines/bare_releases.py`). 1.5.2 has the old method, 1.6.1 the new one. In both releases the final velocities of `head-on` are right to 6e-8 of the greatest speed, and those of `oblique-3-4-5` agree to 3e-6. In 1.5.2 two discs with restitution 0 (`issues/newton-4103`) rebound with 0.039 to 0.076 of the closing speed, as the report states. In 1.6.1 they stay together to 4e-7 m/s. If one disc hits two that touch, energy grows by 75 to 91 % in 1.5.2 and by 95 to 97 % in 1.6.1. A cradle of touching discs loses 42 to 66 % of its energy in 1.5.2, and 20 to 54 % in 1.6.1 (`tests/engines/test_engine_releases.py`). Restitution is off by default in both releases |
 """
 
 
@@ -202,7 +224,9 @@ def main(names: list[str]) -> None:
         sys.stdout.write("\n".join(history_document(found).lead) + f"\n{found.elapsed_s:.0f} s\n")
     missing = "## Not run here\n\n" + "\n".join(lacking) + "\n" if lacking else ""
     if names:  # the others' parts stay as they are
-        there = [part for part in PAGE.read_text().split("\n## ")[1:] if not part.startswith(("Threads", "Not run"))]
+        there = [
+            part for part in PAGE.read_text().split("\n## ")[1:] if not part.startswith(("Bug reports", "Not run"))
+        ]
         named = {part.partition("\n")[0]: f"## {part}" for part in there}
         parts = [*(named | {part.partition("\n")[0].removeprefix("## "): part for part in parts}).values()]
     head = HEAD.format(phases=PHASES, scenes=", ".join(f"`{name}`" for name in SCENES))

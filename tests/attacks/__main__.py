@@ -119,10 +119,12 @@ ATTACKS = {
         200,
         kills.attack,
     ),
-    "clocks": Attack("wrong clocks of engines", "a time or a message; other engines are timed", 500, clocks.attack),
+    "clocks": Attack(
+        "wrong clocks of engines", "Carom shows a time or a message, and times the other engines", 500, clocks.attack
+    ),
     "clusters": Attack(
         "a cluster that loses its worker or its scheduler",
-        "the work is finished, or a message; a resumed run has a bit-identical journal",
+        "Carom finishes the work or shows a message; a resumed run has a bit-identical journal",
         30,
         clusters.attack,
     ),
@@ -133,26 +135,26 @@ ATTACKS = {
         extreme_numbers.attack,
     ),
     "disks": Attack(
-        "a disk that is full from some byte on",
-        "a message and exit code 2; with free space the final result is the same",
+        "a disk that becomes full while Carom writes",
+        "Carom shows a message and exits with 2; with free space the final result is the same",
         6,
         disks.attack,
     ),
     "imports": Attack(
         "engine files with random changes: pickles, MJCF, dumps",
-        "a scene that loads without a difference, or a message; no program is started",
+        "the result is a scene that loads without a difference, or a message; no program is started",
         5_000,
         imports.attack,
     ),
     "programs": Attack(
         "wrong answers of engine programs, wrong requests to `carom serve`",
-        "a true result for the program; other results do not change; each line gets an answer",
+        "the program's result is true, other results do not change, and each line gets an answer",
         2_000,
         programs.attack,
     ),
     "play": Attack(
         "hostile names and links, and damaged blocks, of the play page",
-        "only Carom's script runs; a scene or a message",
+        "only Carom's script runs, and the page shows a scene or a message",
         1_000,
         play.attack,
     ),
@@ -164,13 +166,13 @@ ATTACKS = {
     ),
     "sizes": Attack(
         "scenes with 1e5 points, legs, discs or walls",
-        "an exit code from 0 to 4, within 2 minutes of processor time and 2 GB",
+        "the command exits with a code from 0 to 4, within 2 minutes of processor time and 2 GB",
         50,
         sizes.attack,
     ),
     "surroundings": Attack(
         "closed streams, unusual arguments and environments, read-only and full disks, two commands in one folder",
-        "an exit code from 0 to 4, and a message",
+        "the command exits with a code from 0 to 4 and shows a message",
         300,
         environments.attack,
     ),

@@ -40,7 +40,9 @@ SPEEDS = (0.01, 0.08, 0.15, 0.5, 0.9, 1.1, 5.0)
 
 GAS = "engines/gas-of-25"
 #: Findings of chaotic runs, and their seconds.
-CHAOTIC = {f"metres off the plane of 25 free spheres, after {seconds} s": float(seconds) for seconds in (4, 8, 20)}
+CHAOTIC = {
+    f"largest distance of 25 free spheres from the plane after {seconds} s, m": float(seconds) for seconds in (4, 8, 20)
+}
 #: Drake's tuned gas takes minutes a start, and a located one asks for some 48 steps an impact.
 NO_GAS = {("drake", "tuned")}
 
@@ -213,47 +215,52 @@ class Finding:
 
 def _findings() -> Iterator[Finding]:
     for speed in (5.0, 1.0, 0.5, 0.1):
-        yield Finding(f"parts over closing, {speed:g} m/s", "drake", "default", head_on(speed), parted, 1.0)
+        yield Finding(
+            f"separation speed / closing speed, {speed:g} m/s", "drake", "default", head_on(speed), parted, 1.0
+        )
     for speed in (1.0, 0.1, 0.01):
-        yield Finding(f"parts over closing, {speed:g} m/s", "drake", "tuned", head_on(speed), parted, 1.0)
+        yield Finding(f"separation speed / closing speed, {speed:g} m/s", "drake", "tuned", head_on(speed), parted, 1.0)
     for mass in (1.0, 100.0, 10000.0):
-        says = f"parts over closing, 5 m/s, discs of {mass:g} kg"
+        says = f"separation speed / closing speed, 5 m/s, discs of {mass:g} kg"
         yield Finding(says, "ode", "default", head_on(5.0, mass_kg=mass), parted, 1.0)
     plastic = head_on(5.0).model_copy(update={"restitution": 0.0})
-    yield Finding("parts over closing, 5 m/s, restitution 0", "ode", "default", plastic, parted, 0.0)
+    yield Finding("separation speed / closing speed, 5 m/s, restitution 0", "ode", "default", plastic, parted, 0.0)
     for pixels in (60, 110, 130, 300, 1200):
         scene = head_on(pixels / 128)
-        for name, changes in (("free", {}), ("locked", {"locked": True})):
-            says = f"parts over closing, {pixels} pixels a second, {name}"
+        for name, changes in (("discs can turn", {}), ("discs cannot turn", {"locked": True})):
+            says = f"separation speed / closing speed, {pixels} pixels per second, {name}"
             yield Finding(says, "matter", "default", scene, parted, 1.0, changes)
     yield Finding(
-        "parts over closing, 110 pixels a second, locked, 5 velocity iterations",
+        "separation speed / closing speed, 110 pixels per second, discs cannot turn, 5 velocity iterations",
         "matter", "default", head_on(110 / 128), parted, 1.0, {"locked": True, "velocityIterations": 5},
     )  # fmt: skip
     for name in ("rapier", "rapier2d"):
         for gap in (0.001, 0.002, 0.005):
             for rate in (60, 240, 960) if gap == 0.001 else (60,):
-                says = f"changed of the speed in passing at {1000 * gap:g} mm, {rate} Hz"
+                says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, {rate} Hz"
                 yield Finding(says, name, "default", passing(gap, dt_s=1 / rate), turned_aside, 0.0)
     for name in ("box2d3", "jolt", "physx"):
         for gap in (0.001, 0.005):
-            says = f"changed of the speed in passing at {1000 * gap:g} mm, 60 Hz"
+            says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, 60 Hz"
             yield Finding(says, name, "default", passing(gap), turned_aside, 0.0)
     for closing in (100.0, 160.0, 199.0):
         yield Finding(
-            f"parts over closing, {closing:g} m/s, discs of 5 m", "dart", "default", large(closing), parted, 1.0
+            f"separation speed / closing speed, {closing:g} m/s, discs of 5 m",
+            "dart",
+            "default",
+            large(closing),
+            parted,
+            1.0,
         )
     for name, profiles in {
         "planck": ("swept", "event-driven"), "jolt": ("swept",), "rapier2d": ("swept",), "rapier": ("swept",),
     }.items():  # fmt: skip
         for profile in profiles:
-            yield Finding(
-                "velocity error of engines/film over the speed", name, profile, _film().scene, film_error, 0.0
-            )
+            yield Finding("velocity error / speed in engines/film", name, profile, _film().scene, film_error, 0.0)
     for says, seconds in CHAOTIC.items():
         scene = _entry(GAS).scene.model_copy(update={"duration_s": seconds})
         yield Finding(says, "mujoco", "default", scene, off_the_plane, 0.0, count=GAS_STARTS)
-    says = "leaves a paddle of {:g} m/s, of the speed at which they met: {}"
+    says = "separation speed / closing speed at a paddle of {:g} m/s ({})"
     yield Finding(says.format(1, "a mocap body"), "mujoco", "default", paddled(1.0, disc_m_s=1.0), left_mocap, 1.0)
     for drive in (1.0, 5.0):
         scene = paddled(drive, disc_m_s=drive)
@@ -305,7 +312,7 @@ def off_the_plane(adapter: Adapter, scene: Scene, profile: str) -> float:
 
 
 def _swept() -> Iterator[Finding]:
-    says = "parts over closing, discs of 5 cm, {} m/s at one {}"
+    says = "separation speed / closing speed, discs of radius 5 cm, {} m/s, {}"
     for engine, profiles in {
         "planck": ("tuned", "swept", "event-driven"),
         "box2d3": ("swept",),
@@ -320,19 +327,20 @@ def _swept() -> Iterator[Finding]:
     }.items():
         for profile in profiles:
             for both in (False, True):
-                target = "that meets it" if both else "at rest"
+                target = "both move" if both else "one at rest"
                 yield Finding(says.format(100, target), engine, profile, head_on(100.0, 0.05, both=both), parted, 1.0)
             if engine == "planck":
-                yield Finding(says.format(1000, "at rest"), engine, profile, head_on(1000.0, 0.05), parted, 1.0)
+                yield Finding(says.format(1000, "one at rest"), engine, profile, head_on(1000.0, 0.05), parted, 1.0)
 
 
 def _far_out() -> Iterator[Finding]:
+    small = "separation speed / closing speed, discs of radius 5 cm"
     for x in (10.0, 17.0, 30.0, 60.0, 100.0):
         for speed in (10.0, 100.0):
-            says = f"parts over closing, discs of 5 cm, {speed:g} m/s at one at rest, {x:g} m out"
+            says = f"{small}, {speed:g} m/s, one at rest, {x:g} m from the origin"
             yield Finding(says, "planck", "event-driven", head_on(speed, 0.05, at_m=x), parted, 1.0)
     yield Finding(
-        "parts over closing, discs of 5 cm, 100 m/s at one at rest, 100 m out", "planck", "swept",
+        f"{small}, 100 m/s, one at rest, 100 m from the origin", "planck", "swept",
         head_on(100.0, 0.05, at_m=100.0), parted, 1.0,
     )  # fmt: skip
 
@@ -340,25 +348,27 @@ def _far_out() -> Iterator[Finding]:
 def _heavy() -> Iterator[Finding]:
     for profile in ("default", "tuned"):
         for mass_kg in (1e2, 1e4, 1e6):
-            says = f"parts over closing, 5 m/s, discs of {mass_kg:g} kg"
+            says = f"separation speed / closing speed, 5 m/s, discs of {mass_kg:g} kg"
             for name in ("cannon", "p2"):
                 yield Finding(says, name, profile, head_on(5.0, mass_kg=mass_kg), parted, 1.0)
         for rate in (60, 240, 960):
             scene = head_on(5.0).model_copy(update={"frame_rate_hz": float(rate)})
-            yield Finding(f"parts over closing, 5 m/s, {rate} Hz", "p2", profile, scene, parted, 1.0)
+            yield Finding(f"separation speed / closing speed, 5 m/s, {rate} Hz", "p2", profile, scene, parted, 1.0)
 
 
 def _lost() -> Iterator[Finding]:
     for speed in (1.99, 2.01):
-        yield Finding(f"parts over closing, {speed:g} m/s", "physx", "default", head_on(speed), parted, 1.0)
+        yield Finding(
+            f"separation speed / closing speed, {speed:g} m/s", "physx", "default", head_on(speed), parted, 1.0
+        )
     for profile in ("default", "tuned"):
         for rate in (30, 60, 120, 240, 960):
             scene = head_on(5.0).model_copy(update={"frame_rate_hz": float(rate)})
-            yield Finding(f"parts over closing, 5 m/s, {rate} Hz", "havok", profile, scene, parted, 1.0)
-        says = "energy left of an oblique impact at 5 m/s, 60 Hz"
+            yield Finding(f"separation speed / closing speed, 5 m/s, {rate} Hz", "havok", profile, scene, parted, 1.0)
+        says = "energy after / before an oblique impact at 5 m/s, 60 Hz"
         yield Finding(says, "havok", profile, _entry("classics/oblique-3-4-5").scene, energy_left, 1.0)
         for gap in (0.001, 0.005):
-            says = f"changed of the speed in passing at {1000 * gap:g} mm, 60 Hz"
+            says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, 60 Hz"
             yield Finding(says, "havok", profile, passing(gap), turned_aside, 0.0)
 
 
@@ -423,10 +433,10 @@ def _changed(adapter: Adapter, profile: str, scene: Scene) -> float:
 
 #: What is driven, by columns of the page: a scene, what is read of it, what mechanics says.
 DRIVEN: dict[str, tuple[Scene, Callable[[Adapter, Scene, str], float], float]] = {
-    "leaves a paddle of 1 m/s": (paddled(1.0, disc_m_s=2.0), left_paddle, 1.0),
-    "leaves one of 65 m/s": (paddled(65.0, radius_m=2.0), left_paddle, 1.0),
-    "crushed: m/s at most": (_crush(), fastest_crushed, math.inf),
-    "crushed: metres beyond": (_crush(), beyond_crushed, 0.0),
+    "separation / closing speed, paddle of 1 m/s": (paddled(1.0, disc_m_s=2.0), left_paddle, 1.0),
+    "separation / closing speed, paddle of 65 m/s": (paddled(65.0, radius_m=2.0), left_paddle, 1.0),
+    "crushed disc: largest speed, m/s": (_crush(), fastest_crushed, math.inf),
+    "crushed disc: distance beyond a wall, m": (_crush(), beyond_crushed, 0.0),
 }
 
 

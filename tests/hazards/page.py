@@ -63,7 +63,7 @@ def _findings(figures: Sequence[Figure]) -> Table:
             Column("figure", lambda figure: figure.of),
             Column("right", lambda figure: _said(figure.spread.right), number=True),
             *map(said, ("least", "median", "most")),
-            Column("starts off", lambda figure: figure.spread.share, number=True),
+            Column("starts with an error", lambda figure: figure.spread.share, number=True),
         ],
         [figure for figure in figures if figure.table == "findings"],
     )
@@ -77,7 +77,7 @@ def _gas(figures: Sequence[Figure]) -> Table:
         [
             Column("method", lambda figure: Method(figure.engine, figure.profile).label),
             *map(said, ("least", "median", "most")),
-            Column("starts off", lambda figure: figure.spread.share, number=True),
+            Column("starts with an error", lambda figure: figure.spread.share, number=True),
         ],
         [figure for figure in figures if figure.table == "gas"],
     )
@@ -89,7 +89,7 @@ def _changes(adapters: Sequence[Adapter]) -> Table:
         for adapter in adapters
         for name, reason in adapter.profiles.get("default", adapter.profiles["tuned"]).changed.items()
     ]
-    heads = ("engine", "not as shipped", "but")
+    heads = ("engine", "changed setting", "value and reason")
     return Table([Column(head, itemgetter(k)) for k, head in enumerate(heads)], rows)
 
 
@@ -131,18 +131,17 @@ NOTES = {
     "How slow discs still bounce": "Two equal discs of radius 0.5 m meet head-on. A cell shows their speed after the "
     "impact divided by that before, which must be 1.",
     "What is driven": "A driven edge strikes a disc head-on. A cell shows the disc's speed relative to the edge "
-    "after the "
-    "impact, divided by that before, which must be 1. At 1 m/s the edge meets a disc of radius 0.5 m that approaches "
-    "at "
-    "2 m/s. At 65 m/s it meets a disc of radius 2 m at rest. In the last test a disc of radius 0.25 m is between a "
-    "wall "
-    "and a piston that moves at 0.5 m/s, and has no room after 3 s. The cells show its greatest speed until 3.5 s, and "
-    "the distance of its centre beyond the wall or the piston, which must be 0.",
+    "after the impact, divided by that before, which must be 1. At 1 m/s the edge meets a disc of radius 0.5 m that "
+    "approaches at 2 m/s. At 65 m/s it meets a disc of radius 2 m at rest. In the last test a disc of radius 0.25 m "
+    "is between a wall and a piston that moves at 0.5 m/s, and after 3 s the gap is too small for the disc. The cells "
+    "show the largest speed of the disc until 3.5 s, and by how far its centre is beyond the wall or the piston, "
+    "which must be 0.",
     "A gas": f"The table shows by how much the energy of the 25 discs of {GAS} changes in 20 s at 60 steps a second, "
     "from "
     f"{GAS_STARTS} starts. Because the scene is chaotic, another build of an engine gives other numbers of the same "
     f"size.",
-    "Findings": "These are single findings about engines. The column right has the correct value.",
+    "Findings": "Each row is one finding about an engine. The column 'right' has the correct value, and the next "
+    "three columns show the measured values over all starts.",
 }
 
 
@@ -151,8 +150,8 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
     lead = (
         "This page shows scenes in which engines go wrong. Each scene runs from many starts, which shift it within a "
         f"step. A cell shows from how many of {STARTS} starts the value is wrong by more than {percent(OFF)}, and the "
-        "smallest and largest value of all starts. Steps are 1/60 s unless stated otherwise. The rows of 'pit' show "
-        f"the errors that follow from checking for overlap once per step alone. Values within {number(SHOWN_TO)} of a "
+        "smallest and largest value of all starts. Steps are 1/60 s unless stated otherwise. The rows 'pit' show "
+        f"PIT, whose errors all come from checking for overlap once per step. Values within {number(SHOWN_TO)} of a "
         "whole number are shown as this number.",
         f"Measured on {versions}. 'make hazards' writes this page. "
         "'make test-engines' compares it with new measurements.",
@@ -164,7 +163,7 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
 
 
 CHANGES = (
-    "Everything that the profile default changes from the shipped settings, except for the scene itself (shapes, "
-    "masses, states, gravity). Tests read each shipped value from the engine, and compare the bare engine with the "
-    "profile."
+    "The table lists everything that the profile default changes in the shipped settings. It does not list the scene "
+    "itself (shapes, masses, states, gravity). Tests read each shipped value from the engine, and compare the profile "
+    "with the engine without Carom."
 )

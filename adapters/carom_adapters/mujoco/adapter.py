@@ -97,7 +97,7 @@ adapter = EngineAdapter(
             _default,
             capabilities=replace(CAPABILITIES, continuous_detection=False),
             changed={
-                "stiffness": "solref -1000 0, a common contact spring: with the default, 0.02 1, nothing bounces",
+                "stiffness": "solref is -1000 0, a common spring, because nothing bounces with the default 0.02 1",
                 "damping": "of the contact spring, for the scene's restitution",
                 "friction": OF_THE_SCENE,
                 "condim": "1, a contact without friction, if the scene has none",

@@ -282,7 +282,7 @@ typedef struct Contact {
     int64_t feature; /* number of the feature, or NO_FEATURE if the second body is a disc */
 } Contact;
 
-typedef struct LastContact { /* what the next impact of a disc needs to know about an earlier one */
+typedef struct LastContact { /* data of an impact of a disc with which its next impact is compared */
     double latest;           /* upper bound of its time since the start; -INF for none */
     double nx;
     double ny;

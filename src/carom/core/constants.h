@@ -92,7 +92,7 @@
 #define CAROM_CELL_MARGIN 0x1p-10
 #define CAROM_COORDINATE_ERROR 0x1p-48
 /* Largest number of cells per disc, which limits memory. With more cells, too few discs are in each to justify the
-   crossings. Chosen, not tuned. */
+   crossings. The value is chosen, not tuned. */
 #define CAROM_CELLS_PER_DISC 4.0
 /* Additional cells for each edge, arc or vertex of a wall. Let n of these be along the rim of m by m cells. Then a cell
    at the rim lists n / 4m of them, and a disc crosses about as many cells on the way to it if m^2 = n / 4. */
@@ -142,9 +142,9 @@
 #define CAROM_SWEEP_WORK 12.0
 #define CAROM_SWEEP_WIDTH 4.0
 /* If skipping has cost more than it saved, frames use the plain loop until the excess is at most this part of their
-   cost. Chosen, not tuned. */
+   cost. The value is chosen, not tuned. */
 #define CAROM_EXCESS_PART 0x1p-6
-/* Number of frames for which savings count. Chosen, not tuned. */
+/* Number of frames for which savings count. The value is chosen, not tuned. */
 #define CAROM_SAVED_FRAMES 64.0
 
 /* ---- falls.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */

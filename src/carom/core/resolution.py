@@ -40,8 +40,8 @@ def clock_resolution(time_s: float) -> float:
 
 
 def too_far_out() -> InputError:
-    """Return the error for an impact of discs so far from the origin that floats can't tell their centres apart."""
+    """Return the error for an impact so far from the origin that floats can't represent the distance of two discs."""
     return InputError(
-        f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats do not tell their "
-        "centres apart: end the run before that, or move the scene to the origin"
+        f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats cannot represent "
+        "the distance of their centres: end the run earlier, or move the scene to the origin"
     )

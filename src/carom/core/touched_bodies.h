@@ -16,7 +16,7 @@
 #include "carom/core/constants.h"
 
 enum {
-    /* In the plane, two normals that are not parallel fix a velocity. The third is for a wall that occurs twice. */
+    /* In the plane, two normals that are not parallel fix a velocity. A third is needed for a wall that occurs twice. */
     MOST_TOUCHED = 3
 };
 

@@ -275,7 +275,7 @@ def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
     if not isinstance(one, Face) or not isinstance(other, Face):
         return False
     (ax, ay), (bx, by) = _along(one), _along(other)
-    dot = ax * bx + ay * by  # the same for the normals, which are these directions turned by 90 degrees
+    dot = ax * bx + ay * by  # the normals have the same product: they are these directions turned by 90 degrees
     if dot == 0:
         return True
     square = dot * dot / ((ax * ax + ay * ay) * (bx * bx + by * by))

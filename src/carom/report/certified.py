@@ -48,7 +48,7 @@ def certified_document(certified: CertifiedTrace, most: int) -> Document:
             ),
         ),
         range(min(most, len(certified))),
-        title=f"{certified.trace.scene.name}: every digit proven",
+        title=f"{certified.trace.scene.name}: every digit is proven",
         note=f"and {left_out} more" if left_out > 0 else "",
     )
     blocks: tuple[Table, ...] = (table,) if most and len(certified) else ()

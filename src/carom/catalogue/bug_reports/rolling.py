@@ -32,7 +32,7 @@ def mbsim_49() -> Staged:
 
 
 def tailuge_298() -> Staged:
-    """A cut shot in which friction holds the balls together: the object ball leaves off the line of centres."""
+    """In a cut shot friction holds the balls together, so the object ball does not leave along the line of centres."""
     radius, speed, k, (nx, ny) = 0.028575, 2.0, 0.4, (0.8, 0.6)
     discs = [
         Disc(position_m=(-speed * _HIT_S, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius, inertia_factor=k),

@@ -42,7 +42,7 @@ def _sorting() -> Staged:
 
 @marked(Tag.UNSTABLE)
 def _galperin_100() -> Staged:
-    """A mass of 100 drives a mass of 1 against a wall: 31 impacts."""
+    """A mass of 100 drives a mass of 1 against a wall, which causes 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
     radius_light, radius_heavy = 0.1, 0.3
     # Gaps to the wall, with every radius and diameter between removed.
@@ -111,7 +111,7 @@ def _three_in_line() -> Staged:
 
 @marked(Tag.UNSTABLE)
 def _between_fixed() -> Staged:
-    """A disc bounces between two immovable discs, along their axis: an unstable periodic orbit."""
+    """A disc bounces between two immovable discs along their axis. This periodic orbit is unstable."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
     discs = [disc(-half_distance, 0, fixed, math.inf), disc(0, speed, radius), disc(half_distance, 0, fixed, math.inf)]

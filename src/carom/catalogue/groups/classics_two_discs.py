@@ -52,13 +52,13 @@ def _deflection() -> Staged:
 
 @marked(Tag.GRAZING)
 def _graze() -> Staged:
-    """A disc grazes another at .999 of the contact distance: a short, shallow overlap."""
+    """A disc grazes another at .999 of the contact distance, so the overlap is short and shallow."""
     return meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
 @marked(Tag.GRAZING)
 def _miss() -> Staged:
-    """A disc passes another at 1.001 of the contact distance: no impact."""
+    """A disc passes another at 1.001 of the contact distance, so there is no impact."""
     # The discs are nearest after .6 s, at 1.001 contact distances.
     contact, speed, nearest = 0.5, 3.0, 0.6
     discs = [disc(-speed * nearest, speed, 0.3), disc(1.001j * contact, 0, 0.2)]
@@ -67,7 +67,7 @@ def _miss() -> Staged:
 
 
 def _touching_apart() -> Staged:
-    """Two discs touch at the start and move apart: no impact."""
+    """Two discs touch at the start and move apart, so there is no impact."""
     radius = 0.25
     discs = [disc(-radius, -1 + 0.5j, radius), disc(radius, 2 + 0.25j, radius)]
     scene = scene_of(discs, duration_s=1.0)

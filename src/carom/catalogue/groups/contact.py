@@ -87,7 +87,7 @@ def _bounce_to_roll() -> Staged:
 
 
 def _lands_sliding() -> Staged:
-    """A disc lands with slip left after infinitely many sliding bounces, slides, and rolls after 19/10 s."""
+    """A disc still slips after infinitely many sliding bounces. It then slides, and rolls after 19/10 s."""
     source = "Geometric series of the hops, which all slide: docs/theory/contact.md"
     slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
     answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
@@ -95,7 +95,7 @@ def _lands_sliding() -> Staged:
 
 
 def _between_thresholds() -> Staged:
-    """A slope holds a rolling disc but not a bouncing one: the disc lands sliding, and rolls after 3/8 s."""
+    """Friction on a slope is enough for rolling but not for bouncing: the disc lands sliding, and rolls after 3/8 s."""
     source = "Bounces hold a slip on slopes up to f (1 + 1/k)(1 + e)/2 = .675, contact up to f (1 + 1/k) = .9"
     rolled, lasts = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
     answer = (rolled + 2 * lasts + 4 * lasts**2 / 2, 2.0 + 4 * lasts, -2.0 - 4 * lasts)
@@ -191,7 +191,7 @@ def _struck() -> Staged:
 
 
 def _edge() -> Staged:
-    """A disc rolls over the end of an edge at 3 m/s, and flies off: gravity can't bend its path around the end."""
+    """A disc rolls over the end of an edge at 3 m/s, and is too fast for gravity to keep it in contact."""
     speed, end, duration = 3.0, 1.0, 1.0
     flown = duration - end / speed
     discs = [disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
@@ -231,7 +231,7 @@ def _in_a_corner(spin: float, source: str, place_m: float, speed: float, after: 
 
 
 def _corner() -> Staged:
-    """A disc that spins in the corner of floor and wall stays there: contact in a corner is not solved."""
+    """A disc spins in the corner of floor and wall and stays there. PIC cannot compute contact in a corner."""
     source = (
         "Irodov, Problems in General Physics: f (1 + f)/(1 + f^2) g/(k R) slows the spin, to 0 after 17/10 s and "
         "17 rad, while the centre stays"

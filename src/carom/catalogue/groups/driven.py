@@ -120,7 +120,7 @@ def _piston() -> Staged:
 
 
 def _crush() -> Staged:
-    """A piston and a wall leave a disc no room after 3 s: before that, infinitely many impacts come ever faster."""
+    """After 3 s a gap between piston and wall is too small for a disc, which has infinitely many impacts before."""
     pressed = _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
     source = (
         "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so that (v - U) times the room stays the same; "
@@ -183,7 +183,7 @@ def _paddle_to_and_fro() -> Staged:
 
 
 def _fast_cup() -> Staged:
-    """A cup with a ball at rest in it flies past at 20 m/s: it pushes the ball along, and never lets it out."""
+    """A ball starts at rest inside a cup that flies at 20 m/s: the cup pushes the ball, which never leaves it."""
     radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
     cup = edges(2j, 0 - 1j, width - 1j, width + 2j, velocity_m_s=(drive, 0.0))
     scene = scene_of([disc(place, 0, radius)], walls=[cup], duration_s=0.4)

@@ -23,7 +23,7 @@ def _fallen(position: complex, velocity: complex, time_s: float, pull: complex =
 
 
 def _free_fall() -> Staged:
-    """A disc is thrown and meets nothing: any error at the end is the integrator's."""
+    """A disc is thrown and meets nothing, so any error at the end comes from the integrator."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
     scene = scene_of(discs=[disc(start, velocity, 0.15)], gravity_m_s2=vector(FALL), duration_s=duration)
     final = [_fallen(start, velocity, duration)]

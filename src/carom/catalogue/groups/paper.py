@@ -23,20 +23,20 @@ _seen = partial(meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWAR
 
 
 def _missed() -> Staged:
-    """Two discs meet and separate between two frames: PIT never sees them touch (figures 2 and 3)."""
+    """Two discs meet and separate between two frames, so PIT misses their impact (figures 2 and 3)."""
     # Half the chord is R sqrt(1 - .8^2) = .3 m long. At 12 m/s, the discs pass it in .6 of a frame, which is less than
     # the rest of the frame.
     return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
 
 def _late() -> Staged:
-    """Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5)."""
+    """Two discs meet just after a frame: PIT finds the impact a frame late, so paths are wrong (figures 4 and 5)."""
     # The deep overlap lasts several frames, so PIT can't miss it; .9 of a frame passes before the next check.
     return _seen((4 + 0.5j, -2), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
 
 
 def _wrong_direction() -> Staged:
-    """A green disc strikes a blue one, which bounces off a red one: with PIT at a wrong angle (figures 6 and 7)."""
+    """A green disc strikes a blue one, which bounces off a red one, in PIT at a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
     green, blue = 7, -1 + 0j
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ
@@ -57,7 +57,7 @@ def _wrong_direction() -> Staged:
 
 
 def _multiple() -> Staged:
-    """A heavy disc clips four light ones within one frame: PIT sees only some of the impacts (figures 8 and 9)."""
+    """A heavy disc clips four light ones within one frame: PIT finds only some of the impacts (figures 8 and 9)."""
     heavy, radius, small = 8.0, 0.35, 0.12
     velocity, centre, time = 14 + 0j, 0j, 8.1 / _FILM_HZ
     discs = [disc(-velocity * time, velocity, radius, heavy)]

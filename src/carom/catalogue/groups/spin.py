@@ -68,7 +68,7 @@ def _slide() -> Staged:
 
 
 def _edge() -> Staged:
-    """A disc hits a floor exactly at the limit between sticking and sliding, where both give the same."""
+    """A disc hits a floor exactly at the limit between sticking and sliding, where both have the same result."""
     return _on_floor((0.9, -2.0), (0.6, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
@@ -88,18 +88,18 @@ def _striker_slide() -> Staged:
 
 
 def _throw_slide() -> Staged:
-    """A cut shot with little friction: the object disc is thrown off the line of centres by 2.86 degrees."""
+    """In a cut shot with little friction, the object disc leaves 2.86 degrees off the line of centres."""
     after = ((42 / 25, -56 / 25), (83 / 25, 56 / 25))
     return _two((0.8, 0.6), (5.0, 0.0), 0.0, after, (0.4, 0.4), friction=0.05)
 
 
 def _throw_stick() -> Staged:
-    """A cut shot with much friction: the discs grip each other, and the throw is 7.13 degrees."""
+    """In a cut shot with much friction the discs stick. The object disc leaves 7.13 degrees off the line of centres."""
     return _two((0.8, 0.6), (5.0, 0.0), 0.0, ((1.5, -2.0), (3.5, 2.0)), (1.0, 1.0), friction=1.0)
 
 
 def _gearing() -> Staged:
-    """A cut shot with the spin at which the discs roll on each other: friction has no effect, however large."""
+    """In a cut shot the discs roll on each other because of their spin, so friction of any size has no effect."""
     return _two((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
 
 
@@ -138,7 +138,7 @@ def _between_plates(
 
 
 def _plates() -> Staged:
-    """Between two rough plates the speed along them falls to a third at every bounce, as if velocity were lost."""
+    """A disc bounces between two rough plates: at every bounce its speed along them falls to a third."""
     states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
     source = f"{_CROSS}; rolling on one plate meets the other at twice the slip, so v' = v (1 - k)/(1 + k)"
     return _between_plates(states, 3.0, 2.0, 0.937, source)
@@ -173,7 +173,7 @@ def _superball(states: int) -> list[tuple[float, float]]:
 
 
 def _superball_table() -> Staged:
-    """A superball thrown under a table comes back to the hand: floor, table, floor."""
+    """A superball is thrown under a table. It bounces off floor, table and floor, and comes back to the hand."""
     return _between_plates(_superball(3), 1.0, 2.0, 1.0, _GARWIN, wall_tangential_restitution=1.0)
 
 
@@ -199,7 +199,7 @@ def _superball_hop() -> Staged:
 
 
 def _strip() -> Staged:
-    """A superball bounces 500 times between two plates: it never gets away along them, but moves to and fro."""
+    """A superball bounces 500 times between two plates. It moves to and fro along them and never escapes."""
     turn, rounds = math.acos(-7 / 9), 250
     states = []
     for n in range(rounds):

@@ -104,7 +104,7 @@ def _wedge(degrees: float, start: complex, velocity: complex) -> Staged:
 
 
 def _wedge_of_sixty() -> Staged:
-    """A disc is thrown into a corner of 60 degrees: three impacts, and the order of the first two decides."""
+    """A disc is thrown into a corner of 60 degrees: it has three impacts, and the order of the first two matters."""
     return _wedge(60.0, 4 + 1j, -2 + 0.3j)
 
 
@@ -123,7 +123,7 @@ def _corner_of_forty_five() -> Staged:
 
 
 def _wedge_of_twelve() -> Staged:
-    """A disc is thrown into a corner of 12 degrees, and comes out after fifteen impacts: 180 degrees over 12."""
+    """A disc is thrown into a corner of 12 degrees, and comes out after fifteen impacts, which are 180/12."""
     return _wedge(12.0, 5 + 0.4j, -2 + 0.2j)
 
 
@@ -135,7 +135,7 @@ def _star() -> Staged:
 
 
 def _whispering_gallery() -> Staged:
-    """A disc skims along a circular wall at a thousandth of a radian: a hundred impacts in 12 degrees."""
+    """A disc meets a circular wall at a thousandth of a radian, so it has a hundred impacts within 12 degrees."""
     rho, radius, delta, count = 1.0, 0.25, 1e-3, 100
     velocity, chord = cmath.exp(1j * (math.pi / 2.0 + delta)), 2.0 * rho * math.sin(delta)
     scene = scene_of(
@@ -215,7 +215,7 @@ def _fagnano() -> Staged:
 
 
 def _seam() -> Staged:
-    """A disc glances off a floor of ten pieces in one line: one impact, and none at the seams."""
+    """A disc glances off a floor of ten pieces in one line: it has one impact, and none at the seams."""
     radius, velocity, time = 0.25, 5 - 2j, 0.51
     floor = edges(-5, 5, pieces=10)
     start = complex(0.0625, radius) - velocity * time

@@ -29,7 +29,7 @@ typedef struct TripleDouble {
 /* Largest number of terms of an exact sum: the discriminant of two discs has as many. */
 enum { MOST_TERMS = 768 };
 
-/* One machine instruction, whereas `fmin` would be a call. Neither argument may be NaN. */
+/* This is one machine instruction, while `fmin` would be a call. Neither argument may be NaN. */
 static inline double lesser(double a, double b) {
     return a < b ? a : b;
 }

@@ -46,8 +46,8 @@ static inline double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDo
     DoubleDouble twice = {2.0 * gap.high, 2.0 * gap.low};
     DoubleDouble d = discriminant_from_gap(speed, twice, pull);
     if (!(d.high > 0.0)) {
-        /* The disc is pushed back before it arrives. Or it is inside the wall by a rounding, and is pulled down before
-           it gets out. */
+        /* The disc is pulled back before it reaches the wall. Or rounding places the disc inside the wall, and it is
+           pulled back before it leaves the wall. */
         return a > 0.0 ? CAROM_INF : linear_root(speed, pull);
     }
     if (w > 0.0 && !(s > 0.0))

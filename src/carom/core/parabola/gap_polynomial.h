@@ -37,7 +37,7 @@ typedef struct CircleGap {
     bool is_closed;
 } CircleGap;
 
-/* Which product of the position and a vector f a `LineGap` is. */
+/* The product of the position and a vector f that a `LineGap` contains. */
 typedef enum LineKind {
     ACROSS, /* fy x - fx y: the distance to the right of the line along f, times the length of f */
     ALONG,  /* fx x + fy y */

@@ -6,8 +6,8 @@
    ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles share the first list, which is empty.
 
    No disc can be in a tile that is wholly behind a wall. Such a tile has the list of all obstacles, which misses none.
-   A tile at the rim has no outer limit, but its list is valid only up to one. A disc beyond the area of the lists
-   checks all obstacles. */
+   A tile at the rim has no outer limit, but its list is valid only for OUTWARD cells beyond the grid. A disc outside
+   this area checks all obstacles. */
 
 #pragma once
 

@@ -12,9 +12,9 @@
 #include "carom/core/pit/state.h"
 
 enum {
-    /* up to this many discs are all treated as near each other. Measured: a search in nine cells costs as much */
+    /* up to this many discs, all are treated as near each other, since searching nine cells takes as long */
     FEW_DISCS = 36,
-    LISTS_PER_DISC = 2, /* at least, so that most cells have a list of their own */
+    LISTS_PER_DISC = 2, /* least number of lists per disc, so that most cells have a list of their own */
 };
 
 /* Return the row or column of a position that is measured in cells. It is a nondecreasing function. */

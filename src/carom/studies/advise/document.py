@@ -325,7 +325,7 @@ def _fails(answer: Advised, found: StepRange) -> str:
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield the reasons why searches ended."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
-        yield f"No finer step was tested because {ending.value}: {formatting.join_words(names)}."
+        yield f"No finer step of {formatting.join_words(names)} was tested, because {ending.value}."
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
@@ -352,7 +352,7 @@ def _deciding(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) 
     where = (
         f"between {body_name(impact.first)} and {body_name(impact.second)} at {formatting.number(impact.time_s, 4)} s"
     )
-    which = "Deciding impact (the only one)" if impacts == 1 else f"Deciding impact (the hardest of {impacts})"
+    which = "The only impact is" if impacts == 1 else f"The hardest of {impacts} impacts is"
     window = impact.limit.window
     if window is None:
         return f"{which} {where}: {impact.cause.value}."

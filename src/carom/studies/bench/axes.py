@@ -61,7 +61,7 @@ _LABELS = {
     ErrorKind.POSITION: "largest position error at the end, % of a radius",
 }
 _MEANINGS = {
-    ErrorKind.IMPACT: "error of the worst impact: the larger of time over duration and velocity over greatest speed",
+    ErrorKind.IMPACT: "error of the worst impact: time error / duration or velocity error / greatest speed, the larger",
     ErrorKind.TIME: "time error of the worst impact, divided by the scene's duration",
     ErrorKind.VELOCITY: "velocity error of the worst impact, divided by the scene's greatest speed",
     ErrorKind.DIRECTION: "direction error of the worst impact, radians",

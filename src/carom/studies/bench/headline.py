@@ -30,7 +30,7 @@ def answers(bench: Bench) -> Iterator[str]:
     if tally:
         best = formatting.join_words([f"{name} on {_scenes_of(name, found, bench)}" for name, _ in tally.most_common()])
         best = best.removesuffix(" on every scene")
-        parts.append(f"fastest engine with at most {wanted}: {best}")
+        parts.append(f"the fastest engine with at most {wanted} is {best}")
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
     lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
     if lossy:
@@ -73,19 +73,19 @@ def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best
     if sound:
         parts += _engines(scene, sound, target, kind)
         others = [best for curve, best in sound if curve.engine != sound[0][0].engine]
-        parts += [f"next is {_describe_point(best, kind)}" for best in others[:next_best]]
+        parts += [f"the next engine is {_describe_point(best, kind)}" for best in others[:next_best]]
     elif lossy := [best for _, best in ranked if best is not None]:
         best = lossy[0]
         if best.lost:
             parts.append(
                 f"every engine misses or invents impacts at every step; the best is {_method(best)}, which "
-                f"{losses(best)}{_ms(best)} with steps of {formatting.step(best.dt_s)}"
+                f"{losses(best)}{_ms(best)} at steps of {formatting.step(best.dt_s)}"
             )
         else:
             parts.append("the scene has no error to measure")
     else:
         parts.append("no engine was scored")
-    return f"{scene.scene.name}: {'; '.join(parts)}."
+    return f"{scene.scene.name}: {'. '.join([parts[0], *map(formatting.capitalised, parts[1:])])}."
 
 
 def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float, kind: ErrorKind) -> Iterator[str]:
@@ -94,7 +94,7 @@ def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float,
     if cheap is None:
         which = "the most accurate engine"
         if best.error > target:  # without a timing pass, no engine is the cheapest
-            which = f"no engine reaches {wanted} at the tested steps; the most accurate"
+            which = f"no engine reaches {wanted} at the tested steps. The most accurate"
         yield f"{which} is {_describe_point(best, kind)}"
     elif cheap.at == best.at:
         described = f"{_describe_point(best, kind)}{_ratio(scene, best)}"
@@ -102,13 +102,14 @@ def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float,
     else:
         cost = ""
         if cheap.timing:
-            cost = f"{milliseconds(cheap.timing.advance_s)} ms with steps of {formatting.step(cheap.dt_s)}"
-        yield f"the fastest engine with at most {wanted} is {_method(cheap)}: {cost}{_ratio(scene, cheap)}"
+            cost = f" with {milliseconds(cheap.timing.advance_s)} ms at steps of {formatting.step(cheap.dt_s)}"
+        yield f"the fastest engine with at most {wanted} is {_method(cheap)}{cost}{_ratio(scene, cheap)}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 
 
 def _describe_point(point: Point, kind: ErrorKind) -> str:
-    return f"{_method(point)}: {error_text(point.error, kind)}{_ms(point)} with steps of {formatting.step(point.dt_s)}"
+    error = error_text(point.error, kind)
+    return f"{_method(point)}: {error} error{_ms(point)} at steps of {formatting.step(point.dt_s)}"
 
 
 def _method(point: Point) -> str:
@@ -123,4 +124,4 @@ def _ratio(scene: SceneBench, point: Point) -> str:
     exact = scene.exact
     if exact is None or exact.timing is None or point.timing is None:
         return ""
-    return f", {formatting.ratio(run_s(point) / run_s(exact))} PIC's run time"
+    return f" ({formatting.ratio(run_s(point) / run_s(exact))} PIC's time)"

@@ -24,10 +24,11 @@ from carom.studies.bench.result import Bench, Curve, Point, SceneBench, best_fir
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
-    "The best method is first. Least error: the smallest over all steps that find every impact at every start; "
-    "without such a step, the missed (-) and spurious (+) impacts at the best step. Columns headed by an error: "
-    "run time of the fastest step that reaches this error and finds every impact; empty if no step does. Order: "
-    "slope of error against step on logarithmic axes, without steps that miss an impact or reach rounding. "
+    "The best method is first. The least error is the smallest error of all steps that find every impact at every "
+    "start. If there is no such step, the column shows the missed (-) and spurious (+) impacts of the best step. A "
+    "column headed by an error shows the run time of the fastest step that reaches this error and finds every impact; "
+    "it is empty if no step does. The order is the slope of error against step on logarithmic axes, without steps that "
+    "miss an impact or reach rounding. "
     "Checking once per step has order 1. An interval below 1/2 counts as not converging."
 )
 TABLE_SHORT = "ms: run time; order: error grows as step^order; -n, +n: missed, spurious impacts"
@@ -270,12 +271,14 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         ),
         [point for point in bench.points if not point.reason],
         title=f"{name}: all points",
-        note=f"{formatting.capitalised(plan.error.meaning)}; the largest over {formatting.count(plan.phases, 'start')} "
-        "that are spread evenly over a step. -1 +2: missed and invented impacts over all starts; the error is "
-        "then that of all other impacts. Times are medians over rounds. Spread: distance between the quartiles, "
-        "divided by the median. Empty world: a step of one disc at rest. Call: one Python call, divided by its "
-        "number of steps. Net: the rest. Whole: with preparation. Ratios compare with PIT at the same step in "
-        "the same round. Times are valid for this machine and session; only ratios can be compared with others.",
+        note=f"{formatting.capitalised(plan.error.meaning)}. It is the largest error over "
+        f"{formatting.count(plan.phases, 'start')} that are spread evenly over a step. -1 +2: one impact is missed and "
+        "two are invented over all starts; the error is then that of all other impacts. Times are medians over rounds. "
+        "Spread is the distance between the quartiles, divided by the median. Empty world is the time of a step with "
+        "one disc at rest. Call is the time of one Python call, divided by its number of steps. Net is the time per "
+        "step without these two. Whole is the time of all steps and of the preparation. Ratios compare with PIT at "
+        "the same step in the same round. Times are valid for this machine and session; only ratios can be compared "
+        "with others.",
         folded="The numbers of all points, and the commands that repeat them",
         css="cells",
         only=Media.IN_FULL,

@@ -31,7 +31,7 @@ METHOD_DETAIL = (
     f"one. {Mark.WRONG.symbol} in a corner: an impact is missed in at least one scene of the group. "
 )
 METHOD_SHORT = "impacts: - missed, + invented; error: largest velocity or spin error over PIT's{median}"
-SCENE_NOTE = "Largest errors. Time: + is late. n/a: missed or parted. ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
+SCENE_NOTE = "Errors are the largest of a run. Time: + is late. n/a: missed or parted. ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
 
 #: Marks that are counted together, by column heading.
 _COUNTED = {

@@ -52,7 +52,7 @@ def _describe_run(cell: GridCell) -> str:
         return f"{formatting.join_words(lost)} of {formatting.count(cell.expected, 'impact')}"
     if cell.matched and cell.mark not in (Mark.EXACT, Mark.EXACT_32):
         if cell.errors.velocity > cell.rounding:
-            return f"velocities off by {formatting.percent(cell.errors.velocity)} of the greatest speed"
+            return f"velocities are wrong by {formatting.percent(cell.errors.velocity)} of the greatest speed"
         if late_s := cell.time_error_s:
             return f"{formatting.number(abs(late_s) * 1e3, 3)} ms {'late' if late_s > 0 else 'early'}"
     return cell.mark.word

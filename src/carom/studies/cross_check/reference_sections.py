@@ -39,7 +39,8 @@ def reference_section(grid: Grid) -> Section:
         times = reference.impacts["time_s"]
         reliable = len(times) if until_s is None else int((times <= until_s).sum())
         if until_s is not None and until_s < reference.contact_s and reliable < len(times):
-            said.append(f"reliable for {reliable} of {len(times)} impacts, to {formatting.seconds(until_s)}")
+            until = formatting.seconds(until_s)
+            said.append(f"the reference is reliable for {reliable} of {len(times)} impacts, up to {until}")
         if said:
             lines.append(f"{name}: {'; '.join(said)}.")
     rests = [

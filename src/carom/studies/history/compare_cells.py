@@ -235,7 +235,7 @@ def _rounding(ran: ReleaseRun) -> float:
 #: Measures of the motion, which do not depend on contact listeners.
 _MOTION = (
     _Measure(
-        "error of final velocities, over the greatest speed",
+        "error of final velocities, divided by the greatest speed",
         lambda run: _largest_error(run.off_m_s) / run.speed_m_s,
         _rounding,
     ),

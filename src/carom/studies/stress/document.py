@@ -38,7 +38,10 @@ NOTES = {
 #: ranking.
 SENTENCES = 4
 
-HEAT = "One character per test, worst first. =: passed. 0 to 9: passed tenths of the axis. -: not run."
+HEAT = (
+    "Each character is one test, the worst first. =: the method passes. 0 to 9: it passes this many tenths of the "
+    "axis. -: the test was not run."
+)
 
 #: Largest number of methods that are named in a sentence. More are counted.
 FEW = 3
@@ -281,7 +284,7 @@ def _summary(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> I
     asked = [formatting.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
     attacked = kinds["attack"] if len(results.methods) <= SENTENCES else ()
     yield from (_describe_method(results, kinds["attack"], method) for method in results.methods if attacked)
-    for kind, good, does in (("attack", CellEnding.PASSES, "passed"), ("relation", CellEnding.HOLDS, "kept")):
+    for kind, good, does in (("attack", CellEnding.PASSES, "passed"), ("relation", CellEnding.HOLDS, "passed")):
         if attacked and kind == "attack":
             continue
         passed: dict[int, list[str]] = {}

@@ -42,12 +42,12 @@ def test_compiled_code_runs_every_kind_of_motion() -> None:
 
 
 def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -> None:
-    """Discs that have fallen for 5e8 s meet at 1e18 m, where floats do not tell their centres apart."""
+    """Discs that have fallen for 5e8 s meet at 1e18 m, where floats cannot represent the distance of their centres."""
     scene = falling(duration_s=1e9, frame_rate_hz=1e-7)
     discs = [disc.model_copy(update={"velocity_m_s": (4e-9 * (k == 0), 0.0)}) for k, disc in enumerate(scene.discs)]
     scene = scene.model_copy(update={"discs": tuple(discs)})
     for form in (plain, *compiled_forms().values()):
-        with pytest.raises(InputError, match="do not tell their centres apart"):
+        with pytest.raises(InputError, match="cannot represent the distance"):
             finished(scene, FrameClock(rate_hz=1e-7), form)
 
 
