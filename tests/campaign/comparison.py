@@ -50,6 +50,8 @@ class Kind(StrEnum):
     NOTE = "note of an ending"
     #: PIC states this: it is counted, and no finding.
     LOW_HOPS = "contact where hops are lower than a gap's resolution"
+    #: Likewise of a disc that an impact may lift off the wall that it is in contact with.
+    KEPT_CONTACT = "contact kept where rounding decides whether a disc hops"
 
 
 class Difference(NamedTuple):
