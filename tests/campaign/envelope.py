@@ -7,8 +7,8 @@ be said of how much a run amplifies them. The envelope ends where its balls no l
 from there on rounding may change the order of events.
 
 What a ball holds exactly is not widened where the law does not round it either. A disc that an impact with restitution
-0 has left on a driven wall has that wall's normal velocity exactly, and floats can hold it exactly. Friction and any
-restitution other than 0 and 1 round, even if their exact result is a float.
+0 has left on a wall at rest has no normal velocity, exactly. Friction, a driven wall and any restitution other than 0
+and 1 round, even if their exact result is a float.
 """
 
 from __future__ import annotations
@@ -287,7 +287,9 @@ class _Widened:
         restitution, drag = self._law_of(meeting)
         if drag or not bodies.spin[i].is_exact():
             bodies.spin[i] = bodies.spin[i] + arb(0, spin_rad_s)
-        rounds = bool(drag) or restitution not in {0.0, 1.0}
+        second = self.bodies.trace_body(meeting.second)
+        is_driven = second < 0 and not self.scene.arrays.drive_of_wall(wall_index(second)).stands
+        rounds = bool(drag) or is_driven or restitution not in {0.0, 1.0}
         if not self.scene.table_deceleration_m_s2:
             bodies.x[i], bodies.y[i] = self._wider(bodies.x[i], bodies.y[i], gap_m)
             bodies.vx[i], bodies.vy[i] = (
