@@ -219,13 +219,15 @@ class Campaign:
         out = Path("reports") / self.program.replace(".", "-")
         parser.add_argument("--out", type=Path, default=out, help=f"folder for cases with findings ({out})")
         parser.add_argument(f"--{self.case}", type=int, help="check only the case of this number")
+        parser.add_argument("--from", type=int, default=0, help="number of the first case without a state (0)")
         for name, size in self.sizes.items():
             parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=size, help=f"({size})")
         chosen = vars(parser.parse_args(arguments))
         check = partial(self.check, **{name: chosen[name] for name in self.sizes})
         number, state, ended = chosen[self.case], chosen["state"], True
         try:
-            tally = Tally() if state is None or number is not None else Tally.load(state)
+            has_state = state is not None and state.exists() and number is None
+            tally = Tally.load(state) if has_state else Tally(begun=chosen["from"])
         except EarlierVersionError as error:
             parser.error(str(error))
         if number is None:

@@ -15,14 +15,17 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from tests.campaign.comparison import Difference, Kind, Record
 from tests.campaign.copies import MANY, Copies
-from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of
+from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of, numbered
 
 from carom import CertifiedTrace, Outcome, Scene
 from carom.core.resolution import clock_resolution
+from carom.model.trace import Mode
 from carom.solvers.certified.result import Degenerate, Ending
 
 #: Ends of certified runs after which no run goes on.
 WITHOUT_END = {Degenerate.COLLAPSE, Degenerate.CRUSH, Degenerate.EDGE}
+#: What PIC states of its limits: counted, and no finding.
+COUNTED = {Kind.LOW_HOPS, Kind.KEPT_CONTACT}
 #: A note that names one body as two.
 _TWICE = re.compile(r"\b((?:wall|disc) \d+) and \1\b")
 
@@ -33,7 +36,7 @@ def compare_with_certified(
     """Return how a run differs from what is proven, in order of time."""
     comparison = _Comparison(scene, certified, record, copies, gap_m)
     found = list(comparison.differences())
-    if any(difference.kind not in {Kind.NOTE, Kind.ROUNDING, Kind.LOW_HOPS} for difference in found):
+    if any(difference.kind not in {Kind.NOTE, Kind.ROUNDING, *COUNTED} for difference in found):
         copies.run(MANY)  # rounding may decide, although the first few agree
         found = list(comparison.differences())
     return sorted(found, key=lambda difference: difference.time_s)
@@ -54,19 +57,25 @@ class _Comparison:
         self.scene, self.certified, self.record, self.copies = scene, certified, record, copies
         self.ours = events_of(scene, record, gap_m)
         self.theirs = events_of(scene, Record.of(certified.trace), gap_m)
-        self._number = {event.name: number for run in (self.theirs, self.ours) for number, event in enumerate(run)}
         self._certified_s = reliable_until(certified)
         self._gap_m, self._landed_s = gap_m, math.inf
+        self._kept = list(self._drop_hops_within_contact())
+        self._number = {event.name: number for run in (self.theirs, self.ours) for number, event in enumerate(run)}
         self._unordered = {number for pair in certified.commuted for number in pair}
 
     def differences(self) -> Iterator[Difference]:
         """Yield what differs before rounding decides, or the certified run ends."""
+        yield from self._kept
         unmatched = {event.name: event for event in self.theirs}
         until_s, alike, is_alike = min(self.copies.horizon_s, self._certified_s), list[Event](), True
+        uncertified = set[int]()  # discs that have had an event which may be after the end of the certified run
         for event in self.ours:
-            proven = unmatched.pop(event.name, None)
+            proven, discs = unmatched.pop(event.name, None), self._movable_discs(event)
+            is_late = proven is None and not event.time_s + self._allowed_s(event) < self._certified_s
+            if is_late or discs & uncertified:
+                uncertified |= discs
             if proven is None:
-                spurious = list(self._of_spurious(event, until_s))
+                spurious = [] if discs <= uncertified else list(self._of_spurious(event, until_s))
                 yield from spurious
                 if any(difference.kind is Kind.LOW_HOPS for difference in spurious):
                     self._landed_s = min(self._landed_s, event.time_s)
@@ -87,6 +96,60 @@ class _Comparison:
         if is_alike:
             yield from self._of_ending(left, known_s)
 
+    def _movable_discs(self, event: Event) -> set[int]:
+        bodies = event.key[: 2 if event.is_impact else 1]
+        return {body for body in bodies if body >= 0 and not self.scene.discs[body].immovable}
+
+    def _drop_hops_within_contact(self) -> Iterator[Difference]:
+        """Drop certified hops of discs in contact that the run cannot resolve and does not have; yield each.
+
+        An impact lifts a disc off the wall that it is in contact with. The next event of the disc is its impact on that
+        wall, and then its landing there. Where the run has the impact that lifts, it has the hop at the same time.
+        """
+        had = {event.name: event for event in self.ours}
+        hops = True
+        while hops:
+            hops = False
+            for start, takeoff in enumerate(self.theirs):
+                hop = self._low_hop_from(start)
+                lift = self.theirs[start - 1]
+                found = had.get(lift.name)
+                if hop is None or found is None:
+                    continue
+                same_time = [event for event in self.ours if not event.is_impact and event.time_s == found.time_s]
+                same_wall = [event.key for event in same_time if event.key[:2] == takeoff.key[:2]]
+                if takeoff.key in same_wall:
+                    continue
+                change = (*takeoff.key[:3], hop[-1].key[3])
+                dropped = {takeoff.name, *(event.name for event in hop)}
+                left = [event for event in self.theirs if event.name not in dropped]
+                if change in same_wall:  # the run has both changes as one
+                    left.insert(start, hop[-1]._replace(key=change))
+                self.theirs, hops = list(numbered(left)), True
+                yield Difference(Kind.KEPT_CONTACT, takeoff.time_s, f"{takeoff.told}, ends {hop[-1].told}")
+                break
+
+    def _low_hop_from(self, start: int) -> list[Event] | None:
+        """Return impact and landing of a certified hop that rounding decides; None if no such hop begins there.
+
+        An impact on a fixed body lifts a disc with a part of the velocity that it gives it. Rounding decides that part
+        where it is lower than the resolution of the normal: that of the gap over the radius. A hop by an impact of two
+        discs may be as high as the resolution of the gap: `docs/theory/contact.md`.
+        """
+        takeoff, lift = self.theirs[start], self.theirs[start - 1]
+        if takeoff.is_impact or takeoff.key[3] != Mode.FLIGHT or start == 0 or not lift.is_impact:
+            return None
+        disc = takeoff.key[0]
+        hop = [event for event in self.theirs[start + 1 :] if disc in event.key[: 2 if event.is_impact else 1]][:2]
+        if len(hop) < 2 or hop[0].key != takeoff.key[:2] or not hop[1].is_landing or hop[1].key[:2] != hop[0].key:
+            return None
+        closing_m_s = hop[0].closing_m_s
+        if lift.key[1] < 0:
+            row = self.certified.trace.impacts[lift.number]
+            given_m_s = math.dist(row["velocity_first_after"], row["velocity_first_before"])
+            return hop if closing_m_s <= given_m_s * self._gap_m / self.scene.discs[disc].radius_m else None
+        return hop if closing_m_s * (hop[0].time_s - takeoff.time_s) <= 4.0 * self._gap_m else None
+
     def _is_in_landing(self, event: Event) -> bool:
         """Whether an event is one of the last bounces before a landing, of which each run resolves another number."""
         if not event.can_bounce:
@@ -99,14 +162,17 @@ class _Comparison:
         """Whether a certified impact ends a hop that is lower than the resolution of a gap: `docs/theory/contact.md`.
 
         Where a disc is pulled back to a body for a time T, and hits it at speed w, it has been w T / 4 away from it.
+        Since its start it has been w T away at most.
         """
         earlier = [other.time_s for other in self.theirs if other.key == event.key and other.time_s < event.time_s]
-        return bool(earlier) and event.closing_m_s * (event.time_s - earlier[-1]) <= 4.0 * self._gap_m
+        if not earlier:
+            return event.closing_m_s * event.time_s <= self._gap_m
+        return event.closing_m_s * (event.time_s - earlier[-1]) <= 4.0 * self._gap_m
 
     def _of_spurious(self, event: Event, until_s: float) -> Iterator[Difference]:
         """Yield an event that the certified run does not have."""
         latest_s = event.time_s + self._allowed_s(event)
-        if not latest_s < self._certified_s or self._is_in_landing(event):
+        if self._is_in_landing(event):
             return
         if event.closing_m_s <= event.closing_own_m_s:
             if event.is_impact:  # PIC leaves out an impact that is rounding, but rounding may end a slip

@@ -26,7 +26,7 @@ from tests.campaign.envelope import (
 
 from carom import Outcome, Scene, Trace
 from carom.core.resolution import clock_resolution
-from carom.model.trace import Mode, body_name
+from carom.model.trace import Mode, body_name, wall_index
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.void]
@@ -50,6 +50,8 @@ class Kind(StrEnum):
     NOTE = "note of an ending"
     #: PIC states this: it is counted, and no finding.
     LOW_HOPS = "contact where hops are lower than a gap's resolution"
+    #: Likewise of a disc that an impact may lift off the wall that it is in contact with.
+    KEPT_CONTACT = "contact kept where rounding decides whether a disc hops"
 
 
 class Difference(NamedTuple):
@@ -209,7 +211,12 @@ class _Comparison:
             yield Difference(Kind.MODE, float(row["time_s"]), text)
             return
         gap_m, speed_m_s = self.envelope.gap_m, event.speed_m_s
-        radius, pull = self.scene.discs[mode.disc].radius_m, math.hypot(*self.scene.gravity_m_s2)
+        radius, friction = (
+            self.scene.discs[mode.disc].radius_m,
+            self.scene.arrays.materials[wall_index(mode.wall)].friction,
+        )
+        # Friction and rolling resistance are in proportion to what presses the disc against the wall.
+        pull = math.hypot(*self.scene.gravity_m_s2) * (1.0 + friction + self.scene.wall_rolling_resistance)
         values = [
             *zip(("x", "y"), row["position"], mode.place, (gap_m, gap_m), strict=True),
             *zip(("vx", "vy"), row["velocity"], mode.velocity, (speed_m_s, speed_m_s), strict=True),

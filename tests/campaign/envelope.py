@@ -6,8 +6,9 @@ a gap (`carom.core.resolution`), a velocity or spin after an impact by the round
 be said of how much a run amplifies them. The envelope ends where its balls no longer decide which event comes next:
 from there on rounding may change the order of events.
 
-What a ball holds exactly is not widened. A disc that an impact with restitution 0 has left on a driven wall has that
-wall's normal velocity exactly, and floats can hold it exactly.
+What a ball holds exactly is not widened where the law does not round it either. A disc that an impact with restitution
+0 has left on a wall at rest has no normal velocity, exactly. Friction, a driven wall and any restitution other than 0
+and 1 round, even if their exact result is a float.
 """
 
 from __future__ import annotations
@@ -283,23 +284,35 @@ class _Widened:
             self._in_contact[i] += 1
             return
         self._in_contact[i] = 0
-        if not bodies.spin[i].is_exact():
+        restitution, drag = self._law_of(meeting)
+        if drag or not bodies.spin[i].is_exact():
             bodies.spin[i] = bodies.spin[i] + arb(0, spin_rad_s)
+        second = self.bodies.trace_body(meeting.second)
+        is_driven = second < 0 and not self.scene.arrays.drive_of_wall(wall_index(second)).stands
+        rounds = bool(drag) or is_driven or restitution not in {0.0, 1.0}
         if not self.scene.table_deceleration_m_s2:
             bodies.x[i], bodies.y[i] = self._wider(bodies.x[i], bodies.y[i], gap_m)
             bodies.vx[i], bodies.vy[i] = (
-                v if v.is_exact() else v + arb(0, speed_m_s) for v in (bodies.vx[i], bodies.vy[i])
+                v if v.is_exact() and not rounds else v + arb(0, speed_m_s) for v in (bodies.vx[i], bodies.vy[i])
             )
             return
         # The deceleration is against the velocity: both are widened together.
         time, at = meeting.time, meeting.at
         (x, y), velocity = bodies.centre_at(i, time), bodies.velocity(i, time, at)
-        vx, vy = (v if v.is_exact() else v + arb(0, speed_m_s) for v in velocity)
+        vx, vy = (v if v.is_exact() and not rounds else v + arb(0, speed_m_s) for v in velocity)
         (x, y), wait = self._wider(x, y, gap_m), time - arb(at)
         bodies.acceleration[i], bodies.contacts.stops[i] = None, None
         bodies.vx[i], bodies.vy[i], bodies.time[i] = vx, vy, at
         bodies.x[i], bodies.y[i] = x - vx * wait, y - vy * wait
         start_deceleration(bodies, i, time, at)
+
+    def _law_of(self, meeting: Meeting) -> tuple[float, float]:
+        """Return restitution, and friction with rolling resistance, between the two bodies of an impact."""
+        scene, second = self.scene, self.bodies.trace_body(meeting.second)
+        if second >= 0:
+            return scene.restitution, scene.friction
+        restitution, friction = scene.arrays.materials[wall_index(second)]
+        return restitution, friction + scene.wall_rolling_resistance
 
     @staticmethod
     def _wider(x: arb, y: arb, by: float) -> tuple[arb, arb]:

@@ -97,10 +97,10 @@ def events_of(scene: Scene, record: Record, gap_m: float) -> list[Event]:
             found.append(_mode_event(scene, record, number, row, gap_m))
         if k < len(record.impacts):
             found.append(_impact_event(scene, record, k))
-    return list(_numbered(event for event in found if not is_in_landing(event, found, AS_LANDING)))
+    return list(numbered(event for event in found if not is_in_landing(event, found, AS_LANDING)))
 
 
-def _numbered(events: Iterable[Event]) -> Iterator[Event]:
+def numbered(events: Iterable[Event]) -> Iterator[Event]:
     """Yield events with how many like them came before."""
     landings: Counter[Key] = Counter()
     seen: Counter[tuple[Key, int]] = Counter()

@@ -14,7 +14,7 @@ from types import FrameType
 from typing import NamedTuple
 
 import numpy as np
-from tests.campaign.certified_comparison import compare_with_certified, reliable_until
+from tests.campaign.certified_comparison import COUNTED, compare_with_certified, reliable_until
 from tests.campaign.comparison import Difference, Kind, Record, compare_with_envelope
 from tests.campaign.copies import Copies
 from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
@@ -73,6 +73,7 @@ class CheckedScene:
         proven: How many of these by a rounding envelope, which decides their order.
         modes: Changes of modes that were compared with a certified run.
         low_hops: Whether contact begins where hops are lower than the resolution of a gap.
+        kept_contact: Whether contact goes on where rounding decides whether a disc hops.
         findings: The first difference of each kind and check.
         seconds: Processor time.
     """
@@ -82,6 +83,7 @@ class CheckedScene:
     proven: int = 0
     modes: int = 0
     low_hops: bool = False
+    kept_contact: bool = False
     findings: list[Finding] = field(default_factory=list)
     seconds: float = 0.0
 
@@ -135,7 +137,8 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
         record = Record.of(trace[0])
         oracle[0].count(record, found)
         differences = oracle[0].differences(record)
-        found.low_hops = any(difference.kind is Kind.LOW_HOPS for difference in differences)
+        kinds = {difference.kind for difference in differences}
+        found.low_hops, found.kept_contact = Kind.LOW_HOPS in kinds, Kind.KEPT_CONTACT in kinds
         return _first_of_each_kind(Check.CERTIFIED, differences)
 
     checks: dict[Check, Callable[[], Iterable[Finding]]] = {
@@ -164,8 +167,7 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
 
 def _first_of_each_kind(check: Check, differences: Sequence[Difference]) -> list[Finding]:
     first = {difference.kind: difference for difference in reversed(differences)}
-    first.pop(Kind.LOW_HOPS, None)
-    return [Finding(check, kind.value, difference.text) for kind, difference in first.items()]
+    return [Finding(check, kind.value, difference.text) for kind, difference in first.items() if kind not in COUNTED]
 
 
 class Oracle:

@@ -23,7 +23,12 @@ def check_number(number: int) -> Checked:
     """Return what a campaign counts of the scene of a number."""
     scene = draw_scene(number)
     checked = check_scene(scene)
-    names = {"low_hops": "contact from low hops", "proven": "order proven", "modes": "changes of modes"}
+    names = {
+        "low_hops": "contact from low hops",
+        "kept_contact": "contact kept",
+        "proven": "order proven",
+        "modes": "changes of modes",
+    }
     sums = {names.get(name, name): getattr(checked, name) for name in ("impacts", "certified", *names)}
     return Checked(
         str(law_of(scene)),

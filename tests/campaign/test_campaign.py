@@ -51,6 +51,9 @@ def test_counts_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[
     tally = Tally.load(state)
     assert tally.findings == [(3, "wrong", "by much")]
     assert tally.most == {"even": {"size": 2}, "odd": {"size": 3}}
+    later = tmp_path / "later.json"
+    assert CASES.main(["--from", "7", "--cases", "2", "--state", str(later)]) == 0
+    assert Tally.load(later).most == {"even": {"size": 8}, "odd": {"size": 7}}
     assert CASES.main(["--case", "3"]) == 1
     assert "case 3: wrong: by much\n    again: python -m tests.campaign.cases --case 3" in capsys.readouterr().out
 

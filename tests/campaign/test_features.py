@@ -19,7 +19,7 @@ from tests.cases import each, release_after
 from tests.scene_builders import sure
 from tests.transformed_scenes import turn_by
 
-from carom import Disc, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
+from carom import Disc, Mode, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
 from carom.solvers.pic import pic_run
 from carom.solvers.run import Run
 
@@ -216,6 +216,32 @@ def test_contact_begins_where_hops_are_lower_than_the_resolution_of_the_gap() ->
     found = check_scene(BOWL, solve_with(sooner))
     assert Kind.EARLY_END.value in kinds_of(found, Check.CERTIFIED)
     assert not found.low_hops
+
+
+@each("number", [26802, 31459, 41057, 43248, 47302, 57329])
+def test_what_roundings_explain_is_no_finding(number: int) -> None:
+    """A collapse that may begin after certified events, friction whose result is a float, a start almost at rest."""
+    assert check_scene(draw_scene(number)).findings == []
+
+
+def test_contact_goes_on_where_rounding_decides_whether_a_disc_hops() -> None:
+    """The normal of an immovable disc is along the wall to rounding. A hop that is certain is missed, however low."""
+    checked = check_scene(draw_scene(23619))
+    assert checked.findings == []
+    assert checked.kept_contact
+
+    def without_hop(trace: Trace) -> Trace:
+        modes = np.delete(sure(trace.modes), 44)
+        modes["after"][43] = Mode.SLIDE
+        modes["impacts"][44:] -= 1
+        spins, edges = np.delete(sure(trace.spins), 31), np.delete(sure(trace.edges), 31)
+        return replace(trace, modes=modes, impacts=np.delete(trace.impacts, 31), spins=spins, edges=edges)
+
+    corner = draw_scene(23403)
+    assert check_scene(corner).findings == []
+    found = check_scene(corner, solve_with(without_hop))
+    assert Kind.MODE.value in kinds_of(found, Check.CERTIFIED)
+    assert not found.kept_contact
 
 
 def test_the_end_of_a_slip_that_is_rounding_is_told_from_others() -> None:

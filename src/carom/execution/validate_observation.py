@@ -65,9 +65,12 @@ class Validator:
         rows.velocity_m_s[row] = found.velocity_m_s
         if found.warning != "":  # most steps have no warning
             plain_text(found.warning, "the warning of an observation")
-        # If the sum of squares is within the limit, each number is. This fast check runs after every step.
+        # If the sum of squares is within the limit, each number is. This fast check runs after every step. The sum of
+        # numbers that are refused below may overflow.
         numbers = rows.numbers[row]
-        if numbers.dot(numbers) <= LARGEST:
+        with np.errstate(over="ignore"):
+            squares = numbers.dot(numbers)
+        if squares <= LARGEST:
             return True
         finite = np.isfinite(numbers)
         if (far := (np.abs(numbers) > LARGEST) & finite).any():

@@ -11,7 +11,7 @@ import pytest
 from tests.cases import each
 
 import carom
-from carom import Chain, Disc, Scene, Wall
+from carom import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import Outcome
 from carom.model.walls import Leg
 
@@ -227,3 +227,44 @@ def test_a_corner_at_a_right_angle_ends_when_the_hops_do_that_friction_causes(ti
     trace = carom.solve_pic(scene)
     assert trace.outcome is Outcome.CORNER
     assert trace.end_time_s == pytest.approx(arrives_s + 9.0 / 8.0 * speed * (1.0 / 8.0 + 1.0 / 12.0), rel=1e-12)
+
+
+@each("kind", ["half-plane", "edge", "circle", "point"])
+@each("restitution", [0.3, 0.6])
+def test_a_corner_that_lifts_a_disc_off_its_ground_ends_when_its_bounces_do(kind: str, restitution: float) -> None:
+    """A disc slides down a ground with restitution 0 and is thrown back by another body, again and again.
+
+    Where it touches both, their normals have the sine s of the angle between the walls as component of one along the
+    other. The disc arrives at speed w and leaves at b w along the ground, with b = (1 + e) s^2 - 1, and rises a little.
+    In flight and on the ground gravity has the same part a along the ground. So the disc is back after 2 b w / a, at
+    the speed b w. The start is as the end of an impact at w / b: all of it takes 2 w / (a (1 - b)).
+    """
+    slope, opening, speed, gravity, radius = 0.3, 1.7, 0.5, 9.81, 0.25
+    up, other = (complex(math.cos(angle), math.sin(angle)) for angle in (slope, slope + opening))
+    middle = complex(math.cos(slope + 0.5 * opening), math.sin(slope + 0.5 * opening))
+    corner = radius / math.sin(0.5 * opening) * middle
+    walls: list[Wall | Chain | Ring] = [wall("half-plane", 0.0, 1j * up, restitution=0.0)]
+    if kind in {"half-plane", "edge"}:
+        walls.append(wall(kind, 0.0, -1j * other, restitution=restitution))
+    else:
+        size = 2.0 if kind == "circle" else 0.0
+        centre = corner + (radius + size) * 1j * other
+        walls.append(Ring(centre_m=(centre.real, centre.imag), radius_m=size, restitution=restitution))
+    scene = Scene(
+        name="thrown back",
+        discs=[
+            Disc(
+                position_m=(corner.real, corner.imag),
+                velocity_m_s=(speed * up.real, speed * up.imag),
+                radius_m=radius,
+            )
+        ],
+        walls=walls,
+        gravity_m_s2=(0.0, -gravity),
+        duration_s=10.0,
+    )
+    trace = carom.solve_pic(scene)
+    back = (1.0 + restitution) * math.sin(opening) ** 2 - 1.0
+    assert trace.outcome is Outcome.CORNER
+    expected_s = 2.0 * speed / (gravity * math.sin(slope) * (1.0 - back))
+    assert trace.end_time_s == pytest.approx(expected_s, rel=1e-14)

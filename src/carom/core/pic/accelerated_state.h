@@ -34,12 +34,15 @@ typedef struct Parabola { /* path of a disc: what its row `Disc` does not contai
     double entered;   /* when it entered its present cell */
     Instant left;     /* when it left `left_ground`: the gap was 0 then, and the acceleration has been constant since */
     double left_speed; /* speed at which that gap opened */
+    double corner_way; /* signed distance along `corner_ground` from the point where the disc also touches `corner` */
     Instant ends;     /* when this motion ends by itself: a mode of contact ends, or the disc stops on a table */
     int ground;       /* feature that it is in contact with, or NO_OBSTACLE */
     int never_of;     /* feature whose list `never_met` refers to */
     int never_but;    /* vertex that is an exception to NEVER_FLAT */
     /* ground of a disc that bounces between two walls: an impact on the other wall lifted it off; or NO_OBSTACLE */
     int left_ground;
+    int corner; /* convex feature that last lifted it off `corner_ground`, if it has hit nothing else; or NO_OBSTACLE */
+    int corner_ground;
     int changes;      /* number of changes of its motion without an impact; Disc.impacts includes them */
     unsigned char mode;      /* Mode */
     unsigned char never_met; /* NeverMet */

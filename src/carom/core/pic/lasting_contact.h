@@ -197,6 +197,9 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
         a->vy += by * f->nx;
     }
     a->last = NO_BODY;
+    if (p->corner_ground != k) {
+        p->corner = NO_OBSTACLE;
+    }
     return settle(s, i, k, now);
 }
 
@@ -205,7 +208,7 @@ static inline ModeRow take_off(State *s, Index i) {
     Parabola *p = &s->accelerated.paths[i];
     Mode before = p->mode;
     Index wall = s->features[p->ground].wall;
-    p->ground = p->left_ground = NO_OBSTACLE;
+    p->ground = p->left_ground = p->corner = NO_OBSTACLE;
     p->mode = FLIGHT;
     p->ends = NEVER;
     p->ax = s->accelerated.gx;
@@ -263,18 +266,32 @@ static inline bool end_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
+/* Return how well the normal of a feature is known where a disc touches it: 0 for a straight one. */
+static inline double normal_resolution(const State *s, Index i, const Feature *f) {
+    const Disc *a = &s->discs[i];
+    if (f->kind <= FACE) {
+        return 0.0;
+    }
+    double sizes = size_of(a->x, a->y, a->radius) + size_of(f->x.high, f->y.high, f->size.high + f->half_width);
+    double away = f->size.high + (f->kind == INNER_ARC ? -1.0 : 1.0) * (a->radius + f->half_width);
+    return gap_resolution(sizes) / away;
+}
+
 /* Continue the motion of a disc in contact after an impact on `struck`, a feature or NO_OBSTACLE for a disc. The disc
    stays in contact or leaves its wall. Return whether more than its velocity changes.
 
    The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. Between two
    walls one such hop follows another, so there it stays only if there is no hop at all. At a right angle between them
    there is a hop if friction causes one. A disc that is pushed into its wall is also in flight, and hits the wall at
-   once. */
-static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row) {
+   once. `normal` is that of the impact. */
+static inline bool update_contact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
     p->never_met = NEVER_NOTHING;
     p->left_ground = NO_OBSTACLE;
+    if (struck != p->corner_ground) {
+        p->corner = NO_OBSTACLE;
+    }
     if (k == NO_OBSTACLE) {
         return false;
     }
@@ -283,8 +300,8 @@ static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row)
     bool hops = false;
     if (struck != NO_OBSTACLE) {
         const Feature *other = &s->features[struck];
-        bool changes = p->rubs || other->nx * f->nx + other->ny * f->ny != 0.0;
-        hops = approach < 0.0 && other->kind <= FACE && changes;
+        bool changes = p->rubs || fabs(normal[0] * f->nx + normal[1] * f->ny) > normal_resolution(s, i, other);
+        hops = approach < 0.0 && changes;
     }
     if (!hops && approach * approach <= 2.0 * press_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
         Parabola before = *p;
@@ -297,6 +314,12 @@ static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row)
         p->left_ground = (int)k;
         p->left = own_instant(&s->discs[i], p);
         p->left_speed = -approach;
+        const Feature *other = &s->features[struck];
+        if (other->kind != INNER_ARC && !is_driven_wall(&s->driving, (Index)other->wall)) {
+            p->corner = (int)struck;
+            p->corner_ground = (int)k;
+            p->corner_way = 0.0;
+        }
     }
     return true;
 }

@@ -72,7 +72,7 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
     for (int k = 0; k < 2; k++) {
         ModeRow row;
         if (struck[k] >= 0 && s->discs[struck[k]].inverse_mass > 0.0 && s->accelerated.deceleration == 0.0 &&
-            update_contact(s, struck[k], feature, &row)) {
+            update_contact(s, struck[k], feature, impact->normal, &row)) {
             record_mode(s, &row);
         }
     }
@@ -275,11 +275,14 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     set_instant(s, at);
     Instant now = now_instant(s), last = own_instant(a, p);
     bool returns = returns_to(s, i, k, now.high), is_same_feature = a->last == -1 - k;
+    bool is_in_corner = is_in_corner_with(p, k);
     double return_speed = p->leaving;
     if (p->left_ground == k) {
         returns = true;
         last = p->left;
         return_speed = p->left_speed;
+    } else if (is_in_corner) {
+        last = p->left;
     }
     move_on_parabola(s, i, now);
     extend_box(&s->visited, a->x, a->y);
@@ -290,7 +293,7 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     if (returns) {
         met.approach = return_speed;
     }
-    if (is_at_rest(s, &met, returns ? &last : NULL)) {
+    if (is_at_rest(s, &met, returns || is_in_corner ? &last : NULL)) {
         return begin_contact(s, i, k, n, met.approach);
     }
     count_impact(s, now.high);
@@ -325,7 +328,7 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     double ux = impact.first_before[0] - surface.vx, uy = impact.first_before[1] - surface.vy;
     /* if a disc returns to a feature that it has left, its time does not depend on a rounded gap */
     double resolution = 0.0;
-    if (!returns) {
+    if (!returns && !is_in_corner) {
         double speed = ux * impact.normal[0] + uy * impact.normal[1];
         resolution = feature_resolution(f, a, ux, uy, speed, is_same_feature) + clock_resolution(impact.time);
     }

@@ -107,6 +107,11 @@ static inline void slow_down(State *s, Index i) {
     p->ends = slowing.stops;
 }
 
+/* Return the component of a vector along the surface of a straight feature. */
+static inline double along_ground(const Feature *ground, double x, double y) {
+    return x * ground->ny - y * ground->nx;
+}
+
 /* Move a disc along its path to an instant, which becomes its own instant. */
 static inline void move_on_parabola(State *s, Index i, Instant at) {
     Disc *a = &s->discs[i];
@@ -114,6 +119,11 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     if (a->inverse_mass > 0.0) {
         Parabola *p = &s->accelerated.paths[i];
         bool has_stopped = s->accelerated.deceleration > 0.0 && !is_before(at, p->ends);
+        if (CAROM_UNLIKELY(p->corner != NO_OBSTACLE)) {
+            const Feature *f = &s->features[p->corner_ground];
+            double dt = seconds_between(own_instant(a, p), at);
+            p->corner_way += dt * (along_ground(f, a->vx, a->vy) + 0.5 * along_ground(f, p->ax, p->ay) * dt);
+        }
         s->turning[i].spin = spin_at(s, i, at);
         a->time = at.high;
         p->time_low = at.low;
