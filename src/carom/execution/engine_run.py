@@ -227,6 +227,10 @@ class _Run:
         taken = whole_number(found, "the result of take_quiet_steps()", least=1)
         if taken > count:
             raise adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {taken}")
+        last: Observation
+        if taken == 1:
+            last = world.observe()
+            return last
         numbers = rows.numbers[begin : begin + taken]
         reliable = np.all(np.abs(numbers) <= LARGEST, axis=1)
         are_reliable = bool(reliable[: taken - 1].all())
@@ -242,8 +246,8 @@ class _Run:
             self.positions += [rows.position_m[begin + step - first].copy() for step in sampled]
         self.row += len(steps)
         self.taken += len(steps)
-        observed: Observation = world.observe() if are_reliable else rows.observation(begin + taken - 1)
-        return observed
+        last = world.observe() if are_reliable else rows.observation(begin + taken - 1)
+        return last
 
     def _add_state(self, found: Observation, time_s: float) -> bool:
         """Add a state and its contacts. Return False, and add nothing, if the state is not reliable."""

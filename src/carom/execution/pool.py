@@ -227,7 +227,9 @@ class LocalPool(Pool):
             except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
                 messages.put(error)
 
-        threads = [threading.Thread(target=serve, args=(lane,), daemon=True) for lane in self._lanes]
+        # A lane without an item would start a thread for nothing.
+        lanes = sorted(self._lanes, key=lambda lane: pending.engines.isdisjoint(lane.engines))[: pending.count]
+        threads = [threading.Thread(target=serve, args=(lane,), daemon=True) for lane in lanes]
         self._threads += threads
         for thread in threads:
             thread.start()
@@ -246,12 +248,18 @@ class LocalPool(Pool):
 
 
 class _PendingItems(Generic[Item]):
-    """Items not yet worked on. A lane continues with the engine that it has, so that no process has to be started."""
+    """Items not yet worked on. A lane continues with the engine that it has, so that no process has to be started.
+
+    Attributes:
+        engines: Names of the engines that all items need.
+        count: Number of all items.
+    """
 
     def __init__(self, items: Iterable[tuple[str, Item]]) -> None:
         self._items: dict[str, deque[Item]] = {}
         for engine, item in items:
             self._items.setdefault(engine, deque()).append(item)
+        self.engines, self.count = self._items.keys(), sum(map(len, self._items.values()))
         self._engines: dict[Lane, str] = {}
         self._lock = threading.Lock()
 

@@ -92,8 +92,9 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
         status = _reap_children(worker)
         if signal.SIGTERM in received or os.getppid() != parent:
             break
-    while children := _find_children() if sys.platform == "linux" else [worker] * (status is None):
-        for child in children:
+    while _has_children() if sys.platform == "linux" else status is None:
+        # Usually only the worker is left, and the list of all processes of the system is long.
+        for child in [worker] if status is None else _find_children():
             _kill(child)
         worker_status = _reap_children(worker, wait=True)
         status = worker_status if status is None else status
@@ -118,6 +119,15 @@ def _reap_children(worker: int, *, wait: bool = False) -> int | None:
             if child == worker:
                 found = status
     return found
+
+
+def _has_children() -> bool:
+    """Whether this process has children, including adopted and ended ones."""
+    try:
+        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:
+        return False
+    return True
 
 
 def _find_children() -> list[int]:
