@@ -123,12 +123,7 @@ def pybullet(thrown: Thrown, *, maximal: bool = True, planar: bool = False, **dy
             bodies, (told, {"contactProcessingThreshold": 0}), given, strict=True
         ):
             engine.changeDynamics(
-                body,
-                -1,
-                restitution=restitution,
-                lateralFriction=friction,
-                physicsClientId=client,
-                **more,
+                body, -1, restitution=restitution, lateralFriction=friction, physicsClientId=client, **more
             )
         engine.resetBaseVelocity(bodies[0], [*thrown.velocity, 0], [0, 0, thrown.spin], client)
         for _ in range(STEPS):

@@ -183,10 +183,7 @@ def test_a_setting_that_was_dropped_has_no_effect(
 
 @each(
     "name, scene, shipped",
-    [
-        ("pymunk", break_(), {"iterations": 10}),
-        ("pybullet", cradle(), {"solverResidualThreshold": 1e-7}),
-    ],
+    [("pymunk", break_(), {"iterations": 10}), ("pybullet", cradle(), {"solverResidualThreshold": 1e-7})],
 )
 def test_shared_contacts_keep_their_energy_by_iterating(
     named: Named, finish: Finish, name: str, scene: Scene, shipped: dict[str, Setting]

@@ -33,16 +33,7 @@ QUICK = {
     "imports": 5,
     "overlays": 2,
 }
-SLOW = {
-    "options": 8,
-    "kills": 3,
-    "clusters": 2,
-    "disks": 2,
-    "programs": 20,
-    "play": 10,
-    "sizes": 2,
-    "surroundings": 5,
-}
+SLOW = {"options": 8, "kills": 3, "clusters": 2, "disks": 2, "programs": 20, "play": 10, "sizes": 2, "surroundings": 5}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")

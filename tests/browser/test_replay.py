@@ -53,8 +53,7 @@ def data_of(report: Path, scene: str) -> dict[str, Any]:
     """Return what the page holds of a scene."""
     source = report.read_text(encoding="utf-8")
     found = re.search(f'data-scene="{re.escape(scene)}">([^<]*)<', source)
-    assert found is not None
-    data: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(found[1])))
+    data: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(sure(found)[1])))
     return data
 
 

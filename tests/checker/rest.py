@@ -36,11 +36,7 @@ class Rests:
     on: tuple[tuple[NDArray[np.bool_], Floats, Floats], ...]
 
     def landed(
-        self,
-        start: DiscArrays,
-        velocity: tuple[Floats, Floats],
-        spins: tuple[Floats, Floats],
-        known: Floats,
+        self, start: DiscArrays, velocity: tuple[Floats, Floats], spins: tuple[Floats, Floats], known: Floats
     ) -> NDArray[np.bool_]:
         """Return which discs may have come to rest so, turned by friction.
 

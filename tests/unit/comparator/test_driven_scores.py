@@ -218,11 +218,7 @@ def test_no_exact_run_begins_where_a_disc_has_no_room(
 
     monkeypatch.setattr(window, "exact_run", asked)
     monkeypatch.setattr(window_runs, "MOST_IMPACTS", 50)  # of the window in which it is crushed
-    things = [
-        placed(disc_at(1.25, 0.0, -0.5, r=0.25)),
-        placed(crush().walls[0]),
-        placed(press),
-    ]
+    things = [placed(disc_at(1.25, 0.0, -0.5, r=0.25)), placed(crush().walls[0]), placed(press)]
     scene = staged(
         "crush",
         *[thing for thing in things if isinstance(thing, Disc)],

@@ -101,9 +101,7 @@ def states_of(scene: Scene, dt_s: float) -> States:
 
 
 @each("scenes_of", [*named(), *at_random()])
-def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(
-    scenes_of: Callable[[], list[Scene]],
-) -> None:
+def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(scenes_of: Callable[[], list[Scene]]) -> None:
     """PIC agrees with PIC from each of its states; PIT is off by what PIT pays there, and misses what that misses."""
     for scene in scenes_of():
         reference = solve_pic(scene, max_impacts=2000)

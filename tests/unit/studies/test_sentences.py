@@ -180,11 +180,7 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
     release_after(
         2,
         [
-            (
-                [MINE],
-                ["pit"],
-                [r"mine at 1/24 s: PIT: velocities off by \S+ % of the greatest speed\.", UNPROVEN],
-            ),
+            ([MINE], ["pit"], [r"mine at 1/24 s: PIT: velocities off by \S+ % of the greatest speed\.", UNPROVEN]),
             ([HEAD_ON], ["pit"], [r"head-on at 1/24 s: PIT: \S+ ms late\.", UNPROVEN]),
             (
                 [AT_A_FRAME],

@@ -159,10 +159,7 @@ def test_what_an_engine_prints_stands_not_among_the_answers(tmp_path: Path) -> N
     """Standard output holds an answer a line; what the engine prints, from its import on, goes to standard error."""
     done = talkative(tmp_path, "2.5")
     answers = [json.loads(line) for line in done.stdout.splitlines()]
-    assert answers == [
-        {"protocol": 1, "version": "2.5"},
-        {"error": {"kind": "failed", "message": "RuntimeError: no"}},
-    ]
+    assert answers == [{"protocol": 1, "version": "2.5"}, {"error": {"kind": "failed", "message": "RuntimeError: no"}}]
     assert done.stderr.splitlines() == ["imported", "preparing"]
     assert done.returncode == 0
 
