@@ -110,6 +110,6 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 
 @each("name", release_after(1, FAULTS))
 def test_a_fault_in_what_walls_consist_of_is_told(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One of the first tables contradicts its certified run if anything is wrong with a wall's sides, arcs and vertices."""
+    """One of the first tables contradicts its certified run if a side, an arc or a vertex of a wall is wrong."""
     monkeypatch.setattr(obstacles, "features_of", lambda *asked: FAULTS[name](features_of(*asked)))
     assert any(compare(table)[1] for table in tables(0))
