@@ -4,8 +4,6 @@ It has radius 1/2, mass 1 and inertia 1/8 by default. The first step with an ove
 after the touch, to which an arm that the overlap shortens is whole.
 """
 
-from __future__ import annotations
-
 import importlib
 import warnings
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How exact the engines are, what their settings do to it, and what they refuse."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

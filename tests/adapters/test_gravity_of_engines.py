@@ -1,7 +1,5 @@
 """Free fall by each engine's documented integrator, and a bounce under gravity."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Every setting that a tuned profile claims matters does reach its engine: put back, it changes what happens."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The law is that of `tests.validation.exact_impact`, in rational numbers.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -3,8 +3,6 @@
 Rows of engines that are no part of `all` are run with `-m engines`: adapters build walls of capsules, lines and boxes.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable

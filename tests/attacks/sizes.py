@@ -1,7 +1,5 @@
 """Scenes with the most points, legs, discs and walls of a file: each command ends in bounded time and memory."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """The short form of each attack: a few tries, nothing lost; and the campaign itself, which must see a loss."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import sys

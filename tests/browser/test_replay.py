@@ -1,7 +1,5 @@
 """Replays, played, by mouse, by keyboard and under a finger."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

@@ -10,8 +10,6 @@ What a ball holds exactly is not widened. A disc that an impact with restitution
 wall's normal velocity exactly, and floats can hold it exactly.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Runs of PIC of the campaign's gases, each impact checked by `tests.checker`."""
 
-from __future__ import annotations
-
 import math
 import time
 from functools import partial

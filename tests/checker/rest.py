@@ -6,8 +6,6 @@ friction takes in the hops without end that are left: then the slip is no faster
 about the point of contact is kept.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

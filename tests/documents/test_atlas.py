@@ -1,7 +1,5 @@
 """The tables of the engines' pages say what the rows of a cross-check and a stress campaign say."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

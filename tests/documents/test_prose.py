@@ -1,7 +1,5 @@
 """Documents are within their limits of words, they and sources follow the style guide; generated tables are current."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

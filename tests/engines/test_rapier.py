@@ -1,7 +1,5 @@
 """What Rapier does that a user would not expect, asked of Rapier; the right answers are laws of mechanics."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

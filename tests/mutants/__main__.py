@@ -7,8 +7,6 @@ What was tried is kept in `--state` and not tried again, so the command goes on 
 changed since is another place. A row of the document keeps its reason as long as its fault goes unnoticed.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -5,8 +5,6 @@ circle follows from its chord by trigonometry, its sector from angles, and a fal
 polynomial. The answer is that of the very floats of the scene.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple

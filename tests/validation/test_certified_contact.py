@@ -1,7 +1,5 @@
 """Certified runs in contact: closed forms, runs of 60 digits by every branch, PIC, and what ends by name."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Certified runs against closed forms: each answer must be within the proven radii."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Certified runs under gravity, damped, on a table that slows discs, and with friction: closed forms, ends by name."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any

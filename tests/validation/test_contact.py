@@ -1,7 +1,5 @@
 """Contact against references without modes: many small steps, closed forms, and conservation laws."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

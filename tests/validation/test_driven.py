@@ -1,7 +1,5 @@
 """Driven walls and discs against independent answers: Galileo, fractions, sixty digits, and books of energy."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable

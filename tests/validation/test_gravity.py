@@ -1,7 +1,5 @@
 """Uniform gravity: closed forms, conserved quantities, symmetries, and every way in which motion can end."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 `test_certified_tables.py` compares certified runs of the same tables with brute force of other formulas.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 

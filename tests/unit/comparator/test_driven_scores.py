@@ -1,7 +1,5 @@
 """Scores of runs with driven bodies: correct runs are graded well, and a paddle treated as fixed is found wrong."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The horizon, given, certified or estimated: nothing is compared globally beyond it, and everything up to it."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Rounding scales of an impact depend only on what leads to it; narrow floats excuse errors up to a limit."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable

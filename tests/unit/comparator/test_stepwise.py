@@ -1,7 +1,5 @@
 """Every step of a run compared with PIC from the run's own state: what must hold of the catalogue, and of blocks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace

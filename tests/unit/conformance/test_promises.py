@@ -1,7 +1,5 @@
 """What an adapter declares of units, widths, coefficients and margins is what the checks hold it to, and no less."""
 
-from __future__ import annotations
-
 import math
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Discs, walls and scenes: what is accepted, what is refused, and how the refusal reads."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import re

@@ -1,7 +1,5 @@
 """Scenes as files: what is loaded, what is refused, and that saving loses nothing."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

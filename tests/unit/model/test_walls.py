@@ -1,7 +1,5 @@
 """The walls of a scene: distinguished by their fields, refused with edge and numbers, written as they were read."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Data frames: every number of a trace and of results under a name that says its unit."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

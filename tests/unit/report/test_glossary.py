@@ -1,7 +1,5 @@
 """`carom explain`: the meaning of each word of a report, from the one place that defines it."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

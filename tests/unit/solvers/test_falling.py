@@ -1,7 +1,5 @@
 """Runs under gravity: what rests, and what rounding may make of many bounces."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any

@@ -1,7 +1,5 @@
 """PIC and PIT of finite walls: order, edges, corners, gliding, and pieces that change no bit."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The page's core in WebAssembly is that of the sources, and its PIC and PIT have the bits of Python's, in node."""
 
-from __future__ import annotations
-
 import json
 import math
 import random

@@ -1,7 +1,5 @@
 """`carom serve`: an adapter in Python, behind the protocol, gives the digits that it gives without it."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The kernel where something is driven: ties, legs and crushes; random tables: see test_equivalences."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

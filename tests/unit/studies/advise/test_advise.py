@@ -1,7 +1,5 @@
 """The step that is advised, and the adviser from Python: an answer that prints, shows and draws itself."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

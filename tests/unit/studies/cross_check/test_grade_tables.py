@@ -1,7 +1,5 @@
 """The overview: the methods ranked, a row each, with what they do in each group of scenes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """A history tells which release changed a bounce, of an engine of which that is known by construction."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
