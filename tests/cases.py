@@ -1,7 +1,5 @@
 """Rows of many that `make test` tries, and those that `make release-check` adds."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterable
 from functools import wraps

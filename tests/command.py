@@ -1,7 +1,5 @@
 """The command `carom`, asked in this process."""
 
-from __future__ import annotations
-
 from typer.testing import CliRunner, Result
 
 from carom.cli import app

@@ -8,8 +8,6 @@ Branches are those of the C code: a comparison in a loop has two, a chain of `an
 calls (`def`) there is one more for each error that Cython looks for.
 """
 
-from __future__ import annotations
-
 import gzip
 import json
 import os

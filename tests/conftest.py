@@ -5,8 +5,6 @@ Property tests draw the same examples in every run, so that a failure is the cod
 examples each time, and many more.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

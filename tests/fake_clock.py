@@ -1,7 +1,5 @@
 """A clock for modules that read `time`, so that no test depends on the speed of the machine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 

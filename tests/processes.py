@@ -1,7 +1,5 @@
 """Commands that tests run, and whether a process that a test started, or that was started by one, is still there."""
 
-from __future__ import annotations
-
 import subprocess
 import time
 from collections.abc import Sequence

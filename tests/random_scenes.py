@@ -5,8 +5,6 @@ gravity are drawn independently, so each kind comes with each of them. `test_dra
 occur how often.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Scenes of a few bodies in as few lines: SI units, as everywhere."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Rows of `each`: every row runs, and every row that fails is reported, whatever it raises and how deep."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

@@ -1,7 +1,5 @@
 """A scene seen otherwise, turned, moving along or in other units, and what its trace must be then."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Callable

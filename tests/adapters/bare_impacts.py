@@ -4,8 +4,6 @@ It has radius 1/2, mass 1 and inertia 1/8 by default. The first step with an ove
 after the touch, to which an arm that the overlap shortens is whole.
 """
 
-from __future__ import annotations
-
 import importlib
 import warnings
 from dataclasses import dataclass
@@ -123,12 +121,7 @@ def pybullet(thrown: Thrown, *, maximal: bool = True, planar: bool = False, **dy
             bodies, (told, {"contactProcessingThreshold": 0}), given, strict=True
         ):
             engine.changeDynamics(
-                body,
-                -1,
-                restitution=restitution,
-                lateralFriction=friction,
-                physicsClientId=client,
-                **more,
+                body, -1, restitution=restitution, lateralFriction=friction, physicsClientId=client, **more
             )
         engine.resetBaseVelocity(bodies[0], [*thrown.velocity, 0], [0, 0, thrown.spin], client)
         for _ in range(STEPS):

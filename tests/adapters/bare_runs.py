@@ -4,8 +4,6 @@ Statements of a report about an engine are compared with these runs. `default` i
 undamped; `tuned` is what the pages of `docs/engines` say of the profile, written down once more.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 import warnings

@@ -1,7 +1,5 @@
 """Every adapter that Carom registers of the engines in the extra `all`; those of others are in tests/engines."""
 
-from __future__ import annotations
-
 import pytest
 from tests.scene_builders import Named
 

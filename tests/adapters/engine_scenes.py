@@ -1,7 +1,5 @@
 """Scenes that several of these tests stage, and what the width of an engine's floats does to a number."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

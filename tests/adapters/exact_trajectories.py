@@ -1,7 +1,5 @@
 """Discs and half-planes from impact to impact by quadratics alone: a truth for scenes, independent of Carom."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Balls that are dropped and come to rest, or should: their speeds after that, from eight starts."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ those of `Profile.changed`; None where an engine has no such value. `Shipped.run
 nothing but what `changed` lists set otherwise, save that no disc is kept from turning.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 import warnings

@@ -131,9 +131,7 @@ def test_a_bare_engine_passes_at_the_step_advised_and_fails_at_the_next(
 
 
 @pytest.mark.long
-def test_engines_that_sweep_need_few_steps_and_those_that_look_need_what_pit_needs(
-    advised: tuple[str, Advice],
-) -> None:
+def test_engines_that_sweep_need_few_steps_and_those_that_look_need_what_pit_needs(advised: tuple[str, Advice]) -> None:
     """For the bullet 60 steps a second are enough for Box2D and MuJoCo, 15 for PyBullet; for the puck 30."""
     name, advice = advised
     found = {answer.method.engine: answer for answer in advice.answers}

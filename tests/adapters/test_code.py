@@ -1,7 +1,5 @@
 """Settings to paste: what an adapter writes as code of its engine gives the adapter's own digits, run by itself."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import re

@@ -1,7 +1,5 @@
 """Carom's own adapters in the conformance suite, by the command for third-party adapters."""
 
-from __future__ import annotations
-
 import importlib
 import subprocess
 import sys

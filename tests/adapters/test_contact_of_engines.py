@@ -1,7 +1,5 @@
 """Resting height, rolling, slopes and edges of discs in each engine, from eight starts each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

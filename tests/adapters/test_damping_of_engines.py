@@ -1,7 +1,5 @@
 """What engines make of damping and of tables that slow discs down: mapped, and bare; from several starts each."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import warnings

@@ -1,7 +1,5 @@
 """How exact the engines are, what their settings do to it, and what they refuse."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -72,17 +70,7 @@ def test_tuned_engine_is_pit_at_the_same_step(engine: Adapter, finish: Finish, s
     assert position < width(engine, AGREEMENT)
 
 
-@each(
-    "scale",
-    [
-        {"length": 1e-6},
-        {"length": 1e5},
-        {"mass": 1e-14},
-        {"mass": 1e10},
-        {"time": 1e-9},
-        {"time": 1e4},
-    ],
-)
+@each("scale", [{"length": 1e-6}, {"length": 1e5}, {"mass": 1e-14}, {"mass": 1e10}, {"time": 1e-9}, {"time": 1e4}])
 def test_tuned_engine_knows_no_unit(engine: Adapter, finish: Finish, scale: dict[str, float]) -> None:
     """Inside the declared limits, the tuned engine is PIT for tiny, huge, light, heavy, fast and slow scenes alike."""
     length, time = scale.get("length", 1.0), scale.get("time", 1.0)

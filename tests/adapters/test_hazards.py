@@ -1,7 +1,5 @@
 """What each engine is known to do to its process: refused by name beforehand, or a row that harms no other."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import os

@@ -1,7 +1,5 @@
 """docs/results/hazards.md: measured again, each figure of a run that is not chaotic is on the page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

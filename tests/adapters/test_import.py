@@ -1,7 +1,5 @@
 """A pickled space and an MJCF model become scenes by their engines' own loaders, and what is lost is named."""
 
-from __future__ import annotations
-
 import math
 import os
 import pickle

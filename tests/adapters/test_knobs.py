@@ -1,7 +1,5 @@
 """Every setting that a tuned profile claims matters does reach its engine: put back, it changes what happens."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -183,10 +181,7 @@ def test_a_setting_that_was_dropped_has_no_effect(
 
 @each(
     "name, scene, shipped",
-    [
-        ("pymunk", break_(), {"iterations": 10}),
-        ("pybullet", cradle(), {"solverResidualThreshold": 1e-7}),
-    ],
+    [("pymunk", break_(), {"iterations": 10}), ("pybullet", cradle(), {"solverResidualThreshold": 1e-7})],
 )
 def test_shared_contacts_keep_their_energy_by_iterating(
     named: Named, finish: Finish, name: str, scene: Scene, shipped: dict[str, Setting]

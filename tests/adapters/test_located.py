@@ -1,7 +1,5 @@
 """What cutting steps at the engine's own contact test is worth."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Discs that bounce out, roll on and are held: what each engine makes of it, from eight starts each."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """What adapters declare and observe: positions, velocities, spins, steps and motion on legs."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from dataclasses import replace

@@ -5,8 +5,6 @@ from `bare_runs` (the engine by its own interface) and `by_hand` (what should ha
 last of its three digits, and to as much as the same run differs by from one way to build it to another.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

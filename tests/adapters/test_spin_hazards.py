@@ -4,8 +4,6 @@ The law is `tests.validation.exact_impact`. A disc of radius 1/2 that is thrown 
 slips at 2 m/s and approaches at 3. With friction 0.1 and restitution 1 it slides, and leaves with (1.4, 3) and -2.4.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable

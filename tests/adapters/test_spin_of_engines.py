@@ -3,8 +3,6 @@
 The law is that of `tests.validation.exact_impact`, in rational numbers.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -67,10 +65,7 @@ def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]
 
 
 @each("pair", PAIRS)
-@each(
-    "friction, mass",
-    release_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]),
-)
+@each("friction, mass", release_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]))
 def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, friction: float, mass: float) -> None:
     """Landed on the impact, each engine leaves the velocities and spins of the law, whatever friction and masses."""
     for restitution in (0.0, 0.75):

@@ -1,7 +1,5 @@
 """Continuous detection on and off, spheres and cylinders: what each variant of an engine shows."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -3,8 +3,6 @@
 Rows of engines that are no part of `all` are run with `-m engines`: adapters build walls of capsules, lines and boxes.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable
@@ -126,10 +124,7 @@ FURTHER = [
 
 
 @each("disc", [False, True])
-@each(
-    "name, profile, rounding",
-    [*DRIVEN, *(pytest.param(*row, marks=pytest.mark.engines) for row in FURTHER)],
-)
+@each("name, profile, rounding", [*DRIVEN, *(pytest.param(*row, marks=pytest.mark.engines) for row in FURTHER)])
 def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
     named: Named, finish: Finish, name: str, profile: str, rounding: float, *, disc: bool
 ) -> None:

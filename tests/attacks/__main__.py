@@ -4,8 +4,6 @@ Counts add up from call to call in ``reports/attacks/``; `--anew` begins at noug
 time, those whose goal is not met first. Exit code 1 tells that something was lost: what, is printed and kept.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

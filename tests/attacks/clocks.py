@@ -4,8 +4,6 @@ The adapter's clock is drawn by lot: it counts whole milliseconds or coarser, st
 what is no number.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path

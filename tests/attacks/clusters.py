@@ -3,8 +3,6 @@
 The rest, taken up in this process, gives the journal of a sweep that was left alone, to the bit.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

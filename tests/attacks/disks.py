@@ -1,7 +1,5 @@
 """Disks that are full at some byte: a sentence and exit code 2; with room again the work goes on to the same end."""
 
-from __future__ import annotations
-
 import resource
 import subprocess
 import sys

@@ -4,8 +4,6 @@ Closed streams, arguments that are no text, environments without a home or a tem
 are read-only, disks that are full, and two commands at once in one folder.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

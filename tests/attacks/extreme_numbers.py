@@ -4,8 +4,6 @@ The adapter runs in this process, and returns random values: sound numbers, neig
 NaN, and now and then what is of another type. What is tried is the way from the door to the report.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sys

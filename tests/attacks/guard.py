@@ -1,7 +1,5 @@
 """What several attacks need: a limit of time, the shrinking of what fails, and a look for what is left over."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

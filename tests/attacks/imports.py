@@ -3,8 +3,6 @@
 A pickle and an MJCF are read by their engines in a worker process, as `carom import` does. No file runs a program.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import pickle

@@ -1,7 +1,5 @@
 """Journals, cut at every byte and filled with garbage: no whole line is lost, and nothing else is taken for one."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Commands killed outright at random moments and taken up again: the end is that of one left alone, nothing is left."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

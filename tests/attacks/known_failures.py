@@ -1,7 +1,5 @@
 """Lists of known failures, mutated: each is read, or refused in a sentence that names the file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random

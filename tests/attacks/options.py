@@ -4,8 +4,6 @@ The commands run in this process, and so do the engines, which are Carom's own: 
 worker. What takes more than ten seconds that way is tried again as a command, with a time limit.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

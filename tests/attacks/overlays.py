@@ -3,8 +3,6 @@
 A release that is found is whole. Nothing outside of the folder is removed, and nothing unfinished stays in it.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from functools import partial

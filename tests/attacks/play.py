@@ -3,8 +3,6 @@
 The page's own modules run in node.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

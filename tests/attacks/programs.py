@@ -3,8 +3,6 @@
 A program gets a row that says what it did, and costs no other row. `carom serve` answers each line with one of JSON.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

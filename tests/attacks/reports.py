@@ -1,7 +1,5 @@
 """Reports, killed at any call that changes the disk: the next command finds the old files or the new ones, whole."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator
 from functools import partial

@@ -1,7 +1,5 @@
 """Results and journals, one value in which is of another type, or out of range: read, or refused in a sentence."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scene files, mutated: each is loaded or refused in sentences, in bounds; what is loaded is saved and loads equal."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from functools import partial

@@ -1,7 +1,5 @@
 """Scenes with the most points, legs, discs and walls of a file: each command ends in bounded time and memory."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -18,25 +16,11 @@ from tests.processes import PATIENT_S
 #: Most seconds of processor time, and bytes, of one command; its engines have limits of their own.
 MOST_S, MOST_BYTES = 120.0, 2e9
 COMMANDS = (
-    (
-        "run",
-        "FILE",
-        "-e",
-        "pit",
-        "-e",
-        "pymunk",
-        "--no-timing",
-        "--fail-on",
-        "never",
-        "--time-limit",
-        "5",
-        "--memory-limit",
-        "800",
-    ),
-    ("certify", "FILE", "--time-budget", "5", "--max-impacts", "10"),
-    ("scenes", "FILE"),
-    ("play", "FILE", "-e", "none", "--no-open", "--out", "PAGE"),
-    ("advise", "FILE", "-e", "pit", "--budget", "2000", "--time-limit", "5"),
+    "run FILE -e pit -e pymunk --no-timing --fail-on never --time-limit 5 --memory-limit 800",
+    "certify FILE --time-budget 5 --max-impacts 10",
+    "scenes FILE",
+    "play FILE -e none --no-open --out PAGE",
+    "advise FILE -e pit --budget 2000 --time-limit 5",
 )
 
 
@@ -46,9 +30,8 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         kind = rng.choice([*SCENES])
         scene, path = SCENES[kind](rng), folder / "scene.json"
         path.write_text(json.dumps({"name": kind, "duration_s": 1.0, **scene}))
-        command = [
-            word.replace("FILE", str(path)).replace("PAGE", str(folder / "page.html")) for word in rng.choice(COMMANDS)
-        ]
+        names = {"FILE": str(path), "PAGE": str(folder / "page.html")}
+        command = [names.get(word, word) for word in rng.choice(COMMANDS).split()]
         yield _lost(command, f"{kind}, {path.stat().st_size >> 10} KB: {command[0]}", folder)
 
 

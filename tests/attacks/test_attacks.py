@@ -1,7 +1,5 @@
 """The short form of each attack: a few tries, nothing lost; and the campaign itself, which must see a loss."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import sys
@@ -33,16 +31,7 @@ QUICK = {
     "imports": 5,
     "overlays": 2,
 }
-SLOW = {
-    "options": 8,
-    "kills": 3,
-    "clusters": 2,
-    "disks": 2,
-    "programs": 20,
-    "play": 10,
-    "sizes": 2,
-    "surroundings": 5,
-}
+SLOW = {"options": 8, "kills": 3, "clusters": 2, "disks": 2, "programs": 20, "play": 10, "sizes": 2, "surroundings": 5}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")

@@ -1,7 +1,5 @@
 """Benchmarks: command lines, kinds of motion and the file of the benchmark of memory."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import runpy

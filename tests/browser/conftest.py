@@ -1,7 +1,5 @@
 """One report and one browser for all tests of the page."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import shutil

@@ -1,7 +1,5 @@
 """The pages of a bench and of a campaign: what is pointed at says the file's numbers, and leads to its evidence."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

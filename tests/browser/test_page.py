@@ -1,7 +1,5 @@
 """The page around the replays: what fits, what filters, what a screen reader finds."""
 
-from __future__ import annotations
-
 import re
 from itertools import combinations
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The page of `carom play` in Chromium: every control, the link, the file, and the digits of engines."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math

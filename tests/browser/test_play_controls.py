@@ -1,7 +1,5 @@
 """Every control of the page of `carom play`, worked in Chromium and in Firefox; and what axe finds there."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """PIC and PIT of the page of `carom play` in Firefox: the bits that they have in Chromium, and so Carom's."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Replays, played, by mouse, by keyboard and under a finger."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json
@@ -53,8 +51,7 @@ def data_of(report: Path, scene: str) -> dict[str, Any]:
     """Return what the page holds of a scene."""
     source = report.read_text(encoding="utf-8")
     found = re.search(f'data-scene="{re.escape(scene)}">([^<]*)<', source)
-    assert found is not None
-    data: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(found[1])))
+    data: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(sure(found)[1])))
     return data
 
 

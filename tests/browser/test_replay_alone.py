@@ -1,7 +1,5 @@
 """A replay by itself: as a saved page, and as the cell of a notebook."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from pathlib import Path

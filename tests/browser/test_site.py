@@ -1,7 +1,5 @@
 """The site of the documents, opened from files."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

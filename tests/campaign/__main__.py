@@ -6,8 +6,6 @@ all. Ctrl-C ends with the gases under way. Exit code 1 reports that a rule was b
 is printed. Gaps and overlaps are in units of what rounding explains.
 """
 
-from __future__ import annotations
-
 import sys
 
 from tests.campaign.campaign import Campaign

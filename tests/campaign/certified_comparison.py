@@ -6,8 +6,6 @@ one another, rounding decides, and no later event is compared. An event that a r
 certified run and all copies is a difference.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Sequence

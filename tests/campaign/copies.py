@@ -5,8 +5,6 @@ otherwise. Where copies differ in which events they have, rounding decides. Copi
 envelope (`tests.campaign.envelope`) proves, and go on where its balls have become too wide.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable

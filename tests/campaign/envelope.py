@@ -11,8 +11,6 @@ What a ball holds exactly is not widened where the law does not round it either.
 and 1 round, even if their exact result is a float.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field

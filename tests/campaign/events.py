@@ -1,7 +1,5 @@
 """Events of a run: its impacts and the changes of how discs move in contact, named so that runs can be compared."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator

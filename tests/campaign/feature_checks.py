@@ -1,7 +1,5 @@
 """Checks of PIC on one scene: with a certified run, rotated and reordered, in pieces, and by all pairs."""
 
-from __future__ import annotations
-
 import contextlib
 import random
 import signal

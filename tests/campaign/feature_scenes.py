@@ -6,8 +6,6 @@ drawn: discs are placed in free space, and friction, spin and driven bodies are 
 them.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 import random

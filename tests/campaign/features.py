@@ -7,8 +7,6 @@ difference is saved as a scene file with its reason. With ``--state`` counts add
 the scenes under way. Exit code 1 reports a difference.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

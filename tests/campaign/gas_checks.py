@@ -1,7 +1,5 @@
 """Runs of PIC of the campaign's gases, each impact checked by `tests.checker`."""
 
-from __future__ import annotations
-
 import math
 import time
 from functools import partial
@@ -63,11 +61,7 @@ def checked(gas: Gas, impacts: int | None = None) -> Report:
         with np.errstate(over="ignore", invalid="ignore"):  # what overflows is beyond every bound, and so found
             for stretch in stretches:
                 check(
-                    gas.start,
-                    stretch,
-                    report,
-                    gravity_m_s2=gas.gravity_m_s2,
-                    contact_duration_s=gas.contact_duration_s,
+                    gas.start, stretch, report, gravity_m_s2=gas.gravity_m_s2, contact_duration_s=gas.contact_duration_s
                 )
                 if report.violations:
                     break

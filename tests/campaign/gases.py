@@ -1,7 +1,5 @@
 """Gases of all kinds for the campaign, each drawn from its number alone."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import StrEnum

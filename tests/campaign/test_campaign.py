@@ -1,7 +1,5 @@
 """The campaigns' commands: they count, go on where they were, and tell what they find and how to see it again."""
 
-from __future__ import annotations
-
 import math
 import os
 import signal

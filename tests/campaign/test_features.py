@@ -1,7 +1,5 @@
 """The campaign of features: dozens of its scenes show no new difference, and each planted fault is noticed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scenes rotated and with their discs in another order, and records of their runs seen from the original scene."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

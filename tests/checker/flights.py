@@ -18,8 +18,6 @@ look is recorded to u T, too: 5 u V T. The velocity at the end of a flight is of
 books and 5 u V from the look. With both coordinates, and 4 u |g| T, that is 20 u V + 4 u |g| T.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ friction. Both times are recorded with an error of 2 u T, so where they are as f
 within 4 u T and the rounding of their difference, either law may hold.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

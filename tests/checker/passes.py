@@ -6,8 +6,6 @@ and their flights compared: a straight relative motion, whose closest approach h
 alike, so theirs is straight as well; that of one that falls and one that does not is a parabola (`_lowest`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise

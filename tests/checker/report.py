@@ -1,7 +1,5 @@
 """What a check says: the rules, what broke one, and how far rounding got."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

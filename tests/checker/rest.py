@@ -6,8 +6,6 @@ friction takes in the hops without end that are left: then the slip is no faster
 about the point of contact is kept.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -36,11 +34,7 @@ class Rests:
     on: tuple[tuple[NDArray[np.bool_], Floats, Floats], ...]
 
     def landed(
-        self,
-        start: DiscArrays,
-        velocity: tuple[Floats, Floats],
-        spins: tuple[Floats, Floats],
-        known: Floats,
+        self, start: DiscArrays, velocity: tuple[Floats, Floats], spins: tuple[Floats, Floats], known: Floats
     ) -> NDArray[np.bool_]:
         """Return which discs may have come to rest so, turned by friction.
 

@@ -6,8 +6,6 @@ roundings of their sizes, as in the push (`rules`). The lesser of two numbers is
 where it is plain which one is less, by that one.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

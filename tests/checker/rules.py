@@ -1,7 +1,5 @@
 """What must hold of every impact, and what breaks it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from tests.checker.flights import UNIT, Flights, flights_of

@@ -4,8 +4,6 @@ Plain floats, one disc after the other. Which branch of the two frictions holds 
 the one that breaks its own conditions least.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The checker finds every kind of fault: each rule is broken in turn, in a record that is right otherwise."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

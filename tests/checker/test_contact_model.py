@@ -1,7 +1,5 @@
 """The checker knows the TC model: a run that is right by it breaks no rule, and each way to get it wrong breaks one."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from dataclasses import replace

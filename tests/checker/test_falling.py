@@ -1,7 +1,5 @@
 """The checker knows gravity: what falls rightly breaks no rule, and each wrong way to fall, meet or rest breaks one."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

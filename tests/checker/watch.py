@@ -1,7 +1,5 @@
 """Takes a run forward and keeps what can be seen of it: its impacts, and its state every few of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar

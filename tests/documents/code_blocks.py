@@ -9,8 +9,6 @@ a command that is not run begins its comment with the reason, ``# (REASON)``.
 - ``math`` and ``text``: nothing is run.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import shlex

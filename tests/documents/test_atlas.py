@@ -1,7 +1,5 @@
 """The tables of the engines' pages say what the rows of a cross-check and a stress campaign say."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -118,9 +116,7 @@ def test_a_crowd_ranks_by_what_looking_once_a_step_does_not_explain() -> None:
     assert any("not bounded" in row for row in rows)
 
 
-def test_an_engine_measured_alone_joins_its_own_tables_only(
-    found: tuple[dict[str, Any], list[dict[str, Any]]],
-) -> None:
+def test_an_engine_measured_alone_joins_its_own_tables_only(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
     """It has its profiles and its day; what ranks all engines stays as it was."""
     head, rows = found
     there = {**head, "environment": {**head["environment"], "versions": {"numpy": "2.4.6", "newcomer": "1.0"}}}

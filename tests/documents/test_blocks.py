@@ -1,7 +1,5 @@
 """Every block of code in the documents is read by its loader, checked, and run."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

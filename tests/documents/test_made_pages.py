@@ -1,7 +1,5 @@
 """Pages that are made: each has the tables of its figures, and what it says of engines is so in these."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re

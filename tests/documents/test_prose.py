@@ -1,7 +1,5 @@
 """Documents are within their limits of words, they and sources follow the style guide; generated tables are current."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -128,13 +126,8 @@ def test_the_diagram_of_the_stages_is_generated() -> None:
     """`python docs/figures/stages.py` would change nothing, and the diagram has the five stages."""
     page = stages.PAGE.read_text(encoding="utf-8")
     assert stages.filled(page) == page
-    assert [result for _, _, result in stages.stages()] == [
-        "ComparedRun",
-        "AlignedRun",
-        "MeasuredRun",
-        "JudgedRun",
-        "GradedRun",
-    ]
+    results = "ComparedRun AlignedRun MeasuredRun JudgedRun GradedRun"
+    assert [result for _, _, result in stages.stages()] == results.split()
     assert stages.diagram() in page
 
 

@@ -1,7 +1,5 @@
 """The documents are found by words that people search, the tutorial shows what happens; a changelog is assembled."""
 
-from __future__ import annotations
-
 import json
 import re
 from functools import cache

@@ -3,8 +3,6 @@
 Every test here is marked `engines`: the default suite passes, and takes as long, whether or not they are installed.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

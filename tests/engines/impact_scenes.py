@@ -1,7 +1,5 @@
 """Scenes whose outcome mechanics tells, for any engine: equal discs exchange the normal parts of their velocities."""
 
-from __future__ import annotations
-
 from tests.hazards.spread import starts_of
 
 from carom import Disc, Scene

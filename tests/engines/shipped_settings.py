@@ -1,7 +1,5 @@
 """What the engines that `make engines` installs ship, read from themselves: see `tests.adapters.shipped_settings`."""
 
-from __future__ import annotations
-
 import json
 import logging
 from collections.abc import Callable, Sequence

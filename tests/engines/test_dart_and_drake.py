@@ -1,7 +1,5 @@
 """What DART and Drake do that a user would not expect, asked of them; the right answers are laws of mechanics."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What releases of engines do, bare and by `carom history`: it needs the registries, or what was kept of them."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """Behaviour of engines from npm except Planck by themselves, compared with mechanics."""
 
-from __future__ import annotations
-
 import json
 import math
 import subprocess

@@ -1,7 +1,5 @@
 """What ODE and Newton's XPBD do that a user would not expect, by laws of mechanics, their manual and their tests."""
 
-from __future__ import annotations
-
 import unittest
 from typing import Any
 

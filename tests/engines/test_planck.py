@@ -1,7 +1,5 @@
 """Planck: event-driven where it is asked to be; walls, long moves, dumps, settings that are found."""
 
-from __future__ import annotations
-
 import json
 import math
 import subprocess

@@ -1,7 +1,5 @@
 """What Rapier does that a user would not expect, asked of Rapier; the right answers are laws of mechanics."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -25,11 +23,7 @@ def _scene(*discs: Disc, duration_s: float = 1.0) -> Scene:
 def _bullet(phase: float, mass_kg: float) -> Scene:
     """Stage a disc of 5 cm at 100 m/s, 3 m and a part of 1/60 s before another one."""
     start = -3.0 - phase * 100 / 60
-    return _scene(
-        disc_at(start, 0, 100, r=0.05),
-        disc_at(0, 0, r=0.05, m=mass_kg),
-        duration_s=0.2,
-    )
+    return _scene(disc_at(start, 0, 100, r=0.05), disc_at(0, 0, r=0.05, m=mass_kg), duration_s=0.2)
 
 
 def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finish) -> None:

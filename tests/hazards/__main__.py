@@ -3,8 +3,6 @@
 The figures of the named engines, by default all, replace theirs in the file.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

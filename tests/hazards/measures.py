@@ -4,8 +4,6 @@ Each figure has an answer by mechanics, and each is taken at `STARTS` starts. En
 declares: it is there that they do in silence what its limits are declared for.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Callable, Iterator, Mapping

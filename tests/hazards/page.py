@@ -1,7 +1,5 @@
 """The page of hazards, `docs/results/hazards.md`, and the lines that one engine has in its tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Figures over many starts, and the starts themselves."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from dataclasses import dataclass

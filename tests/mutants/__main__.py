@@ -7,8 +7,6 @@ What was tried is kept in `--state` and not tried again, so the command goes on 
 changed since is another place. A row of the document keeps its reason as long as its fault goes unnoticed.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os
@@ -113,18 +111,8 @@ def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: floa
                 if (copy / test.split("::")[0]).exists()
             }
         )
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "-s",
-            "-p",
-            "no:cacheprovider",
-            "-p",
-            "tests.mutants.running",
-            *tests,
-        ]
+        options = "-m pytest -q -s -p no:cacheprovider -p tests.mutants.running"
+        command = [sys.executable, *options.split(), *tests]
         paths = os.pathsep.join(str(copy / name) for name in ("src", "adapters", "."))
         environment = {**os.environ, "PYTHONPATH": paths, JOB: job.name, "PYTHONDONTWRITEBYTECODE": "1"}
         subprocess.run(command, cwd=copy, env=environment, check=False)

@@ -1,7 +1,5 @@
 """Which sources are tried, and the tests of each package: those that are run when it changes."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

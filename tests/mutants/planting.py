@@ -5,8 +5,6 @@ the text of Python, Cython and C. In a copy of the sources each place becomes ``
 C ``(chosen(7) ? another : itself)``. One build contains many faults; a process has the one whose number it is given.
 """
 
-from __future__ import annotations
-
 import io
 import keyword
 import re

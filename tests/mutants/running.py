@@ -4,8 +4,6 @@ A process begins as a copy of the one that has collected, so a fault costs no mo
 fails. Those that have found faults come first, then the shortest.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """Faults are planted in their places, and a process has the one whose number it is given."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -8,8 +8,6 @@ folder.
 Needs a Debian or Ubuntu of any version (apt-get, dpkg), and the network; not root, and no container.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """Every bit of some results: ``python bits.py`` prints a digest of each, the same however Carom was built."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import sys

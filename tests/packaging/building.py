@@ -1,7 +1,5 @@
 """Building and installing Carom, offline: with the tools of the environment that the tests run in."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

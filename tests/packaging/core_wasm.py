@@ -4,8 +4,6 @@ The same sources give the same bytes in any folder. A digest of the sources, of 
 is a section of the file, so that a test finds a stale file without the compiler. pyproject.toml pins the compiler, zig.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import subprocess

@@ -4,8 +4,6 @@ Starts are drawn by Python's own generator and by sums, products and quotients a
 differ from one processor to another, and what starts differently ends differently.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """The action for an engine's repository: each of its steps is run as the hosting would, in a folder of its own."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

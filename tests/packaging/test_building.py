@@ -1,7 +1,5 @@
 """Builds with a compiler, without one, for all of this processor, and with sanitizers: the bits are the same."""
 
-from __future__ import annotations
-
 import os
 import platform
 import sys

@@ -1,7 +1,5 @@
 """The source distribution holds what building and testing need, the wheel what running needs; both work."""
 
-from __future__ import annotations
-
 import sys
 import tarfile
 import tomllib

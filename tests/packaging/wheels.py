@@ -7,8 +7,6 @@ is missing is said to be. Then zig makes a wheel for musl, which is looked at, a
 Needs the network: for NumPy, for what tests need, and for zig.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import re

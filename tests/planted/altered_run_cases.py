@@ -4,8 +4,6 @@ Where a hand's reckoning leaves one grade, the table names one. Where it leaves 
 millionth relative to that of sampling depends on every impact of a crowd), it names the best and the worst that may be.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

@@ -4,8 +4,6 @@ A run is recorded from the impacts that a solver found, on free paths from impac
 judges a run. `Playback` is the adapter that shows it, so that a run goes the same way as any engine's.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

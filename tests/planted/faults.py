@@ -6,8 +6,6 @@ makes a run of impacts: where every disc is at the start of each step, and at th
 impacts is planted before that, so that the run agrees with itself; one of what is reported, or of the states, after it.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Mapping

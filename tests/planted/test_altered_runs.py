@@ -1,7 +1,5 @@
 """No doctored run is graded better than it is, or worse: to the end, in crowds, at rest, reported or not."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 from functools import cache, lru_cache

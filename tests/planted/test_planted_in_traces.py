@@ -1,7 +1,5 @@
 """Each fault of the table, planted in a right run, comes back as itself, at its size, and with no better grade."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

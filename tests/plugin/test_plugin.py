@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import pytest
 from tests.cases import each, release_after
 from tests.installed_adapters import clear_entry_point_caches, write_distribution
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, sure, wall_at
 
 import carom
 from carom.comparator import Grade, Verdict
@@ -95,10 +95,9 @@ def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_co
     dt_s = 1 / 241
     trace = carom.run(scene, "penalty", dt=dt_s, profile=profile)
     assert len(trace.impacts) == 1
-    assert trace.effective_time_s is not None
     # Some 240 steps, each rounding positions of 1 m by half an ulp.
     rounding = 240 * 2.0**-53
-    assert trace.effective_time_s[0] == pytest.approx(0.5 + contact_steps * dt_s / 2, abs=rounding)
+    assert sure(trace.effective_time_s)[0] == pytest.approx(0.5 + contact_steps * dt_s / 2, abs=rounding)
     assert trace.impacts["velocity_first_after"][0][0] == pytest.approx(-1, abs=rounding / dt_s)
 
 
@@ -109,18 +108,13 @@ def test_a_third_party_adapter_is_scored_and_skipped_like_any_other() -> None:
     still = [disc_at(0, 0, r=1)]
     walled = staged("walled", *still, wall_at(-2, 0, 1, 0), duration_s=1)
     results = carom.cross_check(
-        [walled, staged("open", *still, duration_s=1)],
-        ["penalty"],
-        timing=False,
-        dts=[1 / 60],
-        profiles=["tuned"],
+        [walled, staged("open", *still, duration_s=1)], ["penalty"], timing=False, dts=[1 / 60], profiles=["tuned"]
     )
     unsupported, ran = results.rows
     assert (unsupported.status, unsupported.grade) == (Status.UNSUPPORTED, None)
     assert "walls" in unsupported.reason
     assert (ran.status, ran.grade) == (Status.RAN, Grade.UNGRADED)  # nothing happens there that could be graded
-    assert ran.score is not None
-    assert ran.score.verdicts == (Verdict.NO_IMPACT,)
+    assert sure(ran.score).verdicts == (Verdict.NO_IMPACT,)
 
 
 Pytest = Callable[..., subprocess.CompletedProcess[str]]

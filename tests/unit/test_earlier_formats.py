@@ -1,7 +1,5 @@
 """Files of every format that was written once: read, or refused in a sentence, never misread."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

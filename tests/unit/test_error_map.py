@@ -1,7 +1,5 @@
 """The map of what sampling costs agrees with closed forms, and is drawn."""
 
-from __future__ import annotations
-
 import numpy as np
 from docs.figures.error_map import build_error_map, error_map_figure
 

@@ -1,7 +1,5 @@
 """The errors that are raised on purpose."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Callable
 from typing import Any

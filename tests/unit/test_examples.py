@@ -1,7 +1,5 @@
 """Examples in the docstrings of the public names, which the API reference shows."""
 
-from __future__ import annotations
-
 import doctest
 import io
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A signal at any moment of the command line ends it with a sentence and its own exit code."""
 
-from __future__ import annotations
-
 import gc
 import signal
 import subprocess

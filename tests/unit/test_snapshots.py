@@ -1,7 +1,5 @@
 """What commands print, and documents of fixed results, kept whole in tests/snapshots: a change is read as a diff."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

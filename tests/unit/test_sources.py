@@ -1,7 +1,5 @@
 """What holds of the sources and documents as they are read: names, sizes, words."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re

@@ -1,7 +1,5 @@
 """Certified runs read from what `carom.solvers.certified.serialisation` writes; python-flint need not be installed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any

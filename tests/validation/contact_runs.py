@@ -4,8 +4,6 @@ It shares no code with Carom. Of the two frictions each either acts against its 
 one answer, so whichever of the nine cases does not contradict itself is it.
 """
 
-from __future__ import annotations
-
 import itertools
 from typing import NamedTuple
 

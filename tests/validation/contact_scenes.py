@@ -10,8 +10,6 @@ give as much again: so they run the scene from a start about g h T away. Where d
 is a hundred times as far off from such a start: from several of these it has to be as far off as small steps are.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import random

@@ -7,8 +7,6 @@ each other the tangential one is reversed by b. If that takes more than Coulomb'
 against the slip.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Scenes for, and errors of, Carom's event-driven PIC where the answer is known: Galperin, collapse, touching discs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

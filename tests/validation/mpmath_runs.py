@@ -5,8 +5,6 @@ root ``(-b - sqrt(b^2 - a c)) / a`` of the textbook. Run as a program it is a ca
 -m tests.validation.mpmath_runs 1000``.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Sequence

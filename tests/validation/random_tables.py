@@ -1,7 +1,5 @@
 """Random tables of finite walls, each drawn from its number alone, for `tests.validation.table_runs`."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import replace

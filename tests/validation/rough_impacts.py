@@ -1,7 +1,5 @@
 """Impacts with friction and spin, compared with the law in rational numbers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction

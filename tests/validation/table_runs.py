@@ -3,44 +3,23 @@
 Every edge has a vertex at both of its ends, two sides, and no joint is looked at twice: nothing is merged. An arc's
 circle follows from its chord by trigonometry, its sector from angles, and a fall's instant from all roots of a
 polynomial. The answer is that of the very floats of the scene.
-
-The possible effect of rounding on a run of floats is computed with it: the derivative of each flight and impact with
-respect to where it begins, and to the point of contact, by differences of 10^-40. The sum of what each rounding has
-grown to is a bound to first order; where it passes a part of the radius, floats say nothing more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from itertools import product
+from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-from flint import acb, acb_poly, arb, ctx
-from numpy.typing import NDArray
+from flint import acb, acb_poly, arb
 
-from carom import Disc, Scene, solve_pic
-from carom.model.trace import Outcome
+from carom import Disc, Scene
 from carom.model.walls import Chain
 
 Point = tuple[float, float]
 
 #: Bits of a number: forty impacts, each of which may cost ten, leave more than a float has.
 PRECISION = 600
-#: A difference of this size is far above a ball's radius, and its square far below what a float can tell.
-STEP = arb(10) ** -40
 #: An instant so soon after an impact is that impact.
 AT_ONCE = arb(10) ** -60
-#: Roundings of a coordinate on its way to a contact: the wait, its product with the velocity, and the sum. Two more are
-#: in the normal of a circle, where a coordinate of the centre is subtracted, and one is that of the centre.
-ROUNDINGS_OF_PLACE = 6
-#: Roundings of a velocity in an impact: a normal's component, two products and a sum along it, one times 1 + e, a
-#: product and a difference. Where a line is driven, all are of what is seen from there, whose speed is added.
-ROUNDINGS_OF_VELOCITY = 8
-UNIT = 2.0**-53
-#: Of the radius: where the bound of its place has passed this part of it, a run of floats is compared no further.
-PART = 1e-3
 #: Of a run: a slow disc goes through forty impacts in it.
 DURATION_S = 1e6
 
@@ -90,11 +69,10 @@ class Side(NamedTuple):
 
 
 class Met(NamedTuple):
-    """One impact: with which line, the state after it, and how far floats may be from that, component by component."""
+    """One impact: with which line, and the state after it."""
 
     line: int
     state: State
-    bound: NDArray[np.float64]
 
 
 def sides(table: Table) -> list[Side]:
@@ -199,14 +177,7 @@ def _bent(table: Table, line: int, a: Point, b: Point, bulge: float, reach: arb)
 
 
 def _circle(
-    table: Table,
-    line: int,
-    cx: arb,
-    cy: arb,
-    rim: arb,
-    *,
-    inside: bool,
-    within: Callable[[arb, arb], bool] | None,
+    table: Table, line: int, cx: arb, cy: arb, rim: arb, *, inside: bool, within: Callable[[arb, arb], bool] | None
 ) -> Side:
     sign = -1 if inside else 1
 
@@ -254,11 +225,10 @@ def _falls(powers: list[arb]) -> list[arb]:
     return sorted(falling, key=lambda t: float(t.mid()))
 
 
-def _after(table: Table, side: Side, s: State, wait: arb, off: tuple[arb, arb]) -> State:
-    """Return the state after an impact, where the disc strikes so far off the point of contact."""
+def _after(table: Table, side: Side, s: State, wait: arb) -> State:
+    """Return the state after an impact."""
     gx, gy = map(arb, table.gravity)
-    x = s.x + wait * (s.vx + wait * gx / 2) + off[0]
-    y = s.y + wait * (s.vy + wait * gy / 2) + off[1]
+    x, y = _moved(table, s, wait)
     vx, vy, time = s.vx + wait * gx, s.vy + wait * gy, s.time + wait
     nx, ny = side.normal(State(time, x, y, vx, vy))
     own = table.lines[side.line].restitution
@@ -267,84 +237,22 @@ def _after(table: Table, side: Side, s: State, wait: arb, off: tuple[arb, arb]) 
     return State(time, x, y, vx - push * nx, vy - push * ny)
 
 
-def _floats(s: State) -> NDArray[np.float64]:
-    return np.array([float(value.mid()) for value in s])
-
-
-@dataclass
 class Walk:
-    """A disc's way from impact to impact, with the derivatives that say how its roundings grow."""
+    """A disc's way from impact to impact."""
 
-    table: Table
-    state: State = field(init=False)
-    sides: list[Side] = field(init=False)
-    grown: list[NDArray[np.float64]] = field(default_factory=list)  # what each rounding has become, as columns
-
-    def __post_init__(self) -> None:
-        self.sides = sides(self.table)
-        self.state = State(arb(0), *map(arb, (*self.table.place, *self.table.velocity)))
-
-    def bound(self) -> NDArray[np.float64]:
-        """Return a bound on how far floats may be from the state, component by component."""
-        return sum((abs(columns).sum(axis=1) for columns in self.grown), np.zeros(5))
-
-    def first(self, s: State) -> tuple[arb, Side] | None:
-        """Return the next impact after a state: the wait, and with what."""
-        found = [(wait, side) for side in self.sides if (wait := side.meet(s)) is not None]
-        return min(found, key=lambda one: float(one[0].mid())) if found else None
+    def __init__(self, table: Table) -> None:
+        self._table, self._sides = table, sides(table)
+        self._state = State(arb(0), *map(arb, (*table.place, *table.velocity)))
 
     def step(self) -> Met | None:
         """Go on through the next impact; None where there is none."""
-        found = self.first(self.state)
-        if found is None:
+        found = [(wait, side) for side in self._sides if (wait := side.meet(self._state)) is not None]
+        if not found:
             return None
-        wait, side = found
-        begin, here = self.state, (arb(0), arb(0))
-        end = _after(self.table, side, begin, wait, here)
-        by_start = []
-        for k in range(5):
-            other = State(*(value + STEP if k == i else value for i, value in enumerate(begin)))
-            if (later := side.meet(other)) is None:
-                return None  # a graze that a hair makes a miss
-            by_start.append(_slope(end, _after(self.table, side, other, later, here)))
-        by_place = [_slope(end, _after(self.table, side, begin, wait, off)) for off in ((STEP, arb(0)), (arb(0), STEP))]
-        growth = np.stack(by_start, axis=1)
-        flight = float(wait.mid())
-        sizes = abs(_floats(begin)) + abs(_floats(end))
-        speed = float(np.hypot(*sizes[3:])) + max(
-            (np.hypot(*v) for _, v in self.table.lines[side.line].legs), default=0.0
-        )
-        far = _largest(self.table.lines[side.line], float(sizes[0]))
-        place = ROUNDINGS_OF_PLACE * UNIT * (sizes[1:3] + speed * flight + far)
-        direct = np.array([2 * UNIT * sizes[0], 0.0, 0.0, *[ROUNDINGS_OF_VELOCITY * UNIT * speed] * 2])
-        self.grown = [growth @ columns for columns in self.grown]
-        self.grown.append(np.concatenate([np.stack(by_place, axis=1) * place, np.diag(direct)], axis=1))
-        if self.table.lines[side.line].legs:
-            # The disc's place is rounded as the line sees it, where a leg begins: the instant depends on that, too.
-            self.grown.append(growth[:, 1:3] * place)
-        self.state = State(*(value.mid() for value in end))  # some 170 digits: what balls would lose is dropped
-        return Met(side.line, end, self.bound())
-
-
-def _slope(end: State, other: State) -> NDArray[np.float64]:
-    return np.array([float(((b - a) / STEP).mid()) for a, b in zip(end, other, strict=True)])
-
-
-def _largest(line: Line, time: float) -> float:
-    """Return a bound on the coordinates of a line, and of its way, up to a time."""
-    fastest = max((abs(value) for _, velocity in line.legs for value in velocity), default=0.0)
-    return max(abs(value) for point in line.points for value in point) + fastest * time
-
-
-def is_near_miss(walk: Walk, before: State, bound: NDArray[np.float64], line: int, time: float) -> bool:
-    """Whether a start within the bound of a flight's leads to another line about then, so that rounding chooses."""
-    for signs in product((-1, 0, 1), repeat=4):
-        shifts = (0, *signs)
-        start = State(*(value + shift * arb(off) for value, shift, off in zip(before, shifts, bound, strict=True)))
-        found = walk.first(start)
-        if found is not None and found[1].line == line and abs(float((before.time + found[0]).mid()) - time) <= 0.01:
-            return True
-    return False
+        wait, side = min(found, key=lambda one: float(one[0].mid()))
+        end = _after(self._table, side, self._state, wait)
+        self._state = State(*(value.mid() for value in end))  # some 170 digits: what balls would lose is dropped
+        return Met(side.line, end)
 
 
 def scene_of(table: Table) -> Scene:
@@ -369,45 +277,3 @@ def scene_of(table: Table) -> Scene:
         gravity_m_s2=table.gravity,
         duration_s=DURATION_S,
     )
-
-
-class Comparison(NamedTuple):
-    """How a run of floats compares with brute force.
-
-    Attributes:
-        agreed: Impacts that agree within their bounds.
-        ended: Why no more were compared: "bound" (it has passed a thousandth of the radius), "near miss" (rounding
-            chooses what is met), "most", "over" (no more impacts), or "contradiction".
-        worst: Greatest error of an impact over its bound.
-    """
-
-    agreed: int
-    ended: str
-    worst: float
-
-
-def compare(table: Table, most: int) -> Comparison:
-    """Compare the first impacts of a table, as far as floats say anything."""
-    ctx.prec = PRECISION
-    trace = solve_pic(scene_of(table), max_impacts=most)
-    walk, worst = Walk(table), 0.0
-    for number in range(most):
-        before, bound = walk.state, walk.bound()
-        met = walk.step()
-        if met is None or number == len(trace.impacts):
-            # A graze that a hair makes a miss, or nothing left to be met by either until the run ends.
-            later = met is None or float(met.state.time.mid()) > DURATION_S or trace.outcome is not Outcome.COMPLETED
-            alike = number == len(trace.impacts) and later
-            return Comparison(number, "over" if alike else "contradiction", worst)
-        row = trace.impacts[number]
-        if not float(max(met.bound[1:3])) <= PART * table.radius:
-            return Comparison(number, "bound", worst)
-        if -1 - row["second"] != met.line:
-            near = is_near_miss(walk, before, bound, -1 - row["second"], row["time_s"])
-            return Comparison(number, "near miss" if near else "contradiction", worst)
-        found = np.array([row["time_s"], *row["velocity_first_after"]])
-        error = abs(found - _floats(met.state)[[0, 3, 4]]) / met.bound[[0, 3, 4]]
-        if not np.all(error <= 1.0):
-            return Comparison(number, "contradiction", float(error.max()))
-        worst = max(worst, float(error.max()))
-    return Comparison(most, "most", worst)

@@ -3,8 +3,6 @@
 The data is made by ``python -m benchmarks.certified_answers``; each number in it is within its radius of the truth.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Certified runs in contact: closed forms, runs of 60 digits by every branch, PIC, and what ends by name."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any
@@ -11,7 +9,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.cases import each, release_after
 from tests.random_scenes import thrown
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, sure, wall_at
 from tests.validation import contact_runs, contact_scenes
 from tests.validation.certified_files import from_enclosures
 from tests.validation.mpmath_runs import outside
@@ -110,9 +108,8 @@ def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
     with mp.workdps(60):
         ends = 3 * mp.sqrt(mpf(2) / 10)
     for certified in (few, many):
-        assert certified.trace.modes is not None
         assert certified.mode_radii is not None
-        assert abs(mpf(float(certified.trace.modes["time_s"][0])) - ends) <= certified.mode_radii["time_s"][0]
+        assert abs(mpf(float(sure(certified.trace.modes)["time_s"][0])) - ends) <= certified.mode_radii["time_s"][0]
 
 
 def test_a_landing_on_a_slope_keeps_what_friction_can_not_change() -> None:
@@ -159,10 +156,8 @@ def test_a_disc_that_comes_back_to_the_vertex_it_has_left_meets_it() -> None:
     )
     certified, trace = certify(scene), solve_pic(scene)
     assert len(trace.impacts) == 1
-    assert certified.trace.modes is not None
-    assert certified.trace.modes["after"].tolist() == [Mode.ROLL, Mode.FLIGHT]
-    assert certified.trace.edges is not None
-    assert certified.trace.edges["kind"][0] == EdgeKind.VERTEX
+    assert sure(certified.trace.modes)["after"].tolist() == [Mode.ROLL, Mode.FLIGHT]
+    assert sure(certified.trace.edges)["kind"][0] == EdgeKind.VERTEX
     assert horizon_of(certified, trace).covers_the_scene
 
 
@@ -174,8 +169,7 @@ def test_friction_holds_to_the_last_bit(factor: float, steepest: float) -> None:
         law = {"gravity_m_s2": (3.0, -4.0), "wall_friction": friction, "wall_restitution": 0.0}
         disc, floor = disc_at(0.0, 0.5, inertia_factor=factor), wall_at(0.0, 0.0, 0.0, 1.0)
         certified = certify(staged("holds", disc, floor, **law, duration_s=1.0))
-        assert certified.trace.modes is not None
-        modes.append(Mode(certified.trace.modes["after"][0]))
+        modes.append(Mode(sure(certified.trace.modes)["after"][0]))
     assert modes == [Mode.REST if factor == math.inf else Mode.ROLL, Mode.SLIDE]
 
 

@@ -1,7 +1,5 @@
 """Certified runs of what is driven and of what falls on what does not: sixty digits, rings as discs, turns, a crush."""
 
-from __future__ import annotations
-
 import math
 import random
 from typing import Any

@@ -1,7 +1,5 @@
 """Certified runs against brute force at 400 digits, which shares no code with them and is a longer campaign, too."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Certified runs against closed forms: each answer must be within the proven radii."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator
@@ -116,12 +114,7 @@ def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: floa
     M = 100^4 there are 31415 impacts, and the distance to the wall at the nearest is 1e-4 of that at the first.
     """
     gap, further = Fraction(1, 2), Fraction(1)
-    scene = line(
-        [float(gap) + 0.125, float(further) + 0.375],
-        [0.0, -1.0],
-        [1.0, ratio],
-        wall_at(0.0, 0.0, 1.0, 0.0),
-    )
+    scene = line([float(gap) + 0.125, float(further) + 0.375], [0.0, -1.0], [1.0, ratio], wall_at(0.0, 0.0, 1.0, 0.0))
     certified = carom.certify(scene)
     with mp.workdps(60):
         theta = mp.atan(1 / mp.sqrt(mpf(ratio)))

@@ -1,7 +1,5 @@
 """Certified runs under gravity, damped, on a table that slows discs, and with friction: closed forms, ends by name."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any
@@ -11,7 +9,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.cases import each
 from tests.random_scenes import small
-from tests.scene_builders import disc_at, staged, wall_at
+from tests.scene_builders import disc_at, staged, sure, wall_at
 from tests.validation.mpmath_runs import outside
 
 from carom import CertifiedTrace, Disc, Scene, Wall, certify, solve_pic
@@ -96,8 +94,7 @@ def test_a_ball_that_does_not_bounce_rests_in_contact() -> None:
     certified = certify(of_catalogue("ladder", wall_restitution=0.0))
     assert len(certified) == 1
     assert certified.ending is Ending.COMPLETED
-    assert certified.trace.modes is not None
-    assert certified.trace.modes["time_s"].tolist() == certified.trace.impacts["time_s"].tolist()
+    assert sure(certified.trace.modes)["time_s"].tolist() == certified.trace.impacts["time_s"].tolist()
 
 
 @each("speed, impacts", [(math.nextafter(2.0, 0.0), 0), (2.0, 0), (math.nextafter(2.0, 3.0), 1)])
@@ -188,8 +185,7 @@ def test_a_disc_that_stops_where_it_would_touch_is_named() -> None:
     """Its way, v^2/(2 a), is exactly as long as the gap: a touch at speed 0, which no precision tells from a miss."""
     disc, wall = disc_at(0.0, 0.0, 2.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
     degeneracy = certify(staged("touch", disc, wall, table_deceleration_m_s2=1.0, duration_s=5.0)).degeneracy
-    assert degeneracy is not None
-    assert degeneracy.kind is Degenerate.GRAZE
+    assert sure(degeneracy).kind is Degenerate.GRAZE
 
 
 # With friction --------------------------------------------------------------------------------------------------------
@@ -203,18 +199,14 @@ def on_floor(velocity: tuple[float, float], **fields: object) -> Scene:
 def apart(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
     """Return where two certified runs of one scene contradict each other."""
     found = []
-    assert one.trace.spins is not None
-    assert other.trace.spins is not None
     for a, b, ra, rb in (
         (one.trace.impacts, other.trace.impacts, one.radii, other.radii),
-        (one.trace.spins, other.trace.spins, one.spin_radii, other.spin_radii),
+        (sure(one.trace.spins), sure(other.trace.spins), one.spin_radii, other.spin_radii),
     ):
-        assert ra is not None
-        assert rb is not None
         most = min(len(a), len(b))
         for name in a.dtype.names or ():
             if name != "second":  # which of two walls that are one
-                inside = np.abs(a[name][:most] - b[name][:most]) <= ra[name][:most] + rb[name][:most]
+                inside = np.abs(a[name][:most] - b[name][:most]) <= sure(ra)[name][:most] + sure(rb)[name][:most]
                 found += [(int(k), name) for k in np.argwhere(~inside)[:, 0]]
     return found
 
@@ -243,10 +235,8 @@ def test_exactly_between_stick_and_slide_a_run_goes_on() -> None:
     scene = on_floor((2.25, -1.0), wall_friction=0.5, wall_restitution=0.5)
     found = certify(scene, digits=30)
     assert found.ending is Ending.COMPLETED
-    assert found.trace.spins is not None
-    assert found.spin_radii is not None
     assert found.trace.impacts["velocity_first_after"].tolist() == [[1.5, 0.5]]
-    assert found.trace.spins.tolist() == [(0.0, 0.0, -1.5, 0.0)]
-    assert found.spin_radii["first_after"].max() < 1e-15
+    assert sure(found.trace.spins).tolist() == [(0.0, 0.0, -1.5, 0.0)]
+    assert sure(found.spin_radii)["first_after"].max() < 1e-15
     assert [len(row) for row in found.decimals] == [6]
     assert Fraction(found.decimals[0][-1]) == Fraction(-3, 2)

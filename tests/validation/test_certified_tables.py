@@ -1,7 +1,5 @@
 """Certified runs on finite walls, against brute force of other formulas and closed forms, and where they must end."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 

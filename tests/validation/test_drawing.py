@@ -1,7 +1,5 @@
 """The scenes that solvers are compared by hold what the comparisons are for, so that none of them is vacuous."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

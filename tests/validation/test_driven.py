@@ -1,7 +1,5 @@
 """Driven walls and discs against independent answers: Galileo, fractions, sixty digits, and books of energy."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable
@@ -12,7 +10,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 from tests.cases import each, long_until, release_after
-from tests.scene_builders import crushed_rows, disc_at, on_legs, staged, wall_at
+from tests.scene_builders import crushed_rows, disc_at, on_legs, staged, sure, wall_at
 from tests.validation.mpmath_runs import brute_force
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
@@ -89,10 +87,7 @@ def boosted(scene: Scene, drive: Vector) -> Scene:
     return Scene(**{**dict(scene), "discs": discs, "walls": [faster(wall) for wall in scene.walls]})
 
 
-@each(
-    "draw, seeds",
-    release_after(2, [(a_table, range(4)), (on_a_path, range(8)), (a_table, range(4, 24))]),
-)
+@each("draw, seeds", release_after(2, [(a_table, range(4)), (on_a_path, range(8)), (a_table, range(4, 24))]))
 def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], Scene], seeds: range) -> None:
     """A scene of which everything is driven along has its impacts at the same times, and velocities more by the drive.
 
@@ -349,8 +344,7 @@ def test_a_puck_among_mallets_has_the_impacts_of_sixty_digits(seeds: range) -> N
         with mp.workdps(60):
             trace, known = solve_pic(scene, max_impacts=6), brute_force(scene, 6)
         assert len(trace.impacts) == len(known)
-        assert trace.spins is not None
-        for row, spins, one in zip(trace.impacts, trace.spins, known, strict=True):
+        for row, spins, one in zip(trace.impacts, sure(trace.spins), known, strict=True):
             assert (row["first"], row["second"]) == (one.first, one.second)
             assert abs(row["time_s"] - float(one.time)) < 1e-9, (seed, one.time)
             after = [float(v) for v in one.after[:2]]
@@ -416,8 +410,7 @@ def test_a_belt_gives_a_disc_what_friction_holds_it_by() -> None:
         )
         for trace in (solve_pic(scene), solve_pit(scene)):
             assert trace.impacts["velocity_first_after"].tolist() == [[-0.5 * side, side]]
-            assert trace.spins is not None
-            assert trace.spins["first_after"].tolist() == [-4.0]
+            assert sure(trace.spins)["first_after"].tolist() == [-4.0]
 
 
 def with_belts() -> Scene:
@@ -449,10 +442,9 @@ def test_the_books_of_energy_balance_with_legs_belts_friction_and_losses(scene: 
     trace, disc = solve_pic(scene, max_impacts=50), scene.discs[0]
     assert len(trace.impacts) > (15 if scene.name == "belts" else 0)
     assert scene.name != "belts" or {-1, -2, 1} == {int(second) for second in trace.impacts["second"]}
-    assert trace.spins is not None
     energy = kinetic_energy(scene, scene.arrays.velocity_m_s, scene.arrays.spins)
     mass, radius, ease, moved = disc.mass_kg, disc.radius_m, 1.0 + 1.0 / disc.inertia_factor, energy
-    for row, spins, done in zip(trace.impacts, trace.spins, work_of_driven(trace), strict=True):
+    for row, spins, done in zip(trace.impacts, sure(trace.spins), work_of_driven(trace), strict=True):
         (nx, ny), second = -row["normal"], int(row["second"])  # from the other body to the disc
         runs = scene.walls[-1 - second].surface_speed_m_s if second < 0 else 0.0
         runs += float(spins["second_before"]) * scene.discs[second].radius_m if second >= 0 else 0.0

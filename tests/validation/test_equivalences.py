@@ -4,8 +4,6 @@ Two algorithms and one answer, for PIC with and without friction and gravity, an
 measures it in other units, does just that to its answer. `tests/random_scenes.py` says what the kinds are for.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable, Sequence

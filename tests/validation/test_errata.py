@@ -3,8 +3,6 @@
 ``docs/theory/errata.md`` lists all errata and names these tests. The printed formulas live here and nowhere else.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

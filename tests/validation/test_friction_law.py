@@ -1,7 +1,5 @@
 """Friction and spin against the law in rational numbers, written from Newton's laws and not from the code."""
 
-from __future__ import annotations
-
 import math
 import random
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Uniform gravity: closed forms, conserved quantities, symmetries, and every way in which motion can end."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -9,7 +7,7 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.random_scenes import drawn
-from tests.scene_builders import disc_at, on_legs, staged, wall_at
+from tests.scene_builders import disc_at, on_legs, staged, sure, wall_at
 
 from carom import Chain, Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import catalogue
@@ -51,8 +49,7 @@ def test_a_ball_that_lies_on_the_floor_rests_there(height: float, restitution: f
     scene = ball(height, restitution)
     for solve in (solve_pic, solve_pic_framewise):
         trace = solve(scene)
-        assert trace.modes is not None
-        assert trace.modes["after"].tolist() == [Mode.REST]
+        assert sure(trace.modes)["after"].tolist() == [Mode.REST]
         assert (trace.contact_s, trace.outcome, len(trace.impacts)) == (0.0, Outcome.COMPLETED, 0)
 
 

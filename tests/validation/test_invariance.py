@@ -5,8 +5,6 @@ catalogue; mirrors and powers of two, which change no bit, are in ``test_equival
 that `carom stress` measures of the engines.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Every scene that has a name against its known answer, as PIC finds it whole and frame by frame, and two theorems."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

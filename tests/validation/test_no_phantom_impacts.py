@@ -4,8 +4,6 @@ The scenes have a disc that crosses the edge of a cell a rounding's width before
 follows from the geometry alone: one disc, on a straight line, meets one other.
 """
 
-from __future__ import annotations
-
 import math
 
 import pytest

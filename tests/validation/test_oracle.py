@@ -5,8 +5,6 @@ the fiftieth digit; The difference of their impacts is the scene's own condition
 condition times the rounding of float64, times a few for the operations of each impact.
 """
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

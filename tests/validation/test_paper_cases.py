@@ -1,7 +1,5 @@
 """The four cases of the source paper, "Collision Detection Between two Circular Rigid Bodies", figures 2 to 9."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

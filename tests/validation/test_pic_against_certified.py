@@ -1,7 +1,5 @@
 """PIC against ball arithmetic, on scenes full of ties too: it has the impacts that are proven, however close."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

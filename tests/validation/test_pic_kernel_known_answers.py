@@ -1,7 +1,5 @@
 """The event-driven kernel against answers that no code of Carom made, and its invariants for any input."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

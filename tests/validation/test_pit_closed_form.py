@@ -1,7 +1,5 @@
 """PIT of two discs has a closed form: it finds the impact at the first frame in [contact, closest), or never."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

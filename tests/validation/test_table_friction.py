@@ -1,7 +1,5 @@
 """Discs that are slowed down, on a table or damped: times against bisection, known answers, and what PIT pays there."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable

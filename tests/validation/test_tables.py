@@ -3,8 +3,6 @@
 The answers are theorems, or rational arithmetic here, and independent of the code under test.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 

@@ -20,10 +20,7 @@ class TurnsWrong(PenaltyWorld):
             for disc in touched - {contact.first for contact in self.contacts}:
                 turn = math.radians(30)
                 x, y = self.velocity[disc]
-                self.velocity[disc] = (
-                    x * math.cos(turn) - y * math.sin(turn),
-                    x * math.sin(turn) + y * math.cos(turn),
-                )
+                self.velocity[disc] = (x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn))
 
 
 class StampsEarly(PenaltyWorld):

@@ -1,7 +1,5 @@
 """Scenes of reported bugs, and those that have a name, with their known answers."""
 
-from __future__ import annotations
-
 import cmath
 import math
 import re

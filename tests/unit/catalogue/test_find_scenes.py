@@ -1,7 +1,5 @@
 """The catalogue: what every scene of it promises, what finds one, and that its name is taken wherever a scene is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The command line as a user types it: what it writes, what it refuses, and how it ends."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """`carom diff` as a user types it: where it writes, what it refuses, and how it ends."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a study declares is what Python, the command line and the journal follow: nonsense is refused by name."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Whatever can't be asked of a command is a sentence and exit code 2, before anything is run or written."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 

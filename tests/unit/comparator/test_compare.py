@@ -3,8 +3,6 @@
 Planted faults are in `tests/planted`.
 """
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The range of a comparison: it ends where no step can show more bounces, on a floor or in a crush."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Scores of runs with driven bodies: correct runs are graded well, and a paddle treated as fixed is found wrong."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
@@ -218,11 +216,7 @@ def test_no_exact_run_begins_where_a_disc_has_no_room(
 
     monkeypatch.setattr(window, "exact_run", asked)
     monkeypatch.setattr(window_runs, "MOST_IMPACTS", 50)  # of the window in which it is crushed
-    things = [
-        placed(disc_at(1.25, 0.0, -0.5, r=0.25)),
-        placed(crush().walls[0]),
-        placed(press),
-    ]
+    things = [placed(disc_at(1.25, 0.0, -0.5, r=0.25)), placed(crush().walls[0]), placed(press)]
     scene = staged(
         "crush",
         *[thing for thing in things if isinstance(thing, Disc)],

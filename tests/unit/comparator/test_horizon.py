@@ -1,7 +1,5 @@
 """The horizon, given, certified or estimated: nothing is compared globally beyond it, and everything up to it."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -14,7 +12,7 @@ from tests.scene_builders import altered, disc_at, line, staged, sure, wall_at
 import carom
 from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic
 from carom.catalogue import catalogue
-from carom.comparator import Grade, Verdict, horizon_of
+from carom.comparator import Grade, horizon_of
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
 from carom.studies.bench.gas import gas_scene
@@ -139,26 +137,11 @@ def test_an_impact_at_the_very_end_ends_no_horizon(k: int) -> None:
 
 
 def test_bad_horizons_are_refused(certified: CertifiedTrace, pic: Trace) -> None:
-    """NaN is no horizon, 0 no tolerance, and two scenes are not compared."""
-    with pytest.raises(InputError, match=r"horizon must be a number of impacts .* got nan"):
-        compare(pic, pic, horizon=math.nan)
+    """0 is no tolerance, and two scenes are not compared."""
     with pytest.raises(InputError, match="tolerance must be above 0, got 0"):
         horizon_of(certified, pic, tolerance=0)
     with pytest.raises(InputError, match="but the trace is not"):
         horizon_of(certified, solve_pic(SCENE.model_copy(update={"name": "other"}), max_impacts=0))
-
-
-def test_what_lies_beyond_the_horizon_is_not_held_against_anybody() -> None:
-    """An impact dropped within the horizon is missed; impacts dropped beyond it, from 40 on, have no effect."""
-    reference = solve_pic(catalogue()["classics/gas"].scene)
-    early = dataclasses.replace(reference, impacts=np.delete(reference.impacts, 5))
-    late = replayed(reference, reference.impacts[:40].copy())
-    assert compare(reference, early, horizon=20).missed == (5,)
-    score = compare(reference, late, horizon=20)
-    assert score.verdicts == (Verdict.CONFORMS,)
-    assert (score.expected, score.beyond_horizon) == (20, len(reference.impacts) - 20)
-    assert len(score.errors) == 20
-    assert compare(reference, late).missed[0] == 40
 
 
 def test_a_time_and_a_number_of_impacts_are_one_horizon() -> None:
@@ -175,7 +158,7 @@ def test_a_time_and_a_number_of_impacts_are_one_horizon() -> None:
 def test_a_horizon_that_is_none_is_refused(horizon: float) -> None:
     """A negative horizon, NaN, or a truth value is refused by name."""
     reference = solve_pic(catalogue()["paper/late"].scene)
-    with pytest.raises(InputError, match="horizon must be"):
+    with pytest.raises(InputError, match=rf"horizon must be a number of impacts .* got {horizon}"):
         compare(reference, reference, horizon=horizon)
 
 
@@ -200,8 +183,6 @@ def test_the_estimate_ends_before_the_run_does_in_a_chaotic_gas() -> None:
 
 def test_impacts_at_one_instant_far_apart_may_change_places() -> None:
     """Many discs that strike the walls at the very start do so in any order: that ends no horizon."""
-    from carom.studies.bench.gas import gas_scene
-
     reference = solve_pic(gas_scene(16, 0.3, duration_s=1.0, touching=True))
     assert (reference.impacts["time_s"] == 0.0).sum() > 1
     assert estimate_horizon(reference) is None

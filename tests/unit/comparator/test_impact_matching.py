@@ -1,7 +1,5 @@
 """Which observed impact is which of the reference."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

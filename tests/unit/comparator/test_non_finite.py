@@ -1,7 +1,5 @@
 """A NaN or infinite number anywhere in a trace is named, and the run is graded wrong."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

@@ -4,8 +4,6 @@ It is planted in the last impact of the reference itself, so that everything but
 What must be said of each fault at which size is the table in `tests/planted`.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Rounding scales of an impact depend only on what leads to it; narrow floats excuse errors up to a limit."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable
@@ -10,7 +8,7 @@ import numpy as np
 import pytest
 from tests.cases import each
 from tests.planted.faults import LENGTH, ROW, SPEED, faithful, replayed
-from tests.scene_builders import disc_at, staged
+from tests.scene_builders import disc_at, staged, sure
 
 from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
@@ -45,9 +43,8 @@ def place_off(reference: Trace, size: float) -> Trace:
 
 def spin_off(reference: Trace, size: float) -> Trace:
     trace = faithful(reference)
-    assert reference.spins is not None
     assert reference.final_spin_rad_s is not None
-    spins = reference.spins.copy()
+    spins = sure(reference.spins).copy()
     spins["first_after"] += size
     return dataclasses.replace(trace, spins=spins, final_spin_rad_s=reference.final_spin_rad_s + np.array([size, 0, 0]))
 

@@ -1,7 +1,5 @@
 """Scores of discs that spin and rub: planted faults of which size and name follow by hand from the scenes' answers."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Every step of a run compared with PIC from the run's own state: what must hold of the catalogue, and of blocks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -101,9 +99,7 @@ def states_of(scene: Scene, dt_s: float) -> States:
 
 
 @each("scenes_of", [*named(), *at_random()])
-def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(
-    scenes_of: Callable[[], list[Scene]],
-) -> None:
+def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(scenes_of: Callable[[], list[Scene]]) -> None:
     """PIC agrees with PIC from each of its states; PIT is off by what PIT pays there, and misses what that misses."""
     for scene in scenes_of():
         reference = solve_pic(scene, max_impacts=2000)

@@ -1,7 +1,5 @@
 """Copies of pymunk's adapter with one false statement on spin or friction each, which the suite must find."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A project of somebody else's, in a folder of its own, with a distribution of adapters on its path."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

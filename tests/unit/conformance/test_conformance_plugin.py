@@ -1,7 +1,5 @@
 """The pytest plug-in, run as its users run it: in a process and a folder of its own."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Callable
 from pathlib import Path

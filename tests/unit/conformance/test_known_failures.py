@@ -1,7 +1,5 @@
 """The file of known failures: its form, the names in it, and how a run brings it up to date."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Callable
 from pathlib import Path

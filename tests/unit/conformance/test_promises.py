@@ -1,7 +1,5 @@
 """What an adapter declares of units, widths, coefficients and margins is what the checks hold it to, and no less."""
 
-from __future__ import annotations
-
 import math
 import shutil
 import subprocess
@@ -89,8 +87,7 @@ def off(units: float) -> Callable[[Setting], Setting]:
 
 
 @each(
-    "read, bits, passes",
-    [(narrowed, 32, True), (narrowed, 64, False), (off(3), 32, False), (off(2.0**-29), 64, False)],
+    "read, bits, passes", [(narrowed, 32, True), (narrowed, 64, False), (off(3), 32, False), (off(2.0**-29), 64, False)]
 )
 def test_settings_are_read_back_to_the_declared_width(
     read: Callable[[Setting], Setting], bits: int, passes: bool, held: Held
@@ -221,10 +218,7 @@ LIES_ABOUT_WALLS: dict[str, tuple[str, Callable[[Scene], Scene], str]] = {
     "a post and no container": (
         "circles",
         lambda scene: scene.model_copy(
-            update={
-                "discs": (*scene.discs, Disc(position_m=(0, 0), radius_m=2.5, mass_kg=math.inf)),
-                "walls": (),
-            }
+            update={"discs": (*scene.discs, Disc(position_m=(0, 0), radius_m=2.5, mass_kg=math.inf)), "walls": ()}
         ),
         "a circle: disc 0 ends with a wrong velocity",
     ),

@@ -1,7 +1,5 @@
 """What the suite of conformance holds runs against, and Carom's own methods, asked in this process."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from contextlib import closing

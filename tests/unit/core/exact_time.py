@@ -1,7 +1,5 @@
 """The exact time of impact of two discs, in ball arithmetic."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random discs on parabolas, and what they may meet: far and close misses, grazes, contact, and extreme sizes."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable

@@ -7,8 +7,6 @@ of the feature at such a time. Where that sign is within rounding of 0, either a
 return all times that are right.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,5 @@
 """Times of impact with one feature, by the core."""
 
-from __future__ import annotations
-
 from carom.core import primitives
 from carom.core.input_rows import feature_row
 from carom.core.wall_features import Feature, Mover, Point

@@ -1,7 +1,5 @@
 """Constants of the core: each has a reason and a use, and equals that of plain Python where there is one."""
 
-from __future__ import annotations
-
 import importlib
 import re
 from pathlib import Path

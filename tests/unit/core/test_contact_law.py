@@ -1,7 +1,5 @@
 """The motion of a disc in contact: that one answer holds, and what infinitely many bounces leave of its slip."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import random

@@ -1,7 +1,5 @@
 """Exponentials and logarithms are the floats nearest to those that mpmath has to 400 bits."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

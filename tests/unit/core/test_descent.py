@@ -1,7 +1,5 @@
 """Times of fall onto a half-plane and a fixed disc against exact arithmetic, and which root in each degenerate case."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any

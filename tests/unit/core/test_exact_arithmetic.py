@@ -1,7 +1,5 @@
 """Double-double and exact arithmetic of the core."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

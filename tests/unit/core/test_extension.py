@@ -1,7 +1,5 @@
 """The compiled extension: its sources, its build and its rounding."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Times of fall of the core are those of exact rational arithmetic, and lower bounds are below them."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Times of impact with faces, vertices and arcs against 80 digits and other formulas: which root, and how well."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The law of impact in rational numbers: restitution along the normal, and friction."""
 
-from __future__ import annotations
-
 import math
 import random
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Times of impact of two discs, and of a disc and a half-plane, against balls of 600 bits and rational numbers."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

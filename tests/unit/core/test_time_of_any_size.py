@@ -1,7 +1,5 @@
 """The time of impact is right whatever the size of the numbers: tiny, huge, and both in one pair."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Times of impact where naive formulas fail; `tests/unit/core/test_pair_time.py` compares them with exact ones."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Faces, vertices and arcs: their numbers as rational arithmetic has them, merged edges, and corners of one answer."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Adapters found by entry point, without importing an engine."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

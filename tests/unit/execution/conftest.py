@@ -1,7 +1,5 @@
 """A distribution of hostile adapters, as somebody else's would be installed: found by its entry points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 

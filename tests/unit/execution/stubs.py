@@ -1,7 +1,5 @@
 """An adapter of one world, and a world in which nothing moves: what tests alter a part of."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

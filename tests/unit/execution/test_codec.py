@@ -1,7 +1,5 @@
 """What comes over a pipe or out of a journal is of the declared type, or a validation error: never another one."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """An installed adapter that is broken is a line with its reason, and touches nothing that did not ask for it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a world must have to be observed, and what is said where reading it fails."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from types import SimpleNamespace

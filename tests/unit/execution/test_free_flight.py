@@ -1,7 +1,5 @@
 """An engine is not driven through free flight; nothing that can still happen is skipped for that."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """Whatever an adapter does to its process, Carom ends in bounded time with a truthful row, and nothing is left over."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """A journal holds what was answered, to the bit, whatever cut it off, and a sweep that was killed goes on from it."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

@@ -1,7 +1,5 @@
 """Phases: one scene at many parts of a step, against the closed form of what PIT misses."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which jobs a cross-check has, and what a sweep makes of them, by itself and on a cluster, with TLS or without."""
 
-from __future__ import annotations
-
 import importlib.util
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Wherever jobs are carried out, the same comes of them."""
 
-from __future__ import annotations
-
 import importlib.util
 import itertools
 import threading

@@ -1,7 +1,5 @@
 """A failure of a row's run, scoring, record or page fails only that row, with the place of the error."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

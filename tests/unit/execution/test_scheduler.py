@@ -1,7 +1,5 @@
 """The desk: what is known or refused is not sent, what is asked twice is carried out once, and all is written down."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What of a program says how long a step is: statements that read it, and what those take."""
 
-from __future__ import annotations
-
 import textwrap
 
 from carom.engines.api import CodedAdapter

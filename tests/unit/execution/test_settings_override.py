@@ -1,7 +1,5 @@
 """Settings that are tried without a profile: read as their kind, used, and never taken for a profile's own."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Adapters that get spin wrong, driven by the harness as any: none of them is graded well on a rough scene."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

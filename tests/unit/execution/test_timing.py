@@ -1,7 +1,5 @@
 """Two clocks, of making a world and of its steps: a clock that is too coarse or impossible is reported."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import count

@@ -180,10 +180,7 @@ def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
 
     enter_one(Contact(0, second, DT, ALONG_X))
     enter_one(Contact(0, second, DT, ALONG_X, 0.0))
-    for contact in (
-        Contact(0, second, DT, ALONG_X, 1.0),
-        Contact(0, second, DT, ALONG_X, None, ((0.0, 0.0),) * 4),
-    ):
+    for contact in (Contact(0, second, DT, ALONG_X, 1.0), Contact(0, second, DT, ALONG_X, None, ((0.0, 0.0),) * 4)):
         with pytest.raises(AdapterError, match=f"bodies 0 and {second}, neither of which can move"):
             enter_one(contact)
 

@@ -1,7 +1,5 @@
 """The keeper of a worker ends it, with all that it started, though somebody holds the worker's input open."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import subprocess

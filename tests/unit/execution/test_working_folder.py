@@ -1,7 +1,5 @@
 """A worker's folder is removed whatever an engine did to it, and nothing next to it is touched."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

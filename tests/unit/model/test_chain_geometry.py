@@ -1,7 +1,5 @@
 """Outlines of finite walls: what is nearest, what is inside, and which edges meet, by geometry known in closed form."""
 
-from __future__ import annotations
-
 import math
 import random
 from decimal import Decimal, localcontext

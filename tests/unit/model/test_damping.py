@@ -1,7 +1,5 @@
 """The change of time that damping is."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

@@ -1,7 +1,5 @@
 """A start as arrays: what is refused, and what a scene keeps of its own."""
 
-from __future__ import annotations
-
 import copy
 import math
 import pickle

@@ -1,7 +1,5 @@
 """What a scene file may say for short is written out when it is read."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

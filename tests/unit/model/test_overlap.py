@@ -1,7 +1,5 @@
 """A start in which bodies overlap is refused, in a scene and in arrays alike, and the bodies are named."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Discs, walls and scenes: what is accepted, what is refused, and how the refusal reads."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import re
@@ -83,11 +81,7 @@ BAD_DISC_FIELDS = [
     ("spin_rad_s", INF, "spin_rad_s: must be a finite number, got inf"),
     ("spin_rad_s", [1.0], "spin_rad_s: must be a valid number, got [1.0]"),
     ("spin_rad_s", 1e200, "spin_rad_s: must be at most 6.7e153 in magnitude (measure in other units), got 1e+200"),
-    (
-        "inertia_factor",
-        0.0,
-        'inertia_factor: must be from 6.22e-61 to 1, where all mass is in the rim, or "inf"',
-    ),
+    ("inertia_factor", 0.0, 'inertia_factor: must be from 6.22e-61 to 1, where all mass is in the rim, or "inf"'),
     ("inertia_factor", 1.5, "inertia_factor: must be from"),
     ("inertia_factor", NAN, "inertia_factor: must be from"),
     ("inertia_factor", -INF, "inertia_factor: must be from"),

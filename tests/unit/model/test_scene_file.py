@@ -1,7 +1,5 @@
 """Scenes as files: what is loaded, what is refused, and that saving loses nothing."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -99,26 +97,14 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
         for number in ("NaN", "Infinity", "-Infinity", "1e999")
     },
     "a bad value": ("json", timed("1"), "discs[0].radius_m: must be greater than 0, got -1"),
-    "many values": (
-        "json",
-        '{"a": [' + "[],[]," * 600_000 + "0]}",
-        "has more than 2097152 values, the limit for JSON",
-    ),
+    "many values": ("json", '{"a": [' + "[],[]," * 600_000 + "0]}", "has more than 2097152 values, the limit for JSON"),
     "many tables": (
         "toml",
         "\n".join(f"[t{k}]" for k in range(263_000)),
         "the limit for TOML; JSON files can have more",
     ),
-    "many walls": (
-        "json",
-        '{"walls": [' + "{}," * 1000 + "{}]}",
-        "walls: a scene file can have at most 1000",
-    ),
-    "many discs": (
-        "json",
-        '{"discs": [' + "0," * 100_000 + "0]}",
-        "can have at most 100000, got 10",
-    ),
+    "many walls": ("json", '{"walls": [' + "{}," * 1000 + "{}]}", "walls: a scene file can have at most 1000"),
+    "many discs": ("json", '{"discs": [' + "0," * 100_000 + "0]}", "can have at most 100000, got 10"),
     "a key twice": ("json", '{"name": "a", "name": "b"}', "is ambiguous: one object has the key 'name' twice"),
     "a long key": ("toml", f"{'a' * 10_000} = 1", f"{'a' * 57}...: is not a field of a scene"),
     "controls": ("toml", '"\\u001b[31m\u202e" = 1', "\\u001b[31m\\u202e: is not a field of a scene"),

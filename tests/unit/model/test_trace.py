@@ -1,7 +1,5 @@
 """The record of one run."""
 
-from __future__ import annotations
-
 import math
 import pickle
 

@@ -1,7 +1,5 @@
 """The walls of a scene: distinguished by their fields, refused with edge and numbers, written as they were read."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -68,10 +66,7 @@ def test_a_half_plane_is_written_as_ever() -> None:
             "points_m[1]: makes edge 0 1e-150 m long; edges must be at least 6.2e-120 of the greatest length",
         ),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [1, 1]}, "bulges: must be one for each of the 1 edges"),
-        (
-            {"points_m": [[3, 0], [4, 0]], "bulges": [5e-324]},
-            "bulges[0]: makes edge 0 an arc of a radius above",
-        ),
+        ({"points_m": [[3, 0], [4, 0]], "bulges": [5e-324]}, "bulges[0]: makes edge 0 an arc of a radius above"),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [math.inf]}, "bulges[0]: must be a finite number, got inf"),
         ({"points_m": [[3, 0], [4, 0]], "solid": True}, "solid: needs closed = true"),
         ({"points_m": [[3, 0], [5, 0], [4, 1], [4, -1]]}, "edge 2 meets edge 0 at (4, 0)"),
@@ -103,10 +98,7 @@ def test_what_is_no_wall_is_refused_with_its_edge_and_its_numbers(wall: Any, sai
     [
         (Chain(points_m=[(-1, 0.25), (1, 0.25)]), "the disc reaches 0.25 m into edge 0 of it"),
         (Chain(points_m=[(-1, 1), (1, 1)], half_width_m=0.75), "the disc reaches 0.25 m into edge 0 of it"),
-        (
-            Chain(points_m=[(-9, -9), (9, -9), (0, 9)], closed=True, solid=True),
-            "the disc is inside this solid wall",
-        ),
+        (Chain(points_m=[(-9, -9), (9, -9), (0, 9)], closed=True, solid=True), "the disc is inside this solid wall"),
         (Ring(centre_m=(0.0, 0.25), radius_m=0.5), "the disc reaches 0.25 m into it"),
         (Ring(centre_m=(1.0, 0.0), radius_m=0.25, half_width_m=0.5), "the disc reaches 0.25 m into it"),
         (Ring(centre_m=(0.25, 0.0), radius_m=0.0), "the disc reaches 0.25 m into it"),

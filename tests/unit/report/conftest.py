@@ -1,7 +1,5 @@
 """Small cross-checks put together by hand: real traces of PIC and PIT, and an engine for every way not to be run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

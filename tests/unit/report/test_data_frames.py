@@ -1,12 +1,10 @@
 """Data frames: every number of a trace and of results under a name that says its unit."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np
 import pytest
-from tests.scene_builders import cross_checked
+from tests.scene_builders import cross_checked, sure
 
 import carom
 from carom import Disc, Scene, Wall
@@ -35,8 +33,7 @@ def test_a_trace_is_a_row_an_impact() -> None:
     assert row["spin_first_before_rad_s"] == 4.0
     # Coulomb: the tangential impulse is the coefficient times the normal one, 0.25 of 2 m/s, against the slip.
     assert row["velocity_first_after_x_m_s"] == pytest.approx(0.5)
-    assert trace.spins is not None
-    assert row["spin_first_after_rad_s"] == trace.spins["first_after"][0]
+    assert row["spin_first_after_rad_s"] == sure(trace.spins)["first_after"][0]
     assert frame.index.name == "impact"
 
 

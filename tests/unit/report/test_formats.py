@@ -1,7 +1,5 @@
 """What each file of a report must be, whatever the names and messages in it."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import html

@@ -1,7 +1,5 @@
 """`carom explain`: the meaning of each word of a report, from the one place that defines it."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -50,10 +48,7 @@ def test_a_verdict_is_found_by_its_sentence() -> None:
     assert entry.word == "wrong velocity"
 
 
-@each(
-    "word, near",
-    [("mised", "'missed'"), ("inacurate", "'inaccurate'"), ("zzz", ""), ("NaN", "'not finite'")],
-)
+@each("word, near", [("mised", "'missed'"), ("inacurate", "'inaccurate'"), ("zzz", ""), ("NaN", "'not finite'")])
 def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
     """An unknown word ends in a sentence and exit code 2, with what may have been meant, or where the words are."""
     result = carom_command("explain", word)

@@ -1,7 +1,5 @@
 """What a notebook shows: pictures that are of the result, names that stay text, and nothing where no report can be."""
 
-from __future__ import annotations
-
 from collections import Counter
 from html.parser import HTMLParser
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Replays: what a page is given of a run, and of each of its impacts."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """What all figures of a report share."""
 
-from __future__ import annotations
-
 import re
 from importlib import resources
 from itertools import combinations

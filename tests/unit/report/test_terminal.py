@@ -1,7 +1,5 @@
 """Results in a few lines: the answer within the width there is, in signs that a terminal has, and what matters."""
 
-from __future__ import annotations
-
 import io
 import math
 import re

@@ -1,7 +1,5 @@
 """Tracks, drawn paths and angles: where each disc of a run is at any time, and how far it has turned."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Runs of every kind by name, to which the same tests apply, and a comparison of the event loop with all pairs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

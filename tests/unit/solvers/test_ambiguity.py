@@ -95,11 +95,7 @@ def test_two_earlier_impacts_are_enough_for_long_sequences() -> None:
 
 def test_impacts_that_share_only_an_immovable_disc_are_unique() -> None:
     """Two discs that hit an immovable one at one instant do not influence each other."""
-    discs = [
-        disc_at(-3.0, 0, 1.0, 0.0, r=1),
-        disc_at(0.0, 0, r=1, m=math.inf),
-        disc_at(1.8, 2.4, -0.6, -0.8, r=1),
-    ]
+    discs = [disc_at(-3.0, 0, 1.0, 0.0, r=1), disc_at(0.0, 0, r=1, m=math.inf), disc_at(1.8, 2.4, -0.6, -0.8, r=1)]
     trace = solve_pic(staged("hub", *discs, wall_at(0, -50, 0, 1), duration_s=2))
     assert len(trace.impacts) == 2
     assert trace.ambiguous == ()

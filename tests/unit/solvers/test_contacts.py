@@ -1,7 +1,5 @@
 """Discs that slide, roll and rest: what begins a contact, what changes it, what ends it, and what is not solved."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

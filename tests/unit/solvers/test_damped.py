@@ -1,7 +1,5 @@
 """Runs with damping: comparison with runs without it, and refusals."""
 
-from __future__ import annotations
-
 import copy
 import math
 import sys

@@ -1,7 +1,5 @@
 """Runs under gravity: what rests, and what rounding may make of many bounces."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any
@@ -38,10 +36,7 @@ def test_a_disc_rests_if_its_hop_would_be_lower_than_its_gap_is_known_to(
 
 def test_many_bounces_on_an_immovable_disc_take_the_place_no_further_off_than_one() -> None:
     """Balanced on its top, an elastic disc comes back to the rim each time, in 300 bounces as in one."""
-    discs = [
-        Disc(position_m=(0.1, 0.1), radius_m=0.3, mass_kg=math.inf),
-        Disc(position_m=(0.1, 1.3), radius_m=0.2),
-    ]
+    discs = [Disc(position_m=(0.1, 0.1), radius_m=0.3, mass_kg=math.inf), Disc(position_m=(0.1, 1.3), radius_m=0.2)]
     run = EventDrivenRun(Scene(name="top", duration_s=1e3, discs=discs, **GRAVITY))
     worst = 0.0
     for impacts in range(1, 301):

@@ -1,7 +1,5 @@
 """PIC and PIT of finite walls: order, edges, corners, gliding, and pieces that change no bit."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable
@@ -280,10 +278,7 @@ def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
 def test_all_chords_of_a_circle_take_equally_long() -> None:
     """This includes those of a disc in contact at a new epoch, which the impacts of another disc in its box cause."""
     around, box = Ring(centre_m=(0, 0), radius_m=5.0), [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
-    discs = (
-        disc_at(0, 3, 3, 0.1, r=0.25),
-        disc_at(0, 0, 0.9, 0.37, r=0.1),
-    )
+    discs = (disc_at(0, 3, 3, 0.1, r=0.25), disc_at(0, 0, 0.9, 0.37, r=0.1))
     trace = solve_pic(table(*discs, around, Chain(points_m=box, closed=True), duration_s=1e3), max_impacts=300)
     assert trace.counts["epochs"] == 4
     chords = np.diff(trace.impacts["time_s"][trace.impacts["first"] == 0])
@@ -342,10 +337,7 @@ def test_pieces_that_are_asked_of_engines_change_nothing() -> None:
 def test_each_wall_has_its_own_restitution_and_friction() -> None:
     """A disc comes back from each wall as that wall, and not the scene, has it."""
     disc = disc_at(0, 0, 4)
-    walls = (
-        wall_at(2, 0, -1, 0, restitution=0.5),
-        Chain(points_m=[(-2, -1), (-2, 1)], restitution=0.25),
-    )
+    walls = (wall_at(2, 0, -1, 0, restitution=0.5), Chain(points_m=[(-2, -1), (-2, 1)], restitution=0.25))
     trace = solve_pic(table(disc, *walls, wall_restitution=0.9))
     assert trace.impacts["velocity_first_after"][:, 0].tolist()[:3] == [-2.0, 0.5, -0.25]
     rough = table(disc_at(0, 2, 1, -1), Chain(points_m=[(-9, 0), (9, 0)], friction=0.1))

@@ -1,7 +1,5 @@
 """What is asked of a run is refused in the same words at every door, and a state fits its own scene alone."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable

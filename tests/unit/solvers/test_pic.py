@@ -1,7 +1,5 @@
 """Event-driven PIC: known answers, pausing, limits and inelastic impacts."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

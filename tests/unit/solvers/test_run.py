@@ -1,7 +1,5 @@
 """Every run of a solver, whatever its method, offers what `carom.solvers.run.Run` promises."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """An impact with restitution 0 leaves contact, and no later impact that is only rounding."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Friction and spin in the solvers: what they report, what they leave unchanged, and which of them refuse."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Two discs and no wall: the closed form is the event-driven run to the bit."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The hostile adapters of the runs' tests and the cross-checks of the pages', for the studies, too."""
 
-from __future__ import annotations
-
 from tests.unit.execution.conftest import hostile, install
 from tests.unit.report.conftest import nasty, not_run, results
 

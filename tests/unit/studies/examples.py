@@ -1,7 +1,5 @@
 """A bench, a campaign, advice and growth put together by hand, of the eleven methods of a default install."""
 
-from __future__ import annotations
-
 import math
 
 from carom.engines.registry import EngineInfo

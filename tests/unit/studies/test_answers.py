@@ -1,7 +1,5 @@
 """What bench, stress and advise say first: one screen for the engines of a default install, true to the numbers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What holds of every study: its workers have its limits, and what its journal holds is not asked again."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from inspect import signature
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every study gives the same results on a cluster of two workers as on this machine."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 from collections.abc import Callable, Iterator, Mapping

@@ -1,7 +1,5 @@
 """No sentence is said of a run that its numbers do not support: each is tried on runs for which it is not true."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from collections.abc import Sequence

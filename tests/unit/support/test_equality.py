@@ -1,7 +1,5 @@
 """Results that hold arrays are compared by value."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

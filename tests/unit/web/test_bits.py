@@ -1,7 +1,5 @@
 """The page's core in WebAssembly is that of the sources, and its PIC and PIT have the bits of Python's, in node."""
 
-from __future__ import annotations
-
 import json
 import math
 import random
@@ -133,11 +131,7 @@ def test_a_field_that_is_not_known_is_refused_by_name() -> None:
 _FAULTS = [
     ("rational.js", "ROOT_BITS = 160", "ROOT_BITS = 52"),
     ("chain_geometry.js", "Math.sqrt(nearest(", "Math.fround(nearest("),
-    (
-        "features.js",
-        "nearestRoot(ex, length2)]",
-        "along[0][0] / Math.sqrt(along[0][0] ** 2 + along[1][0] ** 2)]",
-    ),
+    ("features.js", "nearestRoot(ex, length2)]", "along[0][0] / Math.sqrt(along[0][0] ** 2 + along[1][0] ** 2)]"),
     ("obstacles.js", "begin, end, ...moved", "begin, end, ...moved.map(Math.fround)"),
     ("core.js", "core.damped(rate, time)", "-Math.log1p(-rate * time) / rate"),
 ]

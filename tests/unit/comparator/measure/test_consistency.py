@@ -1,7 +1,5 @@
 """Self-consistency of a run: sampling, gravity and narrow floats explain some contradictions, and no others."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

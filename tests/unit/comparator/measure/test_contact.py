@@ -1,7 +1,5 @@
 """The score of contact: what is exact, what checking once per step explains, and that planted faults are found."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Local errors: each impact against the closed form from the method's own state before it, on finite walls, too."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from fractions import Fraction

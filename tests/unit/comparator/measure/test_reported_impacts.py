@@ -1,7 +1,5 @@
 """Comparison of the impacts that a run reports with those that its states show."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The price of sampling, what a run pays of it, and the grades that depend on both."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

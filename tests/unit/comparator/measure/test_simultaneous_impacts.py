@@ -1,7 +1,5 @@
 """Shared simultaneous contact: every admissible outcome is listed, and the score names the one that a trace took."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

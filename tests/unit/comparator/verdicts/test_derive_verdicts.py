@@ -1,7 +1,5 @@
 """Each verdict is true where it is said, and not said where it is not; the page of scoring has every sentence."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What adapters of several engines share: the order of a pair, the time of counted steps, factored restitutions."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Scenes in an engine's own units: what is seen of them, taken back, is the run in metres and seconds, to the bit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from tests.cases import each

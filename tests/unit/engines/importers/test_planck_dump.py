@@ -1,7 +1,5 @@
 """What Planck's Serializer made of a world becomes a scene; `data/planck-1.5.0.json` is its output as it came."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

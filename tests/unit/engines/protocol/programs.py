@@ -1,7 +1,5 @@
 """Programs that speak the protocol, or fail at it, as manifests in a folder."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

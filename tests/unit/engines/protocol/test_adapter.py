@@ -1,7 +1,5 @@
 """An engine that is a program: all its output becomes an answer or an error message."""
 
-from __future__ import annotations
-
 import json
 import math
 import shutil

@@ -1,7 +1,5 @@
 """A manifest: what it may hold, and how it makes its engine known, asked for and listed like any other."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """`carom serve`: an adapter in Python, behind the protocol, gives the digits that it gives without it."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -159,10 +157,7 @@ def test_what_an_engine_prints_stands_not_among_the_answers(tmp_path: Path) -> N
     """Standard output holds an answer a line; what the engine prints, from its import on, goes to standard error."""
     done = talkative(tmp_path, "2.5")
     answers = [json.loads(line) for line in done.stdout.splitlines()]
-    assert answers == [
-        {"protocol": 1, "version": "2.5"},
-        {"error": {"kind": "failed", "message": "RuntimeError: no"}},
-    ]
+    assert answers == [{"protocol": 1, "version": "2.5"}, {"error": {"kind": "failed", "message": "RuntimeError: no"}}]
     assert done.stderr.splitlines() == ["imported", "preparing"]
     assert done.returncode == 0
 

@@ -1,7 +1,5 @@
 """The templates, sent what no harness would send: each line has one answer, and the next is as before."""
 
-from __future__ import annotations
-
 import copy
 import json
 import random

@@ -1,7 +1,5 @@
 """The near pairs are those that comparing all pairs gives, for any arrangement of discs."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

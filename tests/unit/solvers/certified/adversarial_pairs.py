@@ -1,7 +1,5 @@
 """Paths of pairs made to break a lower bound, and the exact time at which they meet, as rationals can tell."""
 
-from __future__ import annotations
-
 import math
 import random
 import sys

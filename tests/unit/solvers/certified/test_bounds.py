@@ -1,7 +1,5 @@
 """Lower bounds: compared with exact times, and with a new table."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

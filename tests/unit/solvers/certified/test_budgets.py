@@ -1,7 +1,5 @@
 """Each budget ends a run with a clear outcome and what was certified so far."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Ties, grazes and contact, built exactly from Pythagorean triples: named as what they are, never guessed."""
 
-from __future__ import annotations
-
 import math
 from decimal import Decimal
 from typing import Any

@@ -1,7 +1,5 @@
 """What a certified run knows of walls: the features of PIC, exactly, and what goes over into what."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest

@@ -1,7 +1,5 @@
 """Digits of a certified run that are recorded and shown: those that are proven."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 from flint import arb

@@ -1,7 +1,5 @@
 """Units do not matter: lengths and speeds times powers of two change no digit of a certified run but the exponent."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

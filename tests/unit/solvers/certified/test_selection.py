@@ -1,7 +1,5 @@
 """Which impact is next, and when two bodies meet: nothing that may come before it is overlooked."""
 
-from __future__ import annotations
-
 import pytest
 from flint import arb, ctx
 from tests.cases import each

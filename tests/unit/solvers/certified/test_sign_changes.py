@@ -1,7 +1,5 @@
 """Where polynomials of balls fall through zero, against polynomials made of their roots."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Rows, queue and grid of the event-driven loop."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

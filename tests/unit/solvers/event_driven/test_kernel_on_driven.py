@@ -1,7 +1,5 @@
 """The kernel where something is driven: ties, legs and crushes; random tables: see test_equivalences."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -39,19 +37,12 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
     "an edge as it turns to come": ([PUCK], [Chain(points_m=[(1.25, -1), (1.25, 1)], legs=legs((0, 0), (1, -1)))], 1),
     "a wall, and one that sets out then": (
         [PUCK.model_copy(update={"velocity_m_s": (1.0, 1.0)})],
-        [
-            Chain(points_m=[(-3, 1.25), (3, 1.25)]),
-            Chain(points_m=[(1.25, -3), (1.25, 3)], legs=legs((0, 0), (1, -1))),
-        ],
+        [Chain(points_m=[(-3, 1.25), (3, 1.25)]), Chain(points_m=[(1.25, -3), (1.25, 3)], legs=legs((0, 0), (1, -1)))],
         2,
     ),
     "a mallet that is disc 0": ([mallet(1.5, 0.0, -0.5), PUCK], [], 1),
     "two mallets": ([PUCK, mallet(1.0, 0.375, -1.0), mallet(1.0, -0.375, -1.0)], [], 2),
-    "a disc and a mallet": (
-        [PUCK, disc_at(1.0, 0.375, -1.0, r=0.25), mallet(1.0, -0.375, -1.0)],
-        [],
-        2,
-    ),
+    "a disc and a mallet": ([PUCK, disc_at(1.0, 0.375, -1.0, r=0.25), mallet(1.0, -0.375, -1.0)], [], 2),
     "a mallet as it turns back": ([PUCK, Disc(position_m=(2.5, 0), **_HELD, legs=legs((0, -1), (1, 1)))], [], 0),
     "a mallet that turns to come": ([PUCK, Disc(position_m=(1.5, 0), **_HELD, legs=legs((0, 0), (1, -1)))], [], 1),
 }

@@ -1,7 +1,5 @@
 """The kernel on finite walls: cells, what ends a run, and what is refused; random tables: see test_equivalences."""
 
-from __future__ import annotations
-
 import math
 import random
 from dataclasses import replace

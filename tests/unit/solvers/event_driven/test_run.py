@@ -1,7 +1,5 @@
 """Event-driven runs: options, resuming, limits, and the loop over all pairs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

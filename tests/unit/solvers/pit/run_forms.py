@@ -1,7 +1,5 @@
 """Every form of a PIT run, and all that one has found out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """When PIT looks."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

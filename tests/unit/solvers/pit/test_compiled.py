@@ -1,7 +1,5 @@
 """The compiled run gives what the plain loop gives, to the bit, and leaves out what can find nothing."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

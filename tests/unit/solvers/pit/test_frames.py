@@ -1,7 +1,5 @@
 """PIT: exactly Algorithm 1, with its late impacts, wrong normals and misses."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

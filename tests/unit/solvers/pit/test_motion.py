@@ -1,7 +1,5 @@
 """Every kind of motion, compiled: the plain loop's bits, with all tests of a frame and with those that are due."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

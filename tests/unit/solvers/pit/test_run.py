@@ -1,7 +1,5 @@
 """A PIT run that is advanced in pieces, observed and interrupted ends with the same bits, in both forms."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import threading

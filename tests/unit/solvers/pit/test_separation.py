@@ -1,7 +1,5 @@
 """What PIT does not take for an impact: rounding after an impact with restitution 0."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

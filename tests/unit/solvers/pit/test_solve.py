@@ -1,7 +1,5 @@
 """Which form serves a scene, and what a trace says of it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

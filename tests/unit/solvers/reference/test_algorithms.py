@@ -1,7 +1,5 @@
 """The algorithms of the paper, as definitions of PIT and PIC."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

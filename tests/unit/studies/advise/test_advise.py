@@ -1,7 +1,5 @@
 """The step that is advised, and the adviser from Python: an answer that prints, shows and draws itself."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -144,11 +142,7 @@ def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, mon
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", starts)
     with InProcessPool() as pool:
-        advice = advise(
-            pair(0.4),
-            asked(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2),
-            pool,
-        )
+        advice = advise(pair(0.4), asked(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2), pool)
     (found,) = advice.answers
     assert found.method == Method("pymunk", "tuned")
     assert found.ending is SearchEnding.FOUND
@@ -167,11 +161,7 @@ def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_
         pytest.importorskip(module, reason=f"{module} is not installed")
     scene = pair(speed=150.0, radius=0.5)
     with InProcessPool() as pool:
-        advice = advise(
-            scene,
-            asked(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1),
-            pool,
-        )
+        advice = advise(scene, asked(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1), pool)
     assert [unable.method for unable in advice.unable] == [Method("pybullet", "default")]
     assert "150 m/s" in advice.unable[0].reason
     (found,) = advice.answers
@@ -234,8 +224,7 @@ def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
     """Discs that spin and do not rub have the closed form of those that do not; where a path bends there is none."""
     spinning = with_discs(pair(), spin_rad_s=2.0)
     steps = [advise(scene, asked(["pit"], DEGREE), InProcessPool()).closed_form for scene in (pair(), spinning)]
-    assert steps[0] is not None
-    assert steps[0] == steps[1]
+    assert sure(steps[0]) == steps[1]
     hung = [pair().discs[0], pair().discs[1].model_copy(update={"mass_kg": math.inf})]
     falling = Scene(**{**dict(pair()), "discs": hung, "gravity_m_s2": (0.0, -0.1)})
     legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=1.2, velocity_m_s=(0.1, 0.0)))
@@ -275,8 +264,7 @@ def advice() -> ShownAdvice:
 def test_a_call_gives_an_answer_that_prints_itself(advice: ShownAdvice) -> None:
     """The first line is the answer, as on the command line; the numbers are those of its fields."""
     (answer,) = advice.answers
-    assert answer.never_misses.passes is not None
-    first = f"paper/late: to miss no impact, use {1.0 / answer.never_misses.passes.dt_s:.4g} steps/s "
+    first = f"paper/late: to miss no impact, use {1.0 / sure(answer.never_misses.passes).dt_s:.4g} steps/s "
     assert repr(advice).splitlines()[0].startswith(first)
     assert advice.code[answer.method] in repr(advice)
 

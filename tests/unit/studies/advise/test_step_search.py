@@ -1,7 +1,5 @@
 """The search for a step, on engines that are curves: what is known of them is what was written down."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """A bench compared with an earlier one: what is called a change, and what is not."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Run time against the number of discs: what is run, and what is not."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A cross-check drawn again from its records."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The plan in words: what is skipped, and why."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

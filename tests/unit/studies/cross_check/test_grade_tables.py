@@ -1,7 +1,5 @@
 """The overview: the methods ranked, a row each, with what they do in each group of scenes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -76,12 +74,7 @@ def test_one_scene_is_told_in_physical_units() -> None:
     coarse, fine, *_ = tables(found, Media.TERMINAL)
     (heads, ((*cells,),)) = coarse
     shown = dict(zip((head.split()[0] for head in heads), (cell.text for cell in cells), strict=True))
-    assert (shown["method"], shown["impacts"], shown["time"], shown["energy"]) == (
-        "PIT",
-        "1/1",
-        "+37.5",
-        "0",
-    )
+    assert (shown["method"], shown["impacts"], shown["time"], shown["energy"]) == ("PIT", "1/1", "+37.5", "0")
     assert shown["grade"].startswith("≈ ")
     assert fine[1][0][2].text == "+6.25"
 

@@ -1,7 +1,5 @@
 """Page for throwing discs: next to a report, with links from its replays, and as a demo."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

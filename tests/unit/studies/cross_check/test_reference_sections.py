@@ -1,7 +1,5 @@
 """Reliability of the reference: its horizon, and where it comes to rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from tests.scene_builders import cross_checked, disc_at, staged, wall_at

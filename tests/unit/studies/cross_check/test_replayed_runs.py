@@ -1,7 +1,5 @@
 """A replay as an object: a cell, a page and a film of the same two runs."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

@@ -1,7 +1,5 @@
 """Tables of every run: each metric, the spread over phases, run times and settings."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import fields, replace
 from pathlib import Path

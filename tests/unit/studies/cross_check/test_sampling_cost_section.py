@@ -1,7 +1,5 @@
 """Sampling costs: each engine has a line with its share of the price of sampling and its own error."""
 
-from __future__ import annotations
-
 import io
 import json
 import re

@@ -1,7 +1,5 @@
 """Each step from the run's own state: which runs are listed, how they are ranked, and what is said of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What the report says must follow from the rows."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """What a diff must say of two cross-checks: what was planted between them, where and how large, and nothing else."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

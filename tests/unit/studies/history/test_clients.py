@@ -1,7 +1,5 @@
 """The registries' clients get only named requests, end with this process, and run no code of a package."""
 
-from __future__ import annotations
-
 import json
 import os
 import stat

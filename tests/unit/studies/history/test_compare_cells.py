@@ -1,7 +1,5 @@
 """Changes that count as the engine's, and the order of its releases."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

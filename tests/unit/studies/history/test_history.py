@@ -1,7 +1,5 @@
 """A history tells which release changed a bounce, of an engine of which that is known by construction."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -102,10 +100,7 @@ def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -
 
 
 @pytest.mark.release
-@pytest.mark.parametrize(
-    ("versions", "last", "first"),
-    [(["1.0..1.3"], "1.1", "1.2"), (["1.3..1.4"], "1.3", "1.4")],
-)
+@pytest.mark.parametrize(("versions", "last", "first"), [(["1.0..1.3"], "1.1", "1.2"), (["1.3..1.4"], "1.3", "1.4")])
 def test_the_release_that_changed_a_cell_is_found(
     registry: Toys,  # noqa: ARG001
     tmp_path: Path,
@@ -157,9 +152,6 @@ def test_the_command_writes_its_report_and_its_code_says_whether_the_newest_is_w
     assert better.exit_code == 0, better.output
     listed = carom_command("history", "toy", "--list")
     assert listed.output.splitlines()[0] == "2.0"
-    assert listed.output.splitlines()[-1].split(maxsplit=1) == [
-        "0.9",
-        "older than 1.0, the oldest supported release",
-    ]
+    assert listed.output.splitlines()[-1].split(maxsplit=1) == ["0.9", "older than 1.0, the oldest supported release"]
     found = carom_command("history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20")
     assert "1.2 differs from 1.1, which agrees with the oldest, 1.0 (worse: error of final velocities" in told(found)

@@ -1,7 +1,5 @@
 """An engine of which each release is known by construction, and a registry that serves it, without a network."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Attacks, at walls, in contact and with friction, too: PIC passes them, and a judge finds what is wrong."""
 
-from __future__ import annotations
-
 import cmath
 import dataclasses
 import itertools

@@ -1,7 +1,5 @@
 """Where a method fails, and whether it does what was reported of others."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is no number holds no relation and is no error to be drawn, and the true motion of a scene is known by name."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """What a search finds on the group `classics`, and what profiles written by hand do there."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from carom.catalogue import find_scenes

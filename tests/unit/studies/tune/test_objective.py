@@ -1,7 +1,5 @@
 """What makes one set of settings better than another."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The search on a toy engine, whose best settings are known by construction."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The search for settings from Python: one call, and an answer that prints, shows and draws itself."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
