@@ -88,7 +88,7 @@ score_journal = partial(Journal[JobKey, Measures], "scores", JournalEntry[JobKey
 def score_jobs(
     jobs: Sequence[Job],
     pool: Pool,
-    notes: MemoryJournal[JobKey, Measures] | None = None,
+    journal: MemoryJournal[JobKey, Measures] | None = None,
     progress: Progress = no_progress,
     *,
     refusal: Callable[[Job], Answer[Any] | None] = lambda _: None,
@@ -98,7 +98,7 @@ def score_jobs(
     Args:
         jobs: The jobs.
         pool: Pool that runs them; it stays open.
-        notes: Journal with the known scores, to which new ones are added.
+        journal: Journal with the known scores, to which new ones are added.
         progress: Called with (done, total, description) as jobs finish.
         refusal: Returns why a job can't be run, if that is known. Such a job is not sent.
     """
@@ -106,7 +106,7 @@ def score_jobs(
     requests = [
         TaskRequest(job, job_key(job), ScoreTask(job), refusal(job), steps_of(job)) for job in sort_by_start(jobs)
     ]
-    for job, answer in run_tasks(requests, pool, MemoryJournal() if notes is None else notes):
+    for job, answer in run_tasks(requests, pool, MemoryJournal() if journal is None else journal):
         answers[job_key(job)] = answer
         progress(len(answers), len(requests), f"{job.scene.name} on {job.engine}")
     return answers
