@@ -18,8 +18,9 @@ from tests.scene_builders import Named, disc_at, staged
 from carom import Scene
 from carom.catalogue import all_scenes
 from carom.engines.api import Adapter, AdapterError, Contact, Setting, unsupported_reason
+from carom.execution.adapter_profile import capabilities_of
 from carom.execution.engine_run import observe_run
-from carom.execution.plan import build_plan, capabilities_of
+from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.model.trace import Outcome

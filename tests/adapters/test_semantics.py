@@ -15,7 +15,7 @@ from tests.scene_builders import Drive, Finish, Named, disc_at, staged
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter, AdapterError, Observation, unsupported_reason
-from carom.execution.plan import capabilities_of
+from carom.execution.adapter_profile import capabilities_of
 from carom.model.walls import Leg
 from carom_adapters.shared.legs import Legs
 

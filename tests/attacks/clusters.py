@@ -25,7 +25,7 @@ from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Job, Method
 from carom.execution.journal import canonical
 from carom.execution.pool import InProcessPool, Pool
-from carom.execution.sweep import score_journal, sweep
+from carom.execution.score_jobs import score_jobs, score_journal
 
 #: Long enough for a process to start on a machine that is busy.
 PATIENT_S = 120.0
@@ -118,4 +118,4 @@ def _sweep(number: int, pool: Pool, path: Path) -> None:
     scene = drawn("anywhere", number).model_copy(update={"duration_s": 3.0})
     jobs = [Job(scene, Method(engine, "tuned"), dt_s) for engine in ("pit", "pic") for dt_s in DTS]
     with score_journal(path, resume=True) as journal:
-        sweep(jobs, pool, journal)
+        score_jobs(jobs, pool, journal)

@@ -11,7 +11,7 @@ from carom.catalogue import find_scenes
 from carom.errors import InputError
 from carom.execution.journal import canonical
 from carom.execution.pool import InProcessPool
-from carom.execution.sweep import score_journal
+from carom.execution.score_jobs import score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.run import work_precision

@@ -16,7 +16,7 @@ from carom import CertifiedTrace, Disc, Scene, Wall, certify, solve_pic
 from carom.catalogue import catalogue
 from carom.comparator.horizon import Horizon
 from carom.errors import InputError
-from carom.execution.reference import build_reference
+from carom.execution.scene_reference import build_reference
 from carom.solvers.certified.result import Degenerate, Ending
 
 FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))

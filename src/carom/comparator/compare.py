@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.comparator.align import align_impacts
 from carom.comparator.comparison_range import Baseline, find_range
@@ -24,11 +23,11 @@ from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
+from carom.comparator.trace_checks import require_possible_trace
 from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.derive_verdicts import derive_verdicts
-from carom.engines.api.checks import MANTISSA_BITS
 from carom.errors import InputError
-from carom.model.trace import Trace, body_name, wall_body, wall_index
+from carom.model.trace import Trace
 from carom.support.checks import instance
 from carom.support.display import Shown
 
@@ -154,7 +153,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
     Raises:
         InputError: The traces are of different scenes, a trace is impossible in its scene (see
-            `require_sound`), `sampling` has another step than the observed trace, the horizon is
+            `require_possible_trace`), `sampling` has another step than the observed trace, the horizon is
             negative, or the reference contains NaN or an infinity.
 
     Examples:
@@ -174,8 +173,8 @@ class Scorer:
         if sampling is not None:
             instance("sampling", sampling, Trace)
             _require_scene(reference, "sampling", sampling)
-            require_sound(sampling)
-        require_sound(reference)
+            require_possible_trace(sampling)
+        require_possible_trace(reference)
         if non_finite := find_non_finite(reference):
             raise InputError(f"{non_finite} in the reference: a reference must have finite numbers only")
         self._pit_s = sampling.dt_s if sampling else 0.0
@@ -187,7 +186,7 @@ class Scorer:
         instance("observed", observed, Trace)
         reference, step_s, pit_s = self._baseline.reference, observed.dt_s, self._pit_s
         _require_scene(reference, "the observed trace", observed)
-        require_sound(observed)
+        require_possible_trace(observed)
         if 0.0 < step_s < math.inf and pit_s and abs(step_s - pit_s) > THRESHOLDS.rounding * pit_s:
             raise InputError(
                 f"the observed trace has a step of {step_s:g} s, but sampling has one of {pit_s:g} s: run PIT at the "
@@ -247,69 +246,3 @@ def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> G
         grade_before_tie = _run_stages(baseline.unique, observed, compared.before_tie_s).trajectory_grade
     judged = derive_verdicts(measured, grade_before_tie)
     return grade_run(judged)
-
-
-def require_sound(trace: Trace) -> None:
-    """Raise an error for a trace that is impossible in its scene, independently of its accuracy.
-
-    Raises:
-        InputError: The trace declares floats of other than 32 or 64 bits. An impact has a body that the scene does not
-            have. A wall turns or moves differently from the scene. Spins are missing although discs turn. The run
-            continues beyond the scene.
-    """
-    scene, impacts, spins = trace.scene, trace.impacts, trace.spins
-    of = f"the trace of {trace.method!r} of scene {scene.name!r}"
-    if trace.float_bits not in MANTISSA_BITS:
-        raise InputError(
-            f"float_bits of {of} is {trace.float_bits}, but must be one of {sorted(MANTISSA_BITS)}; declare 32 "
-            "for narrower floats"
-        )
-    for side, lowest in (("first", 0), ("second", wall_body(len(scene.walls) - 1) if scene.walls else 0)):
-        body = impacts[side]
-        for k in np.flatnonzero((body < lowest) | (body >= len(scene.discs)))[:1].tolist():
-            number = int(body[k])
-            raise InputError(
-                f"{side} of impact {k} of {of} is {body_name(number)} ({number}): the scene has {len(scene.discs)} "
-                f"discs from 0 on, and {len(scene.walls)} walls from {wall_body(0)} down; a wall is the second body"
-            )
-    if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
-        raise InputError(f"{of} has no spins, but discs turn in the scene: use a method that declares spin")
-    of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
-    if spins is not None:
-        of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
-    of_walls = _due_of_walls(trace)
-    for name, values in of_second.items():
-        rows = values if values.ndim > 1 else values[:, None]
-        moved = of_walls[name] if values.ndim > 1 else np.zeros_like(rows)
-        rounding = 2.0 ** -(MANTISSA_BITS[trace.float_bits] // 2) * np.abs(moved)
-        wrong = ((np.abs(rows - moved) > rounding) & np.isfinite(rows)).any(axis=1)
-        for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():
-            shown, due = (", ".join(f"{value:g}" for value in values) for values in (rows[k], moved[k]))
-            does = f"this driven wall has {due}" if moved[k].any() else "a wall that neither moves nor turns has 0"
-            raise InputError(
-                f"{name} of impact {k} of {of} is {shown}, but its second body is "
-                f"{body_name(int(impacts['second'][k]))}: {does}"
-            )
-    if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
-        raise InputError(
-            f"{of} ends at {trace.end_time_s:g} s, but the scene ends at {scene.duration_s:g} s: a trace must end "
-            "with the state at the scene's end"
-        )
-
-
-def _due_of_walls(trace: Trace) -> dict[str, NDArray[np.float64]]:
-    """Return, by field name, the velocity that the second body of each impact has in the scene; 0 for a disc.
-
-    If a wall's velocity changes within the step of the impact, the value nearer to the reported velocity is returned.
-    """
-    start, impacts = trace.scene.arrays, trace.impacts
-    due = {name: np.zeros((len(impacts), 2)) for name in ("velocity_second_before", "velocity_second_after")}
-    for k in np.flatnonzero((impacts["second"] < 0) & (start.wall_drives is not None)).tolist():
-        drive, time_s = start.drive_of_wall(wall_index(int(impacts["second"][k]))), float(impacts["time_s"][k])
-        span = (time_s - (trace.dt_s or 0.0)) * (1.0 - 2.0**-40), time_s * (1.0 + 2.0**-40)
-        legs = drive.velocities_within(*span) if math.isfinite(time_s) else [drive.velocity_at(0.0)]
-        for name, velocities in due.items():
-            reported = impacts[name][k].tolist()
-            is_finite = all(map(math.isfinite, reported))
-            velocities[k] = min(legs, key=lambda leg: math.dist(leg, reported)) if is_finite else reported
-    return due

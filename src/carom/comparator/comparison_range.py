@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from carom.comparator.horizon import RELIABLE_ERROR
 from carom.comparator.impact_matching import Alignment, ComparisonRange, Pair, group_by_pair, match_impacts
 from carom.comparator.scales import Scales, compute_scales
-from carom.comparator.stepwise.law import Law
-from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
+from carom.comparator.stepwise.scene_bodies import SceneBodies
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.model.flights import free_flights
@@ -272,7 +272,7 @@ def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
     The pair overlaps by `depth` when the impact is found, and separates at the speed `parting`. The disc gets out only
     if ``parting^2 > 2 pull depth``.
     """
-    scene, law = trace.scene, Law(trace.scene)
+    scene, bodies = trace.scene, SceneBodies(trace.scene)
     wanted, radius = {k: nth for nth, k in enumerate(impacts)}, scene.arrays.radius_m
     back, place = np.zeros(len(impacts), dtype=np.bool_), np.array([disc.position_m for disc in scene.discs])
     pulled = np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
@@ -290,7 +290,7 @@ def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
         else:
             pull = pulled[first] @ normal
             x, y = place[first].tolist()
-            depth = radius[first] - law.side_of(wall_index(second), x, y, flight.end_s)[0]
+            depth = radius[first] - bodies.side_of(wall_index(second), x, y, flight.end_s)[0]
         parting = (impact["velocity_second_after"] - impact["velocity_first_after"]) @ normal
         back[nth] = parting**2 <= 2.0 * pull * max(depth, 0.0)
     return back

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.slowing import Slowing
-from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.engines.api import Observation
 from carom.execution.open_contact import gravity_of
 from carom.model.scene import Scene

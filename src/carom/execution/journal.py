@@ -245,7 +245,7 @@ def _end_of_whole_lines(file: int) -> int:
     while end and begin == end - 1:  # skip empty lines
         end, begin = begin, _after_line_feed(file, begin - 1)
     # After a power failure a file can end in zeros.
-    last = _read(file, begin, min(end, begin + LONGEST_LINE)) if begin < end else b""
+    last = os.pread(file, min(end - begin, LONGEST_LINE), begin) if begin < end else b""
     return begin if begin < end and _parse_line(last) is None else end
 
 
@@ -270,7 +270,3 @@ def _read_lines(file: int, end: int) -> Iterator[bytes]:
         while (left := end - stream.tell()) > 0:
             line = stream.readline(min(left, LONGEST_LINE + 2))
             yield line.removesuffix(b"\n")
-
-
-def _read(file: int, begin: int, end: int) -> bytes:
-    return os.pread(file, end - begin, begin)

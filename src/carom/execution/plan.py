@@ -13,7 +13,6 @@ from carom.catalogue import CatalogueScene, KnownAnswer, find_scenes
 from carom.engines.api import Capabilities, ContactTimes
 from carom.engines.registry import EngineInfo
 from carom.errors import InputError, UnknownNameError
-from carom.execution.adapter_profile import capabilities_of
 from carom.execution.describe_engines import Methods, describe_engines, list_methods, select_engines
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, SettingOverrides, Status
@@ -24,18 +23,6 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.support.checks import shown
 from carom.support.escaping import named_hints
-
-__all__ = [
-    "DEFAULT_PROFILES",
-    "Plan",
-    "build_plan",
-    "capabilities_of",
-    "check_own_scene",
-    "missing_profile_reason",
-    "observe_job",
-    "resolve_scenes",
-    "select_profiles",
-]
 
 DEFAULT_PROFILES = ("default", "tuned", "located")
 

@@ -294,20 +294,18 @@ class DiscArrays:
         """Whether all walls are half-planes with the scene's own coefficients."""
         return self.wall_materials is None and self.has_half_planes
 
-    def half_planes(self, solver: str = "the caller", *, own_materials: bool = False) -> tuple[HalfPlane, ...]:
-        """Return the walls, which must all be half-planes.
+    def half_planes(self) -> tuple[HalfPlane, ...]:
+        """Return the walls, which must all be half-planes with the scene's own coefficients.
 
         Raises:
-            InputError: A wall is not a half-plane, or has its own coefficients although `own_materials` is false. The
-                message names the first such wall and the solver.
+            InputError: A wall is not a half-plane, or walls have their own coefficients.
         """
+        if self.wall_materials is not None:
+            raise InputError("walls have their own restitution or friction, which the caller does not support")
         planes = tuple(wall for wall in self.walls if isinstance(wall, tuple))
-        if self.wall_materials is not None and not own_materials:
-            raise InputError(f"walls have their own restitution or friction, which {solver} does not support")
         if len(planes) < len(self.walls):
             number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
-            said = f"wall {number} is not a half-plane; {solver} does not support {shape.described}"
-            raise InputError(said)
+            raise InputError(f"wall {number} is not a half-plane; the caller does not support {shape.described}")
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:

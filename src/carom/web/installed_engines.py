@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+from carom.engines.api.checks import supports
 from carom.engines.protocol.adapter import ProgramAdapter
 from carom.engines.registry import load_adapter, require_named
 from carom.errors import InputError
@@ -15,6 +16,12 @@ from carom.web.packages import PACKAGES
 
 #: Engines of the page by default: small, and without WebAssembly.
 DEFAULT_ENGINES = ("matter", "planck")
+
+#: Features of the page's scenes that an engine may lack, in the order in which the page lists them.
+_NEEDS = (
+    *(Need.SPIN, Need.FRICTION, Need.SEGMENTS, Need.ARCS, Need.WALL_MATERIALS, Need.DRIVEN_WALLS, Need.DRIVEN_DISCS),
+    *(Need.LEGS, Need.BELTS, Need.EDGE_BELTS, Need.ROLLING_RESISTANCE, Need.DAMPING, Need.TABLE_FRICTION),
+)
 
 
 def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
@@ -31,23 +38,8 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
             raise InputError(f"the page can't run {name}: choose from {', '.join(PACKAGES)}")
         engine = page_engine(name, Path(adapter.folder) / "engine.toml")
         if engine is not None:
-            has = adapter.capabilities
-            needed = {
-                Need.SPIN: has.spin,
-                Need.FRICTION: has.friction[1] > 0.0,
-                Need.SEGMENTS: has.segments,
-                Need.ARCS: has.arcs,
-                Need.WALL_MATERIALS: has.wall_materials,
-                Need.DRIVEN_WALLS: has.driven_walls,
-                Need.DRIVEN_DISCS: has.driven_discs,
-                Need.LEGS: has.legs,
-                Need.BELTS: has.belts,
-                Need.EDGE_BELTS: has.edge_belts,
-                Need.ROLLING_RESISTANCE: has.rolling_resistance,
-                Need.DAMPING: has.damping,
-                Need.TABLE_FRICTION: False,  # no engine supports table friction
-            }
-            found.append(replace(engine, lacks=tuple(need.value for need, there in needed.items() if not there)))
+            lacks = tuple(need.value for need in _NEEDS if not supports(adapter.capabilities, need))
+            found.append(replace(engine, lacks=lacks))
         elif required:
             raise InputError(f"{name} is not installed: {adapter.manifest.install}")
     return found

@@ -18,9 +18,9 @@ from carom.catalogue.find_scenes import all_scenes
 from carom.comparator import Grade, local_truth
 from carom.comparator.measure.stepwise_score import score_steps
 from carom.comparator.scales import compute_scales
-from carom.comparator.stepwise import StepWatch, analysis
+from carom.comparator.stepwise import StepWatch, step_watch
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
-from carom.comparator.stepwise.rest import Rest
+from carom.comparator.stepwise.resting_pairs import RestHistory
 from carom.comparator.stepwise.step_block import Block
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
@@ -123,7 +123,7 @@ def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> No
     scene = all_scenes()["classics/gas"].scene
     states = states_of(scene, 1 / 60)
     whole = local_truth(scene, states, dt_s=1 / 60)
-    monkeypatch.setattr(analysis, "_NUMBERS", 1)
+    monkeypatch.setattr(step_watch, "_NUMBERS", 1)
     pieces = local_truth(scene, states, dt_s=1 / 60)
     assert len(whole.windows) > 20
     for name in ("windows", "meetings", "slips"):
@@ -140,12 +140,12 @@ def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> Non
     scene = gas_scene(100, packing=0.5, duration_s=400 / 60)
     sizes: list[int] = []
 
-    def counted(block: Block, rest: Rest) -> Activity:
+    def counted(block: Block, rest: RestHistory) -> Activity:
         sizes.append(len(block))
         return find_activity(block, rest)
 
-    monkeypatch.setattr(analysis, "_NUMBERS", 1)
-    monkeypatch.setattr(analysis, "find_activity", counted)
+    monkeypatch.setattr(step_watch, "_NUMBERS", 1)
+    monkeypatch.setattr(step_watch, "find_activity", counted)
     found = steps_of(scene.model_copy(update={"frame_rate_hz": 60.0}), "pit")
     begins, ends = found.windows["begin_s"], found.windows["end_s"]
     middle_s = np.arange(10, 390) / 60
@@ -162,7 +162,7 @@ def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     place = np.stack([np.zeros_like(times), 0.5 - 0.01 * times], axis=1)[:, None]
     states = States(times, place, np.zeros_like(place))
     whole = local_truth(scene, states, dt_s=1 / 60)
-    monkeypatch.setattr(analysis, "_NUMBERS", 1)
+    monkeypatch.setattr(step_watch, "_NUMBERS", 1)
     pieces = local_truth(scene, states, dt_s=1 / 60)
     assert whole.sunk_radii == pytest.approx(0.1 / 0.5, rel=1e-9)
     assert (pieces.sunk_radii, pieces.resting_steps) == (whole.sunk_radii, whole.resting_steps)

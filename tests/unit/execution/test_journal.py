@@ -28,7 +28,7 @@ from carom.execution.cache_key import JobKey
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JOURNAL_FORMAT, JournalEntry, canonical
 from carom.execution.pool import LocalPool
-from carom.execution.sweep import Measures, score_journal, sweep
+from carom.execution.score_jobs import Measures, score_jobs, score_journal
 from carom.studies.stress.result import CellEnding, CellResult
 from carom.studies.stress.run import stress_journal
 
@@ -319,7 +319,7 @@ def cheap_jobs(count: int) -> list[Job]:
 def sitting(count: int, path: Path, most: int | None = None) -> None:
     """Sweep over jobs; where `most` is given, only over that many, and wait to be killed."""
     with LocalPool(2) as pool, score_journal(path, resume=True) as journal:
-        sweep(cheap_jobs(count)[:most], pool, journal)
+        score_jobs(cheap_jobs(count)[:most], pool, journal)
         if most is not None:
             signal.pause()
 

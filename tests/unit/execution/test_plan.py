@@ -20,7 +20,7 @@ from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool, LocalPool, Pool
 from carom.execution.run_options import Options
 from carom.execution.scheduler import build_batches
-from carom.execution.sweep import Measures, ScoreTask, score_journal, steps_of, sweep
+from carom.execution.score_jobs import Measures, ScoreTask, score_jobs, score_journal, steps_of
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)
 
@@ -72,7 +72,7 @@ def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
     """Where an engine aborts or exits in the middle of a message, each such job says so, and every other is run."""
     jobs = jobs_of(scene, ("aborts", "exits", "raises", "missing", "pit"), 2)
     with LocalPool(2) as pool:
-        found = sweep(jobs, pool)
+        found = score_jobs(jobs, pool)
     by_engine: dict[str, list[Answer[Measures]]] = {}
     for job in jobs:
         by_engine.setdefault(job.engine, []).append(found[job_key(job)])
@@ -92,13 +92,13 @@ def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -
     jobs = jobs_of(scene, ("pit", "pic"), 5)
     with InProcessPool() as pool:
         with score_journal(tmp_path / "whole.jsonl") as journal:
-            sweep(jobs, pool, journal)
+            score_jobs(jobs, pool, journal)
         with score_journal(tmp_path / "parts.jsonl") as journal:
-            sweep(jobs[::3], pool, journal)
+            score_jobs(jobs[::3], pool, journal)
         first = (tmp_path / "parts.jsonl").read_bytes()
         calls: list[tuple[int, int]] = []
         with score_journal(tmp_path / "parts.jsonl", resume=True) as journal:
-            sweep(jobs, pool, journal, lambda done, total, _: calls.append((done, total)))
+            score_jobs(jobs, pool, journal, lambda done, total, _: calls.append((done, total)))
     assert (tmp_path / "parts.jsonl").read_bytes().startswith(first)
     assert len((tmp_path / "parts.jsonl").read_bytes().splitlines()) == len(jobs) + 1
     assert canonical(tmp_path / "parts.jsonl") == canonical(tmp_path / "whole.jsonl")
@@ -173,7 +173,7 @@ def swept(pool: Pool, path: Path) -> list[bytes]:
     discs = [Disc(position_m=(3.0 * k, 0.1 * k), velocity_m_s=(1.0 - k, 0.0), radius_m=0.5) for k in range(3)]
     scene = Scene(name="three", discs=discs, duration_s=3.0)
     with score_journal(path) as journal:
-        sweep([Job(scene, Method("pit", "tuned"), 0.1 / k) for k in (1, 2, 3)], pool, journal)
+        score_jobs([Job(scene, Method("pit", "tuned"), 0.1 / k) for k in (1, 2, 3)], pool, journal)
     return canonical(path)
 
 

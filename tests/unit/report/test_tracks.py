@@ -13,7 +13,7 @@ from tests.scene_builders import cross_checked, sure
 import carom
 from carom import Scene, Wall, compare, solve_pic
 from carom.catalogue import all_scenes
-from carom.execution.reference import solve_reference
+from carom.execution.scene_reference import solve_reference
 from carom.model.trace import Trace, wall_index
 from carom.model.walls import drive_of
 from carom.report.paths import exact_paths, extent_of, observed_paths

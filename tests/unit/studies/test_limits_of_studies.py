@@ -20,8 +20,8 @@ from carom.execution.job import Answer, Task
 from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.execution.run_options import Options
+from carom.execution.score_jobs import score_journal
 from carom.execution.shared_options import LimitOptions
-from carom.execution.sweep import score_journal
 from carom.execution.worker import carry_out
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import advise

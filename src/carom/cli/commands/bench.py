@@ -52,7 +52,7 @@ def bench(
         _grow(plan, scenes or [], discs, out, resume=resume, retry=retry, verbose=verbose)
         return
     from carom.execution.environment import environment
-    from carom.execution.sweep import score_journal
+    from carom.execution.score_jobs import score_journal
     from carom.report.files import require_report_extra
     from carom.studies.bench.baseline import BaselineChange, compare_points, read_baseline
     from carom.studies.bench.document import bench_document, write_bench

@@ -27,7 +27,7 @@ from carom.comparator.measure.contact_intervals import (
     measure_contact_quality,
     measure_late_ends,
 )
-from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.flights import free_flights
 from carom.model.scene import Scene

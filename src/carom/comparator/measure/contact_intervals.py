@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.model.step_windows import States
 from carom.model.trace import Mode, Trace, wall_index
 

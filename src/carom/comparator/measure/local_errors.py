@@ -22,7 +22,7 @@ from carom.comparator.measure.errors import compute_restitutions, impact_bodies,
 from carom.comparator.non_finite import finite_impacts
 from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
-from carom.comparator.stepwise.law import NO_FEATURE, FiniteWall, Law
+from carom.comparator.stepwise.scene_bodies import NO_FEATURE, FiniteWall, SceneBodies
 from carom.core.impact_law import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.core.time_of_impact import time_of_impact
 from carom.core.wall_features import Mover
@@ -223,18 +223,18 @@ def _time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
 
 def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
     """Return the seconds until discs meet walls on free paths, as `_time_to_contact` does, and the normals there."""
-    law, wait, normal = Law(trace.scene), np.full(len(at), math.inf), np.zeros((len(at), 2))
+    scene_bodies, wait, normal = SceneBodies(trace.scene), np.full(len(at), math.inf), np.zeros((len(at), 2))
     for row, k in enumerate(at.tolist()):
         number, radius, begin_s = (
             wall_index(int(trace.impacts["second"][k])),
             float(bodies.radius[0, k]),
             float(begun_s[k]),
         )
-        for leg in law.wall_drives[number].legs_from(begin_s):
+        for leg in scene_bodies.wall_drives[number].legs_from(begin_s):
             from_s = max(leg.begin_s, begin_s)
             velocity = bodies.velocity[0, k] - leg.velocity
             place = bodies.position[0, k] + bodies.velocity[0, k] * (from_s - begin_s) - leg.moved_at(from_s)
-            ahead, towards = _meeting_with_wall(law.walls[number], place, velocity, radius)
+            ahead, towards = _meeting_with_wall(scene_bodies.walls[number], place, velocity, radius)
             if from_s + ahead < leg.end_s:
                 wait[row], normal[row] = from_s + ahead - begin_s, towards
                 break

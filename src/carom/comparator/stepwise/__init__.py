@@ -4,13 +4,13 @@ A *window* is a chain of steps in which some bodies meet, overlap or push. Outsi
 rests. Only states are compared, not reported contacts. There is no horizon, because every window starts from the run's
 own state. `docs/theory/scoring.md` defines the measures. The modules, in the order of the calculation:
 
-1. `activity` finds the active pairs of each step.
-2. `chains` joins active pairs to windows.
-3. `judge` compares each `window` with PIC and PIT, which `window_runs` runs.
-4. `analysis` repeats this block by block.
-5. `measure.steps` derives numbers and a grade.
+1. `active_pairs` finds the active pairs of each step.
+2. `step_chains` joins active pairs to windows.
+3. `judge_window` compares each `window` with PIC and PIT, which `window_runs` runs.
+4. `step_watch` repeats this block by block.
+5. `measure.stepwise_score` derives numbers and a grade.
 """
 
-from carom.comparator.stepwise.analysis import StepWatch, local_truth
+from carom.comparator.stepwise.step_watch import StepWatch, local_truth
 
 __all__ = ["StepWatch", "local_truth"]

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise.bodies import BodyStates
-from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.near_pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
-from carom.comparator.stepwise.rest import RESTING_STEPS, Rest, find_resting_pairs
+from carom.comparator.stepwise.resting_pairs import RESTING_STEPS, RestHistory, find_resting_pairs
+from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
@@ -50,7 +50,7 @@ class Activity:
     follows: set[tuple[int, Pair]] = field(default_factory=set)
 
 
-def find_activity(block: Block, rest: Rest) -> Activity:
+def find_activity(block: Block, rest: RestHistory) -> Activity:
     """Find the pairs that meet, push or rest in each step of a block, and record how deep resting pairs sink."""
     shape = block.turned.shape
     found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
@@ -72,11 +72,11 @@ def find_activity(block: Block, rest: Rest) -> Activity:
 
 def _steps_together(block: Block) -> int:
     """Return the number of steps that are handled together. The number is smaller if each pair is solved separately."""
-    law = block.law
-    bends = law.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in law.wall_drives)
-    if bends or not all(isinstance(wall, tuple) for wall in law.walls):
+    bodies = block.bodies
+    bends = bodies.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in bodies.wall_drives)
+    if bends or not all(isinstance(wall, tuple) for wall in bodies.walls):
         return _TOGETHER
-    return max(_TOGETHER, _DISTANCES // (law.n * (law.n + len(law.walls))))
+    return max(_TOGETHER, _DISTANCES // (bodies.n * (bodies.n + len(bodies.walls))))
 
 
 def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
@@ -84,7 +84,7 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
     begin, steps = relative.begin, len(relative.wait)
     h = block.step_s[begin : begin + steps, None]
     gap, wait = relative.gap, relative.wait
-    first, second = relative.discs(block.law.n)
+    first, second = relative.discs(block.bodies.n)
     meets = (wait <= h) & ~resting
     turned = block.turned[begin : begin + steps]
     pushed = turned[:, first] | turned[:, second]
@@ -99,7 +99,7 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
 
 def _enter_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
     """Add pairs whose meeting is a consequence of another meeting in the same step."""
-    law, active = block.law, found.due[step]
+    bodies, active = block.bodies, found.due[step]
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
     if not due or all(pair in active for near_pairs in together for pair in near_pairs.pairs):
         return
@@ -108,7 +108,7 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
     struck = (body for _, pair in due for body in pair if body in near)
     if not block.is_possible(step, {pair for body in struck for pair in near[body]}):
         return
-    slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
+    slow = (RESTING_STEPS + 0.5) * bodies.pull * float(block.step_s[step])
     for time_s, pair, closing in _find_impacts(block, step, due, near, slow):
         if pair not in active and closing > slow:
             active[pair] = time_s
@@ -140,14 +140,14 @@ def _find_impacts(
     are due. In a collapse, infinitely many impacts are due at one instant. Its impacts end when all further impacts
     must be slower than `slow`.
     """
-    law, seconds, begun_s = block.law, float(block.step_s[step]), float(block.states.time_s[step])
+    bodies, seconds, begun_s = block.bodies, float(block.step_s[step]), float(block.states.time_s[step])
     flown: dict[int, tuple[float, BodyStates]] = {}
     struck = defaultdict[int, int](int)
 
     def at(time_s: float, pair: Pair) -> BodyStates:
-        both = BodyStates(law, {}, {}, {}, begun_s + time_s)
+        both = BodyStates(bodies, {}, {}, {}, begun_s + time_s)
         for body in pair:
-            if body < law.n:
+            if body < bodies.n:
                 since_s, alone = flown.get(body) or (0.0, block.state(step, (body,)))
                 alone.fly(time_s - since_s)
                 flown[body] = (time_s, alone)
@@ -163,17 +163,17 @@ def _find_impacts(
         if counts != (struck[pair[0]], struck[pair[1]]):
             continue  # this meeting is outdated, because one of the bodies has turned since
         state = at(time_s, pair)
-        contact, falls_back = state.contact(pair), law.falls(pair[0]) != law.falls(pair[1])
+        contact, falls_back = state.contact(pair), bodies.falls(pair[0]) != bodies.falls(pair[1])
         if falls_back and contact.closing <= 0.0:
             continue
         state.strike(pair)
         found, at_once, last_s = found + 1, at_once + 1 if time_s == last_s else 1, time_s
         yield time_s, pair, contact.closing
-        turned = [body for body in pair if law.movable(body)]
+        turned = [body for body in pair if bodies.movable(body)]
         for body in turned:
             struck[body] += 1
             flown[body] = (time_s, state.only((body,)))
-        if at_once > _AT_ONCE and not law.driven and _fastest_closing(block, flown) <= slow:
+        if at_once > _AT_ONCE and not bodies.driven and _fastest_closing(block, flown) <= slow:
             return
         for other in {other for body in turned for other in near[body]}:
             if other != pair or falls_back:
@@ -184,20 +184,20 @@ def _find_impacts(
 
 def _fastest_closing(block: Block, flown: Mapping[int, tuple[float, BodyStates]]) -> float:
     """Return an upper bound on the closing speed of some discs at one instant. No impact adds energy."""
-    law, twice, lightest = block.law, 0.0, math.inf
+    bodies, twice, lightest = block.bodies, 0.0, math.inf
     for body, (_, state) in flown.items():
-        if law.movable(body):
-            inverse, rim = law.inverse_inertia_ratio[body], law.radius[body] * state.spin[body]
-            twice += law.mass[body] * (
+        if bodies.movable(body):
+            inverse, rim = bodies.inverse_inertia_ratio[body], bodies.radius[body] * state.spin[body]
+            twice += bodies.mass[body] * (
                 math.hypot(*state.velocity[body]) ** 2 + (rim * rim / inverse if inverse else 0.0)
             )
-            lightest = min(lightest, law.mass[body])
+            lightest = min(lightest, bodies.mass[body])
     return 2.0 * math.sqrt(twice / lightest)
 
 
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
     """Remove pairs that only overlap and separate, if another meeting explains the change of velocity."""
-    active, n = found.due[step], block.law.n
+    active, n = found.due[step], block.bodies.n
     met = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
     unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - met
     for pair in [pair for pair, due_s in active.items() if np.isnan(due_s) and not unexplained.intersection(pair)]:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, FiniteWall, Law, Pair
+from carom.comparator.stepwise.scene_bodies import NO_FEATURE, TOUCH, FiniteWall, Pair, SceneBodies
 from carom.core import primitives
 from carom.core.wall_features import Mover
 from carom.model.prescribed_motion import Drive
@@ -27,23 +27,23 @@ class Separation(NamedTuple):
 class BodyStates:
     """Position, velocity and spin of some discs by number, and the time since the run's start."""
 
-    __slots__ = ("law", "met", "spin", "time_s", "velocity", "xy")
+    __slots__ = ("bodies", "met", "spin", "time_s", "velocity", "xy")
 
     def __init__(
         self,
-        law: Law,
+        bodies: SceneBodies,
         xy: dict[int, tuple[float, float]],
         velocity: dict[int, tuple[float, float]],
         spin: dict[int, float],
         time_s: float,
     ) -> None:
-        self.law, self.xy, self.velocity, self.spin, self.time_s = law, xy, velocity, spin, time_s
+        self.bodies, self.xy, self.velocity, self.spin, self.time_s = bodies, xy, velocity, spin, time_s
         #: Number of the feature of each finite wall that the disc meets next.
         self.met: dict[Pair, int] = {}
 
     def copy(self) -> BodyStates:
         """Return a copy of the state."""
-        return BodyStates(self.law, dict(self.xy), dict(self.velocity), dict(self.spin), self.time_s)
+        return BodyStates(self.bodies, dict(self.xy), dict(self.velocity), dict(self.spin), self.time_s)
 
     def take(self, other: BodyStates) -> None:
         """Add the discs of another state."""
@@ -53,40 +53,42 @@ class BodyStates:
 
     def only(self, bodies: Iterable[int]) -> BodyStates:
         """Return the state of those bodies that are discs."""
-        discs = [body for body in bodies if body < self.law.n]
+        discs = [body for body in bodies if body < self.bodies.n]
         xy, velocity = ({disc: of[disc] for disc in discs} for of in (self.xy, self.velocity))
-        return BodyStates(self.law, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
+        return BodyStates(self.bodies, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
 
     def of_body(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the position and velocity of a body. The position of a wall is its displacement since the start."""
-        if body < self.law.n:
+        if body < self.bodies.n:
             return self.xy[body], self.velocity[body]
-        wall, time_s = body - self.law.n, self.time_s
-        leg = self.law.wall_drives[wall].leg_at(time_s * TOUCH)
+        wall, time_s = body - self.bodies.n, self.time_s
+        leg = self.bodies.wall_drives[wall].leg_at(time_s * TOUCH)
         return leg.moved_at(time_s), leg.velocity
 
     def _mover(self, disc: int, body: int) -> Mover:
         """Return a disc relative to a wall."""
-        wall = body - self.law.n
-        place = self.law.seen_from(wall, *self.xy[disc], self.time_s)
-        return Mover.at(place, self.velocity[disc], self.law.radius[disc], self.law.wall_velocity(wall, self.time_s))
+        wall = body - self.bodies.n
+        place = self.bodies.seen_from(wall, *self.xy[disc], self.time_s)
+        return Mover.at(
+            place, self.velocity[disc], self.bodies.radius[disc], self.bodies.wall_velocity(wall, self.time_s)
+        )
 
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths. Gravity does not pull the resting pair together."""
-        law, half = self.law, 0.5 * seconds * seconds
+        bodies, half = self.bodies, 0.5 * seconds * seconds
         # A scene has either gravity or slowing, so only one of them bends a path.
         for disc, (x, y) in self.xy.items():
-            if law.disc_drives and (drive := law.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
+            if bodies.disc_drives and (drive := bodies.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
                 self._drive_on(disc, drive, seconds)
                 continue
             vx, vy = self.velocity[disc]
             flown, kept = seconds, 1.0
-            if law.slows:
+            if bodies.slows:
                 speed = math.hypot(vx, vy)
-                flown, kept = law.slowing.flown(seconds, speed), law.slowing.kept(seconds, speed)
-            ax, ay = law.pulls[disc]
-            if resting is not None and resting[0] == disc and resting[1] >= law.n:
-                _, nx, ny = law.side_of(resting[1] - law.n, x, y, self.time_s)
+                flown, kept = bodies.slowing.flown(seconds, speed), bodies.slowing.kept(seconds, speed)
+            ax, ay = bodies.pulls[disc]
+            if resting is not None and resting[0] == disc and resting[1] >= bodies.n:
+                _, nx, ny = bodies.side_of(resting[1] - bodies.n, x, y, self.time_s)
                 pull = min(ax * nx + ay * ny, 0.0)
                 ax, ay = ax - pull * nx, ay - pull * ny
             self.xy[disc] = (x + vx * flown + ax * half, y + vy * flown + ay * half)
@@ -109,15 +111,15 @@ class BodyStates:
 
     def contact(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
         """Return the separation of the bodies of a pair; for a finite wall at a feature, if given."""
-        (i, j), law = pair, self.law
+        (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
-        if j >= law.n:
-            away, nx, ny = law.side_of(j - law.n, x, y, self.time_s)
-            wall = law.walls[j - law.n]
+        if j >= bodies.n:
+            away, nx, ny = bodies.side_of(j - bodies.n, x, y, self.time_s)
+            wall = bodies.walls[j - bodies.n]
             if feature != NO_FEATURE and isinstance(wall, FiniteWall):
                 nx, ny = wall.features.normal(feature, self._mover(i, j))
-            wx, wy = law.wall_velocity(j - law.n, self.time_s)
-            return Separation(away - law.radius[i], (-nx, -ny), -((vx - wx) * nx + (vy - wy) * ny))
+            wx, wy = bodies.wall_velocity(j - bodies.n, self.time_s)
+            return Separation(away - bodies.radius[i], (-nx, -ny), -((vx - wx) * nx + (vy - wy) * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
         ux, uy = self.velocity[j][0] - vx, self.velocity[j][1] - vy
@@ -127,19 +129,19 @@ class BodyStates:
         else:
             normal = (dx / distance, dy / distance)
         closing = -(ux * normal[0] + uy * normal[1])
-        return Separation(distance - law.radius[i] - law.radius[j], normal, closing)
+        return Separation(distance - bodies.radius[i] - bodies.radius[j], normal, closing)
 
     def overlaps(self, pair: Pair) -> bool:
         """Whether the bodies of a pair overlap or touch. At the instant of contact, rounding may leave a gap."""
-        (i, j), law = pair, self.law
+        (i, j), bodies = pair, self.bodies
         x, y = self.xy[i]
-        reach = law.radius[i] * TOUCH
-        if j >= law.n:
-            wall = law.walls[j - law.n]
+        reach = bodies.radius[i] * TOUCH
+        if j >= bodies.n:
+            wall = bodies.walls[j - bodies.n]
             wide = 0.0 if isinstance(wall, tuple) else (TOUCH - 1.0) * wall.outline.half_width
-            return law.side_of(j - law.n, x, y, self.time_s)[0] <= reach + wide
+            return bodies.side_of(j - bodies.n, x, y, self.time_s)[0] <= reach + wide
         ox, oy = self.xy[j]
-        reach += law.radius[j] * TOUCH
+        reach += bodies.radius[j] * TOUCH
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
 
     def wait(self, pair: Pair, last: int = NO_FEATURE) -> float:
@@ -147,15 +149,15 @@ class BodyStates:
 
         `last` is the feature of a finite wall that the disc has just met.
         """
-        if self.law.slowing.table_m_s2:
+        if self.bodies.slowing.table_m_s2:
             return self._wait_on_table(pair, last, None)
-        wait = self.law.slowing.damping.damped(self.undamped_wait(pair, last))
-        later = self.law.later_legs(pair, self.time_s)
+        wait = self.bodies.slowing.damping.damped(self.undamped_wait(pair, last))
+        later = self.bodies.later_legs(pair, self.time_s)
         return wait if not later or self.time_s + wait < later[0].begin_s else self.wait_later(pair)
 
     def wait_later(self, pair: Pair) -> float:
         """Return the seconds until the bodies of a pair meet on a later leg of a driven body."""
-        for leg in self.law.later_legs(pair, self.time_s):
+        for leg in self.bodies.later_legs(pair, self.time_s):
             there = self.later(leg.begin_s - self.time_s)
             wait = there.undamped_wait(pair, NO_FEATURE)
             if there.time_s + wait < leg.end_s:
@@ -168,30 +170,30 @@ class BodyStates:
 
         This may happen on a later leg of a driven body, or on a table, which slows each body in its own direction.
         """
-        if not self.law.slowing.table_m_s2:
+        if not self.bodies.slowing.table_m_s2:
             return self.wait_later(pair)
         return self._wait_on_table(pair, NO_FEATURE, max(0.0, -self.contact(pair).closing))
 
     def _wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
         """Compute `wait` on a table, from one stop to the next. `leaving` is the separation speed after a meeting."""
-        (i, j), law, there, passed = pair, self.law, self.only(pair), 0.0
+        (i, j), bodies, there, passed = pair, self.bodies, self.only(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
         # The two bodies stop before they meet. The margin of a hundredth is far above rounding.
-        if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
+        if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * bodies.slowing.table_m_s2):
             return math.inf
         while True:
-            stops = min(law.slowing.stops_s(math.hypot(*there.velocity[disc])) for disc in there.xy)
+            stops = min(bodies.slowing.stops_s(math.hypot(*there.velocity[disc])) for disc in there.xy)
             (x, y), (vx, vy) = there.xy[i], there.velocity[i]
-            pull = law.slowed(i, there.velocity[i])
-            if j < law.n:
-                (ox, oy), (ux, uy), other = there.xy[j], there.velocity[j], law.slowed(j, there.velocity[j])
-                one = (x - ox, y - oy, vx - ux, vy - uy, law.radius[i])
+            pull = bodies.slowed(i, there.velocity[i])
+            if j < bodies.n:
+                (ox, oy), (ux, uy), other = there.xy[j], there.velocity[j], bodies.slowed(j, there.velocity[j])
+                one = (x - ox, y - oy, vx - ux, vy - uy, bodies.radius[i])
                 relative = (pull[0] - other[0], pull[1] - other[1])
-                wait = primitives.disc_fall_time(*one, 0.0, 0.0, law.radius[j], *relative, leaving)
-            elif isinstance(wall := law.walls[j - law.n], tuple):
-                wait = primitives.wall_fall_time(x, y, vx, vy, law.radius[i], wall, *pull)
+                wait = primitives.disc_fall_time(*one, 0.0, 0.0, bodies.radius[j], *relative, leaving)
+            elif isinstance(wall := bodies.walls[j - bodies.n], tuple):
+                wait = primitives.wall_fall_time(x, y, vx, vy, bodies.radius[i], wall, *pull)
             else:
-                disc = Mover.at((x, y), (vx, vy), law.radius[i])
+                disc = Mover.at((x, y), (vx, vy), bodies.radius[i])
                 wait = self._fall_wait(pair, wall, disc, pull, last)
             if wait <= stops:
                 return passed + wait
@@ -202,29 +204,29 @@ class BodyStates:
 
     def undamped_wait(self, pair: Pair, last: int) -> float:
         """Compute `wait` without damping, as if a driven body of the pair kept its present velocity."""
-        (i, j), law = pair, self.law
-        (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], law.radius[i]
-        if j >= law.n:
-            wall = law.walls[j - law.n]
+        (i, j), bodies = pair, self.bodies
+        (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], bodies.radius[i]
+        if j >= bodies.n:
+            wall = bodies.walls[j - bodies.n]
             if not isinstance(wall, tuple):
                 return self._finite_wait(pair, wall, last)
-            x, y = law.seen_from(j - law.n, x, y, self.time_s)
-            wx, wy = law.wall_velocity(j - law.n, self.time_s)
+            x, y = bodies.seen_from(j - bodies.n, x, y, self.time_s)
+            wx, wy = bodies.wall_velocity(j - bodies.n, self.time_s)
             vx, vy = vx - wx, vy - wy
-            if not law.falls(i):
+            if not bodies.falls(i):
                 return primitives.wall_time(x, y, vx, vy, radius, wall)
-            return primitives.wall_fall_time(x, y, vx, vy, radius, wall, *law.gravity)
+            return primitives.wall_fall_time(x, y, vx, vy, radius, wall, *bodies.gravity)
         (ox, oy), (ux, uy) = self.xy[j], self.velocity[j]
-        if law.falls(i) == law.falls(j):  # gravity moves both equally
-            return primitives.pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, law.radius[j])
-        if law.falls(i):
-            return primitives.disc_fall_time(x, y, vx - ux, vy - uy, radius, ox, oy, law.radius[j], *law.gravity)
-        return primitives.disc_fall_time(ox, oy, ux - vx, uy - vy, law.radius[j], x, y, radius, *law.gravity)
+        if bodies.falls(i) == bodies.falls(j):  # gravity moves both equally
+            return primitives.pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, bodies.radius[j])
+        if bodies.falls(i):
+            return primitives.disc_fall_time(x, y, vx - ux, vy - uy, radius, ox, oy, bodies.radius[j], *bodies.gravity)
+        return primitives.disc_fall_time(ox, oy, ux - vx, uy - vy, bodies.radius[j], x, y, radius, *bodies.gravity)
 
     def _finite_wait(self, pair: Pair, wall: FiniteWall, last: int) -> float:
         disc = self._mover(*pair)
-        if self.law.falls(pair[0]):
-            return self._fall_wait(pair, wall, disc, self.law.gravity, last)
+        if self.bodies.falls(pair[0]):
+            return self._fall_wait(pair, wall, disc, self.bodies.gravity, last)
         wait, feature, _ = wall.features.first_touch(disc, last)
         if feature != NO_FEATURE:
             self.met[pair] = feature
@@ -244,60 +246,67 @@ class BodyStates:
 
     def strike(self, pair: Pair, feature: int = NO_FEATURE) -> None:
         """Apply an impact of the bodies of a pair at their present positions. `feature` is as in `contact`."""
-        (i, j), law = pair, self.law
+        (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
-        w_i = law.inverse_mass[i]
-        if j >= law.n:
+        w_i = bodies.inverse_mass[i]
+        if j >= bodies.n:
             _, (mx, my), _ = self.contact(pair, feature)
             nx, ny = -mx, -my
-            contact = law.contact_of(pair)
-            wx, wy = law.wall_velocity(j - law.n, self.time_s)
+            contact = bodies.contact_of(pair)
+            wx, wy = bodies.wall_velocity(j - bodies.n, self.time_s)
             before = (vx - wx, vy - wy)
             along = before[0] * nx + before[1] * ny
             if not along < 0.0:
                 return
-            pressed = -(1.0 + law.restitution(pair)) * along
+            pressed = -(1.0 + bodies.restitution(pair)) * along
             vx, vy = vx + pressed * nx, vy + pressed * ny
-            if contact.friction > 0.0 or law.rolling_resistance > 0.0:
-                rim, y = law.radius[i] * self.spin[i], law.inverse_inertia_ratio[i]
-                slip = before[0] * ny - before[1] * nx + rim + (0.0 if law.belts is None else law.belts[j - law.n])
+            if contact.friction > 0.0 or bodies.rolling_resistance > 0.0:
+                rim, y = bodies.radius[i] * self.spin[i], bodies.inverse_inertia_ratio[i]
+                slip = (
+                    before[0] * ny
+                    - before[1] * nx
+                    + rim
+                    + (0.0 if bodies.belts is None else bodies.belts[j - bodies.n])
+                )
                 friction, turning, _ = primitives.frictional_impulses(
-                    *contact, law.rolling_resistance, slip, rim, y, pressed
+                    *contact, bodies.rolling_resistance, slip, rim, y, pressed
                 )
                 vx, vy = vx - friction * ny, vy + friction * nx
-                self.spin[i] -= turning * y / law.radius[i]
+                self.spin[i] -= turning * y / bodies.radius[i]
             self.velocity[i] = (vx, vy)
             return
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         ux, uy = self.velocity[j]
-        w_j = law.inverse_mass[j]
-        impulse = primitives.normal_impulse(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
+        w_j = bodies.inverse_mass[j]
+        impulse = primitives.normal_impulse(dx, dy, ux - vx, uy - vy, w_i + w_j, bodies.disc_restitution)
         turn = 0.0
-        if law.disc_contact.friction > 0.0 and impulse < 0.0:
+        if bodies.disc_contact.friction > 0.0 and impulse < 0.0:
             distance = math.hypot(dx, dy)
-            surface = distance * (law.radius[i] * self.spin[i] + law.radius[j] * self.spin[j])
-            inverse_effective_mass = w_i * (1.0 + law.inverse_inertia_ratio[i]) + w_j * (
-                1.0 + law.inverse_inertia_ratio[j]
+            surface = distance * (bodies.radius[i] * self.spin[i] + bodies.radius[j] * self.spin[j])
+            inverse_effective_mass = w_i * (1.0 + bodies.inverse_inertia_ratio[i]) + w_j * (
+                1.0 + bodies.inverse_inertia_ratio[j]
             )
             turn = primitives.pair_tangential_impulse(
-                *law.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, impulse
+                *bodies.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, impulse
             )
-            self.spin[i] -= turn * distance * w_i * law.inverse_inertia_ratio[i] / law.radius[i]
-            self.spin[j] -= turn * distance * w_j * law.inverse_inertia_ratio[j] / law.radius[j]
+            self.spin[i] -= turn * distance * w_i * bodies.inverse_inertia_ratio[i] / bodies.radius[i]
+            self.spin[j] -= turn * distance * w_j * bodies.inverse_inertia_ratio[j] / bodies.radius[j]
         px, py = impulse * dx + turn * dy, impulse * dy - turn * dx
         self.velocity[i] = (vx + w_i * px, vy + w_i * py)
         self.velocity[j] = (ux - w_j * px, uy - w_j * py)
 
     def energy(self) -> float:
         """Return the kinetic energy of the movable discs, including rotation, joules."""
-        law, energy = self.law, 0.0
+        bodies, energy = self.bodies, 0.0
         for disc, (vx, vy) in self.velocity.items():
-            if law.movable(disc):
-                rim, inverse = law.radius[disc] * self.spin[disc], law.inverse_inertia_ratio[disc]
-                energy += 0.5 * law.mass[disc] * (vx * vx + vy * vy + (rim * rim / inverse if inverse > 0.0 else 0.0))
+            if bodies.movable(disc):
+                rim, inverse = bodies.radius[disc] * self.spin[disc], bodies.inverse_inertia_ratio[disc]
+                energy += (
+                    0.5 * bodies.mass[disc] * (vx * vx + vy * vy + (rim * rim / inverse if inverse > 0.0 else 0.0))
+                )
         return energy
 
     def fastest(self) -> tuple[float, float]:
         """Return the greatest speed of any disc, and the greatest speed of any disc or rim, metres a second."""
         speed = max(math.hypot(*velocity) for velocity in self.velocity.values())
-        return speed, max(speed, *(abs(self.law.radius[disc] * spin) for disc, spin in self.spin.items()))
+        return speed, max(speed, *(abs(self.bodies.radius[disc] * spin) for disc, spin in self.spin.items()))

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from carom.comparator.slowing import nearest_s
 from carom.comparator.stepwise.active_pairs import Activity
 from carom.comparator.stepwise.bodies import BodyStates
-from carom.comparator.stepwise.law import Pair
-from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
+from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window import Difference, Window, relative
@@ -86,7 +86,7 @@ def judge(
         ends: Whether the run ends with the block.
         speed_before: Greatest speed of the discs before the window, if the window continues a chain, metres a second.
     """
-    if not block.is_possible(chain.begin, block.law.pairs_of(chain.discs)):
+    if not block.is_possible(chain.begin, block.bodies.pairs_of(chain.discs)):
         return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
     window = Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
@@ -131,15 +131,15 @@ def judge(
 def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
     """Judge a window in which PIC has no impact: bodies may turn without a cause, or a resting body may be held."""
     velocity, spin, place = window.difference(window.now, window.free)
-    law, chain = window.law, window.chain
+    bodies, chain = window.bodies, window.chain
     # A resting body is held if its velocity changed by at most the speed gained by falling in the window's steps.
     steps = chain.end - chain.begin + 0.5
-    held = law.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * law.pull * window.block.dt_s
+    held = bodies.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * bodies.pull * window.block.dt_s
     if chain.continues:
         # In a lasting contact that was cut, velocities also changed before the cut, so only the energy counts.
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
-        kept = law.pull == 0.0 and not law.driven and not law.slowing.table_m_s2
+        kept = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
         judged.energy_j = window.now.energy() - window.free.energy() if kept else 0.0
     elif not held and window.meets_at_rest:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
@@ -162,22 +162,24 @@ def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> flo
 
     In an entangled window, a loss of energy counts only if all impacts are elastic.
     """
-    if window.law.pull > 0.0:
+    if window.bodies.pull > 0.0:
         return 0.0
     now = window.now.energy()
     if not entangled:
         return now - found.truth.energy()
-    if window.law.driven or window.law.slowing.table_m_s2:  # on a table, another path loses another energy
+    if window.bodies.driven or window.bodies.slowing.table_m_s2:  # on a table, another path loses another energy
         return 0.0
     gained = now - window.free.energy()
-    law = window.law
-    lossless = all(law.restitution(pair) == 1.0 and law.contact_of(pair).friction == 0.0 for pair in window.chain.pairs)
+    bodies = window.bodies
+    lossless = all(
+        bodies.restitution(pair) == 1.0 and bodies.contact_of(pair).friction == 0.0 for pair in window.chain.pairs
+    )
     return gained if lossless else max(gained, 0.0)
 
 
 def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     """Whether the bodies of a pair passed through each other: they were due to meet, and then moved on as before."""
-    block, law, activity = window.block, window.law, window.activity
+    block, bodies, activity = window.block, window.bodies, window.activity
     steps = window.chain.pairs[pair]
     own = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
     if not own:
@@ -186,18 +188,18 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     while last + 1 in steps:  # pairs still push while they separate: late, but not missed
         last += 1
     i, j = pair
-    discs = (i, j) if j < law.n else (i,)
+    discs = (i, j) if j < bodies.n else (i,)
     one, other = block.state(own[0], discs), block.state(last + 1, discs)
     before, after = one.contact(pair), other.contact(pair)
     times = block.states.time_s
     lasted = float(times[last + 1] - times[own[0]])
     was, now = relative(one.later(lasted), pair), relative(other, pair)
     size = math.hypot(*was)
-    if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
+    if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
         return False  # the pair is so slow that it may rest
     if before.closing <= PASSED * speed_before:
         return False  # a rest of an impact, from a cut chain, counts as a velocity error
-    closed = before.closing * law.slowing.damping.kept(lasted)
+    closed = before.closing * bodies.slowing.damping.kept(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
     repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
@@ -205,15 +207,15 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
         unchanged = _is_idle(window, pair, size)
     # A disc that is still being pushed is not yet through a wall.
     pushed = bool(block.turned[last, i])
-    deep = j >= law.n and not pushed and after.gap < -min(law.radius[i], 1.5 * before.closing * block.dt_s)
+    deep = j >= bodies.n and not pushed and after.gap < -min(bodies.radius[i], 1.5 * before.closing * block.dt_s)
     through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
     return unchanged and (past or deep or through)
 
 
 def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     """Whether a body of a pair kept its velocity in the window, although PIC has an impact that changes it."""
-    block, chain, law = window.block, window.chain, window.law
-    idle = [body for body in pair if law.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
+    block, chain, bodies = window.block, window.chain, window.bodies
+    idle = [body for body in pair if bodies.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
     meets = any(
         met.pair == pair and met.contact.closing > 1e-3 * size and met.time_s < window.lasts for met in window.truth
     )
@@ -244,22 +246,22 @@ def _closes(window: Window, pair: Pair) -> bool:
 
 def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
     """Measure the lateness in steps and the restitution, for a window of one impact."""
-    first, law, dt_s = window.truth[0], window.law, window.block.dt_s
+    first, bodies, dt_s = window.truth[0], window.bodies, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
     # A run checks for contact at the end of a step. A polygon reaches the contact later than a bent path, by half of
     # the bend in a step.
-    bends = law.pull + law.slowing.bends(window.speed)
+    bends = bodies.pull + bodies.slowing.bends(window.speed)
     judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:
         judged.late_steps = 0.0
     elif not judged.entangled and found.impacts <= 1 and judged.missed == 0:
         judged.late_steps = (_turn_s(window, first.pair) - first.time_s) / dt_s
-    if judged.entangled or judged.missed or len(window.truth) != 1 or law.pull > 0.0:
+    if judged.entangled or judged.missed or len(window.truth) != 1 or bodies.pull > 0.0:
         return
-    contact = law.contact_of(first.pair)
+    contact = bodies.contact_of(first.pair)
     was, now = relative(window.free, first.pair), relative(window.now, first.pair)
-    if law.slowing.table_m_s2:  # on a table, velocities have no common factor, so compare at the turn
+    if bodies.slowing.table_m_s2:  # on a table, velocities have no common factor, so compare at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
         was = relative(window.start.later(turned_s), first.pair)
         now = relative(window.now.later(turned_s - window.lasts), first.pair)
@@ -269,7 +271,7 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
         normal = (change[0] / size, change[1] / size)  # the run's own normal
         closed = was[0] * normal[0] + was[1] * normal[1]
         if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
-            judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
+            judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - bodies.restitution(first.pair)
 
 
 def _turn_s(window: Window, pair: Pair) -> float:
@@ -281,7 +283,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
         return (ox - x, oy - y)
 
     was, now = relative(window.free, pair), relative(window.now, pair)
-    if window.law.slowing.table_m_s2:
+    if window.bodies.slowing.table_m_s2:
         return _turn_on_table_s(window, pair)
     slope = (was[0] - now[0], was[1] - now[1])
     squared = slope[0] ** 2 + slope[1] ** 2
@@ -291,7 +293,7 @@ def _turn_s(window: Window, pair: Pair) -> float:
     # damping, paths are straight in undamped time.
     there, here = apart(window.free), apart(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
-    return lasts + window.law.slowing.damping.damped(-ago_s)
+    return lasts + window.bodies.slowing.damping.damped(-ago_s)
 
 
 def _turn_on_table_s(window: Window, pair: Pair) -> float:
@@ -324,7 +326,7 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
     until_there = [met for met in truth if met.time_s <= until_s]
     # Errors refer to the window's end, like the run's errors. Damping multiplies all velocities by the same factor; a
     # table does not.
-    slowing, measured_s = window.law.slowing, until_s
+    slowing, measured_s = window.bodies.slowing, until_s
     kept = slowing.damping.kept(window.lasts - until_s)
     if slowing.table_m_s2:
         measured_s = window.lasts
@@ -353,5 +355,5 @@ def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -
     first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
     seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s
     start = block.state(chain.begin, chain.discs)
-    met = sampled_run(start, block.law.pairs_of(chain.discs), seconds, dt_s, first_s)
+    met = sampled_run(start, block.bodies.pairs_of(chain.discs), seconds, dt_s, first_s)
     return set(pairs) - {one.pair for one in met}

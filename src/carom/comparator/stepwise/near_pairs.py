@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.stepwise.law import Pair
+from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.model.broad_phase import near_pairs, near_walls
 from carom.model.disc_arrays import STANDS, wall_lengths
@@ -70,24 +70,24 @@ def near_in(block: Block, together: Sequence[NearPairs], step: int) -> dict[int,
 
     A third body may strike one of them and pass on its speed within the step.
     """
-    law, h = block.law, float(block.step_s[step])
-    own = block.own_speed[step] + law.fastest_wall
-    ahead = h * (own + np.maximum((1.0 + MARGIN_STEPS) * own, np.max(own) + law.pull * h))
+    bodies, h = block.bodies, float(block.step_s[step])
+    own = block.own_speed[step] + bodies.fastest_wall
+    ahead = h * (own + np.maximum((1.0 + MARGIN_STEPS) * own, np.max(own) + bodies.pull * h))
     ahead += RESTING_GAP * block.scene.arrays.radius_m
     near: dict[int, list[Pair]] = defaultdict(list)
     for relative in together:
-        one, other = relative.discs(law.n)
+        one, other = relative.discs(bodies.n)
         reach = ahead[one] + np.where(one != other, ahead[other], 0.0)
         for column in np.flatnonzero(relative.gap[step - relative.begin] <= reach).tolist():
             pair = relative.pairs[column]
-            for body in filter(law.movable, pair):
+            for body in filter(bodies.movable, pair):
                 near[body].append(pair)
     return near
 
 
 def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
     """Yield the pairs of discs that are near in some steps."""
-    arrays, law = block.scene.arrays, block.law
+    arrays, bodies = block.scene.arrays, block.bodies
     centre, reach = _reach(block, begin, end)
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
     for first, second in near_pairs(centre, reach, arrays.movable):
@@ -99,7 +99,7 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         gap = distance - contact
         with np.errstate(divide="ignore", invalid="ignore"):
             closing = np.where(distance > 0.0, -b / distance, 0.0)
-        pulled = np.where(arrays.movable[first] != arrays.movable[second], law.pull, 0.0)
+        pulled = np.where(arrays.movable[first] != arrays.movable[second], bodies.pull, 0.0)
         some = block.place_rounding[begin:end]
         touching = some[:, first] + some[:, second]
         speeds = block.own_speed[begin:end]
@@ -108,10 +108,10 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
             root = b[:-1] ** 2 - a * c
             wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
-            wait = law.slowing.damping.all_damped(wait)
+            wait = bodies.slowing.damping.all_damped(wait)
         wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
         wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= still), np.inf, np.maximum(wait, 0.0))
-        bent = np.flatnonzero((pulled > 0.0) | (law.slowing.table_m_s2 > 0.0))
+        bent = np.flatnonzero((pulled > 0.0) | (bodies.slowing.table_m_s2 > 0.0))
         near = NearPairs(begin, first, second, gap, closing, wait, pulled, touching, still)
         _meet_on_bent_paths(block, near, bent.tolist())
         yield near
@@ -120,7 +120,7 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
 def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
     """Yield the discs and walls that are near in some steps."""
     moving = defaultdict[Drive, list[int]](list)
-    for k, drive in enumerate(block.law.wall_drives):
+    for k, drive in enumerate(block.bodies.wall_drives):
         moving[drive].append(k)
     for drive, numbers in moving.items():
         yield from _pairs_with_walls(block, begin, end, drive, numbers)
@@ -128,11 +128,11 @@ def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
 
 def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of_it: list[int]) -> Iterator[NearPairs]:
     """Yield the near pairs of discs and walls in some steps, for walls that move on the same path."""
-    arrays, law = block.scene.arrays, block.law
+    arrays, bodies = block.scene.arrays, block.bodies
     centre, reach = _reach(block, begin, end, drive)
     p, v = _seen(block, begin, end, drive)
     speeds = block.own_speed[begin:end] + drive.fastest
-    bends = len(drive.legs) > 1 or law.slowing.table_m_s2 > 0.0
+    bends = len(drive.legs) > 1 or bodies.slowing.table_m_s2 > 0.0
     one_by_one = [k for k in walls_of_it if bends or not isinstance(arrays.walls[k], tuple)]
     yield from _found_one_by_one(block, begin, end, centre, reach, one_by_one)
     numbers = np.array([k for k in walls_of_it if k not in one_by_one], dtype=np.intp)
@@ -144,12 +144,12 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
         normal = plane[:, 2:]
         gap = np.sum((p[:, disc] - plane[:, :2]) * normal, axis=2) - arrays.radius_m[disc]
         speed = np.sum(v[:, disc] * normal, axis=2)
-        pull = normal @ np.array(law.gravity)
+        pull = normal @ np.array(bodies.gravity)
         far = block.place_unit * np.max(np.abs(plane[:, :2]), axis=1)
         touching, still = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
         g, s = gap[:-1], speed[:-1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            straight = law.slowing.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
+            straight = bodies.slowing.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
             # The root at which the gap closes, computed without cancellation.
@@ -158,25 +158,25 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
             wait = np.where(pull == 0.0, straight, bent)
         wait = np.where((g <= touching) & (s < -still), 0.0, wait)
         wait = np.where((g <= touching) & (s >= -still) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
-        pulled = np.full(len(disc), law.pull)
-        yield NearPairs(begin, disc, law.n + numbers[wall], gap, -speed, wait, pulled, touching, still)
+        pulled = np.full(len(disc), bodies.pull)
+        yield NearPairs(begin, disc, bodies.n + numbers[wall], gap, -speed, wait, pulled, touching, still)
 
 
 def _found_one_by_one(
     block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
 ) -> Iterator[NearPairs]:
     """Yield each near pair of two discs, or of a disc and one of the given walls, in some steps."""
-    arrays, law = block.scene.arrays, block.law
+    arrays, bodies = block.scene.arrays, block.bodies
     for k in numbers:
         wall = arrays.walls[k]
-        speeds = block.own_speed[begin:end] + law.wall_drives[k].fastest
+        speeds = block.own_speed[begin:end] + bodies.wall_drives[k].fastest
         far = block.place_unit * max(map(abs, wall_lengths(wall)))
         for i in np.flatnonzero(arrays.movable).tolist():
             x, y = centre[i].tolist()
             away = (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3] if isinstance(wall, tuple) else wall.gap(x, y, 0.0)
             if away > float(reach[i]):
                 continue
-            pair = (i, law.n + k)
+            pair = (i, bodies.n + k)
             met = [block.state(step, (i,)).contact(pair) for step in range(begin, end + 1)]
             gap, closing = (np.array([[getattr(one, name)] for one in met]) for name in ("gap", "closing"))
             touching, still = block.place_rounding[begin:end, [i]] + far, block.unit * speeds[:, [i]]
@@ -187,8 +187,8 @@ def _found_one_by_one(
             touches = gap[:-1] <= touching
             wait = np.where(touches & (closing[:-1] > still), 0.0, wait)
             wait = np.where(touches & (closing[:-1] <= still) & (wait == 0.0), np.inf, wait)
-            pulled = np.full(1, law.pull)
-            yield NearPairs(begin, np.array([i]), np.array([law.n + k]), gap, closing, wait, pulled, touching, still)
+            pulled = np.full(1, bodies.pull)
+            yield NearPairs(begin, np.array([i]), np.array([bodies.n + k]), gap, closing, wait, pulled, touching, still)
 
 
 def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
@@ -208,7 +208,7 @@ def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[A
     low, high = np.min(p, axis=0), np.max(p, axis=0)
     longest = float(np.max(block.step_s[begin:end]))
     # A third body may pass on its speed within the step.
-    fastest = float(np.max(own_speed)) + block.law.pull * longest
+    fastest = float(np.max(own_speed)) + block.bodies.pull * longest
     ahead = 2.0 * fastest * longest
     own = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
     radius = block.scene.arrays.radius_m

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise.bodies import BodyStates
-from carom.comparator.stepwise.law import Law, Pair
+from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.model.scene import Scene
 from carom.model.step_windows import States
 
@@ -34,7 +34,7 @@ class Block:
 
     Attributes:
         scene: The scene.
-        law: The scene's bodies as plain floats.
+        bodies: The scene's bodies as plain floats.
         states: The states, one more than there are steps.
         dt_s: The run's step, seconds. A piece of a located run is shorter.
         step_s: Length of each step, shape ``(k,)``.
@@ -51,7 +51,7 @@ class Block:
     """
 
     scene: Scene
-    law: Law
+    bodies: SceneBodies
     states: States
     dt_s: float
     step_s: Array
@@ -68,15 +68,22 @@ class Block:
 
     @classmethod
     def of(
-        cls, scene: Scene, law: Law, states: States, dt_s: float, unit: float, place_unit: float, agreement: float
+        cls,
+        scene: Scene,
+        bodies: SceneBodies,
+        states: States,
+        dt_s: float,
+        unit: float,
+        place_unit: float,
+        agreement: float,
     ) -> Block:
         """Return a block of steps. The arguments are attributes of the class."""
         h = np.diff(states.time_s)[:, None]
         p, v = states.position_m, states.velocity_m_s
         speed = np.hypot(*np.moveaxis(v, 2, 0))
-        kept, flown_s = law.slowing.all_kept(h, speed[:-1]), law.slowing.all_flown(h, speed[:-1])
+        kept, flown_s = bodies.slowing.all_kept(h, speed[:-1]), bodies.slowing.all_flown(h, speed[:-1])
         radius = scene.arrays.radius_m
-        pull = np.where(scene.arrays.movable[:, None], np.array(law.gravity), 0.0)
+        pull = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
         fallen = pull * h[..., None]
         turned_by = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept[..., None] - fallen, 2, 0))
         flown = v[:-1] * flown_s[..., None]
@@ -86,15 +93,15 @@ class Block:
         # Driven bodies are meant to turn.
         driven = list(scene.arrays.driven_discs)
         turned_by[:, driven] = moved_by[:, driven] = 0.0
-        own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + law.slowing.table_m_s2) * h
+        own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + bodies.slowing.table_m_s2) * h
         own_rim = np.maximum(own_speed, np.maximum(np.abs(rims[1:]), np.abs(rims[:-1])))
         far = np.max(np.abs(p), axis=2) + radius
         reach = np.maximum(far[1:], far[:-1]) + own_speed * h
         clock_s = _CLOCK * states.time_s[1:, None]
-        turned = (turned_by > unit * (own_speed + law.fast)) | (spun_by > unit * own_rim)
+        turned = (turned_by > unit * (own_speed + bodies.fast)) | (spun_by > unit * own_rim)
         return cls(
             scene=scene,
-            law=law,
+            bodies=bodies,
             states=states,
             dt_s=dt_s,
             step_s=h[:, 0],
@@ -117,7 +124,7 @@ class Block:
         """Return the state of some discs at the start of a step. The number of steps is the index of the last state."""
         p, v, spins = self.states.position_m[step], self.states.velocity_m_s[step], self.states.spin_rad_s
         return BodyStates(
-            self.law,
+            self.bodies,
             {i: (float(p[i, 0]), float(p[i, 1])) for i in discs},
             {i: (float(v[i, 0]), float(v[i, 1])) for i in discs},
             {i: 0.0 if spins is None else float(spins[step, i]) for i in discs},
@@ -126,13 +133,13 @@ class Block:
 
     def answers_ahead(self, step: int, disc: int) -> bool:
         """Whether a disc closes on a near body before a step and separates from it after the step."""
-        everyone = [disc, *(other for other in range(self.law.n) if other != disc)]
+        everyone = [disc, *(other for other in range(self.bodies.n) if other != disc)]
         before, after = self.state(step, everyone), self.state(step + 1, everyone)
-        for pair in self.law.pairs_of(everyone):
+        for pair in self.bodies.pairs_of(everyone):
             if pair[0] != disc:
                 break  # the pairs of `disc` come first
             contact = before.contact(pair)
-            near = contact.closing > 0.0 and contact.gap <= _AHEAD_GAP * self.law.reach(pair)
+            near = contact.closing > 0.0 and contact.gap <= _AHEAD_GAP * self.bodies.reach(pair)
             if near and after.contact(pair).closing <= 0.0:
                 return True
         return False
@@ -148,20 +155,20 @@ class Block:
             step: The step.
             pairs: Pairs of bodies, including all bodies that may leave a disc no room.
         """
-        law = self.law
-        if not law.driven:
+        bodies = self.bodies
+        if not bodies.driven:
             return True
-        state = self.state(step, sorted({body for pair in pairs for body in pair if body < law.n}))
+        state = self.state(step, sorted({body for pair in pairs for body in pair if body < bodies.n}))
         sides: dict[int, list[tuple[bool, float, float, float]]] = defaultdict(list)
         for pair in pairs:
             gap, (nx, ny), _ = state.contact(pair)
-            disc, other, sign = (pair[0], pair[1], 1.0) if not law.movable(pair[1]) else (pair[1], pair[0], -1.0)
-            if not law.movable(other):
-                sides[disc].append((law.is_driven(other), gap, sign * nx, sign * ny))
+            disc, other, sign = (pair[0], pair[1], 1.0) if not bodies.movable(pair[1]) else (pair[1], pair[0], -1.0)
+            if not bodies.movable(other):
+                sides[disc].append((bodies.is_driven(other), gap, sign * nx, sign * ny))
         return not any(
             one_gap + other_gap < 0.0
             and (one_driven or other_driven)
-            and abs(nx * my - ny * mx) * law.radius[disc] <= 2.0 * self.place_rounding[step][disc]
+            and abs(nx * my - ny * mx) * bodies.radius[disc] <= 2.0 * self.place_rounding[step][disc]
             and nx * mx + ny * my < 0.0
             for disc, near in sides.items()
             for (one_driven, one_gap, nx, ny), (other_driven, other_gap, mx, my) in combinations(near, 2)

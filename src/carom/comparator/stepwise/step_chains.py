@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from carom.comparator.stepwise.law import Law, Pair
+from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 
 #: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. If a
 #: contact lasts longer, its lateness can't be explained by sampling. In crowds, soft contacts form chains that do not
@@ -63,11 +63,11 @@ class Chains:
     """Builds chains from the active pairs of each step, and returns chains that can't change any more.
 
     Args:
-        law: The scene's bodies.
+        bodies: The scene's bodies.
     """
 
-    def __init__(self, law: Law) -> None:
-        self._law = law
+    def __init__(self, bodies: SceneBodies) -> None:
+        self._bodies = bodies
         self._held: list[StepChain] = []
         self._settled: list[StepChain] = []
         self._next = 0
@@ -111,7 +111,7 @@ class Chains:
         held = [chain for chain in self._held if chain not in taken]
         self._held = [replace(chain, goes_on=True) if chain in cut else chain for chain in held]
         self._held += [
-            group.joined(self._law, continues=any(last.get(pair) in cut for pair in group.pairs)) for group in groups
+            group.joined(self._bodies, continues=any(last.get(pair) in cut for pair in group.pairs)) for group in groups
         ]
 
     def take_settled(self, *, ends: bool = False) -> list[StepChain]:
@@ -122,7 +122,7 @@ class Chains:
 
     def _grouped(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:
         """Return the groups of pairs and chains that become one chain in a step if each chain in `last` continues."""
-        movable, groups = self._law.movable, Groups()
+        movable, groups = self._bodies.movable, Groups()
         for pair in pairs:
             for body in filter(movable, pair):
                 groups.join(pair, body)
@@ -179,7 +179,7 @@ class _Group:
         """Whether the joined chain has too many steps, or includes a chain that was cut."""
         return self.step + 1 - self.begin > LONGEST or any(chain.goes_on or chain in cut for chain in self.chains)
 
-    def joined(self, law: Law, *, continues: bool) -> StepChain:
+    def joined(self, bodies: SceneBodies, *, continues: bool) -> StepChain:
         """Return the joined chain.
 
         A joined chain continues a cut chain if `continues` is set or its first chain does so.
@@ -192,6 +192,6 @@ class _Group:
         for pair in self.pairs:
             pairs[pair] += (self.step,)
         discs = {disc for chain in self.chains for disc in chain.discs}
-        discs |= {body for pair in self.pairs for body in pair if body < law.n}
+        discs |= {body for pair in self.pairs for body in pair if body < bodies.n}
         in_order = {pair: tuple(sorted(pairs[pair])) for pair in sorted(pairs)}
         return StepChain(self.begin, self.step + 1, tuple(sorted(discs)), in_order, continues)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from carom.comparator.stepwise.active_pairs import Activity
 from carom.comparator.stepwise.bodies import BodyStates
-from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.near_pairs import MARGIN_STEPS
+from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
 from carom.comparator.stepwise.window_runs import Met, exact_run
@@ -34,7 +34,7 @@ class Window:
     """A window with the derived states that a judgement needs."""
 
     def __init__(self, block: Block, chain: StepChain, activity: Activity) -> None:
-        self.block, self.chain, self.law, self.activity = block, chain, block.law, activity
+        self.block, self.chain, self.bodies, self.activity = block, chain, block.bodies, activity
         self.start, self.now = block.state(chain.begin, chain.discs), block.state(chain.end, chain.discs)
         times = block.states.time_s
         self.lasts = float(times[chain.end] - times[chain.begin])
@@ -44,13 +44,13 @@ class Window:
         fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
         seconds = self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
         # An impact may double a speed, and a chain of impacts is short.
-        reach = 4.0 * (fastest + self.law.fastest_wall) * seconds + self.law.pull * seconds**2
-        self.pairs = [pair for pair in self.law.pairs_of(discs) if self.start.contact(pair).gap <= reach]
+        reach = 4.0 * (fastest + self.bodies.fastest_wall) * seconds + self.bodies.pull * seconds**2
+        self.pairs = [pair for pair in self.bodies.pairs_of(discs) if self.start.contact(pair).gap <= reach]
         is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
         # Because of rounding, PIC may find an impact at the window's end slightly later than the run does.
         beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
         self.truth, self.resting = exact_run(
-            self.start, self.pairs, self.lasts + beyond, _RESTING * self.law.pull * block.dt_s
+            self.start, self.pairs, self.lasts + beyond, _RESTING * self.bodies.pull * block.dt_s
         )
         self.free = self.start.later(self.lasts)
         states = [self.start, self.now, *(met.after for met in self.truth)]
@@ -62,7 +62,7 @@ class Window:
         """Return the largest differences of two states in velocities, rim speeds and positions."""
         return (
             max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
-            max(abs(state.spin[disc] - truth.spin[disc]) * self.law.radius[disc] for disc in state.xy),
+            max(abs(state.spin[disc] - truth.spin[disc]) * self.bodies.radius[disc] for disc in state.xy),
             max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
         )
 

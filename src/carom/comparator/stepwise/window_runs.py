@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from carom.comparator.stepwise.bodies import BodyStates, Separation
-from carom.comparator.stepwise.law import NO_FEATURE, TOUCH, Pair
+from carom.comparator.stepwise.scene_bodies import NO_FEATURE, TOUCH, Pair
 
 #: Largest number of impacts within a window; an inelastic collapse has infinitely many.
 MOST_IMPACTS = 2000
@@ -41,15 +41,15 @@ def exact_run(
             break
         state.fly(max(at_s - now_s, 0.0))
         now_s = max(at_s, now_s)
-        feature, law = state.met.get(pair, NO_FEATURE), state.law
+        feature, bodies = state.met.get(pair, NO_FEATURE), state.bodies
         contact = state.contact(pair, feature)
-        falls_back = law.falls(pair[0]) != law.falls(pair[1])
+        falls_back = bodies.falls(pair[0]) != bodies.falls(pair[1])
         if falls_back and contact.closing <= resting_speed:
             return met, pair
         state.strike(pair, feature)
         met.append(Met(now_s, pair, contact, state.copy()))
-        struck = {body for body in pair if law.movable(body)}
-        bends = pair[1] >= law.n and not isinstance(law.walls[pair[1] - law.n], tuple)
+        struck = {body for body in pair if bodies.movable(body)}
+        bends = pair[1] >= bodies.n and not isinstance(bodies.walls[pair[1] - bodies.n], tuple)
         for other in waits:
             if other == pair and bends:
                 waits[other] = now_s + state.wait(other, state.met[pair])

@@ -111,7 +111,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     """
     needs = scene.needs
     for need in Need:
-        if need in needs and not _supports(capabilities, need):
+        if need in needs and not supports(capabilities, need):
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
@@ -186,7 +186,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     return ""
 
 
-def _supports(capabilities: Capabilities, need: Need) -> bool:
+def supports(capabilities: Capabilities, need: Need) -> bool:
     """Whether the capabilities include a feature that a scene needs.
 
     Most capabilities have the same name as the needed feature.

@@ -97,7 +97,7 @@ class EventDrivenRun:
         all_pairs: bool = False,
     ) -> None:
         self.options = RunOptions.of(record, window_s, contact_duration_s)
-        duration_s, accelerating, acceleration = 0.0, None, None
+        duration_s, accelerated_scene, accelerations = 0.0, None, None
         if not isinstance(start, DiscArrays):
             if not hasattr(start, "arrays"):
                 raise InputError(
@@ -110,14 +110,14 @@ class EventDrivenRun:
                 )
             duration_s = start.duration_s
             if start.table_deceleration_m_s2 or start.gravity_m_s2 != (0.0, 0.0):
-                accelerating = start
-                acceleration = start.gravity_m_s2, start.table_deceleration_m_s2, start.wall_rolling_resistance
+                accelerated_scene = start
+                accelerations = start.gravity_m_s2, start.table_deceleration_m_s2, start.wall_rolling_resistance
             start = start.arrays
             if not start.is_ordinary:
                 start.require_ordinary()
         elif resume is None:
             start.require_apart()
-        if acceleration is not None and self.options.contact_duration_s:
+        if accelerations is not None and self.options.contact_duration_s:
             raise InputError(
                 "contact_duration_s must be 0 with gravity or a table that slows discs down, "
                 f"got {self.options.contact_duration_s}"
@@ -128,15 +128,15 @@ class EventDrivenRun:
         self.notes: tuple[str, ...] = ()
         from carom.core import pic
 
-        obstacles = _obstacles_of(start, accelerate=acceleration is not None)
+        obstacles = _obstacles_of(start, accelerated=accelerated_scene is not None)
         contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
         self._kernel = pic.Kernel(
-            start, obstacles, duration_s, accelerating, contact_s, standstill, cell_factor, all_pairs
+            start, obstacles, duration_s, accelerated_scene, contact_s, standstill, cell_factor, all_pairs
         )
         self._ended: Outcome | None = None
         self._reached: tuple[float, float] = (0.0, 0.0)  # time since the epoch, as two floats: see double_double.h
         self._obstacles = obstacles
-        self._fixed = _fixed_of(start, contact_s) | {"acceleration": acceleration}
+        self._fixed = _fixed_of(start, contact_s) | {"acceleration": accelerations}
         if self.options.record == "all":
             self._kernel.record(*self.options.window_s)
         edges_of = None if obstacles is None or start.has_half_planes else obstacles.edges
@@ -255,9 +255,9 @@ def standstill_impacts(bodies: int) -> int:
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
 
-def _obstacles_of(start: DiscArrays, *, accelerate: bool) -> Obstacles | None:
+def _obstacles_of(start: DiscArrays, *, accelerated: bool) -> Obstacles | None:
     """Return the features of the walls that discs can meet; None if the walls themselves are the obstacles."""
-    obstacles = None if start.has_plain_walls and not (start.driven or accelerate) else Obstacles(start)
+    obstacles = None if start.has_plain_walls and not (start.driven or accelerated) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
         raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
     return obstacles

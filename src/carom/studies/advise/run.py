@@ -22,7 +22,7 @@ from carom.execution.describe_engines import describe_engines, list_methods, sel
 from carom.execution.environment import Environment, environment
 from carom.execution.job import PIT_METHOD, Job, Method, Progress, no_progress
 from carom.execution.pool import Pool
-from carom.execution.reference import solve_reference
+from carom.execution.scene_reference import solve_reference
 from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace

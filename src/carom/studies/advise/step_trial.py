@@ -18,9 +18,9 @@ from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Method, Status
 from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import require_reference, scene_at_phase, solve_reference
+from carom.execution.scene_reference import require_reference, scene_at_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.sweep import sort_by_start, steps_of
+from carom.execution.score_jobs import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.studies.advise.sampling_limit import Demand

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from carom.execution.sweep import Measures
+    from carom.execution.score_jobs import Measures
 
 
 #: Targets of the error. The run time of each target that an engine reaches is reported.

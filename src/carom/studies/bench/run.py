@@ -18,7 +18,7 @@ from carom.execution.journal import MemoryJournal
 from carom.execution.plan import resolve_scenes, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.sweep import Measures
+from carom.execution.score_jobs import Measures
 from carom.model.scene import Scene
 from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind, error_of

@@ -12,7 +12,7 @@ from carom.execution.describe_engines import Methods
 from carom.execution.job import Answer, Job, Method, Progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.sweep import Measures, steps_of, sweep
+from carom.execution.score_jobs import Measures, score_jobs, steps_of
 from carom.report import formatting
 from carom.studies.bench.timing_pass import At
 
@@ -68,7 +68,7 @@ class ScoringPass:
             began = time.perf_counter()
             step = formatting.step(min(job.dt_s for own in at_level.values() for job in own))
             shown = self._shown(len(results), left_s, step)
-            results.update(sweep(chosen, self.pool, self.notes, shown, refusal=self.methods.find_job_refusal))
+            results.update(score_jobs(chosen, self.pool, self.notes, shown, refusal=self.methods.find_job_refusal))
             if steps:
                 step_s = (time.perf_counter() - began) / steps
         return results, unscored

@@ -13,7 +13,7 @@ from carom.execution.describe_engines import select_engines
 from carom.execution.job import Job
 from carom.execution.phases import phase_values
 from carom.execution.plan import Plan
-from carom.execution.reference import solve_reference
+from carom.execution.scene_reference import solve_reference
 from carom.execution.time_saved import (
     SkippedTime,
     is_closed_form,

@@ -27,13 +27,13 @@ from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.phases import compute_spread, phase_values
 from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job, select_profiles
 from carom.execution.pool import Pool
-from carom.execution.reference import Reference, build_reference, solve_reference, will_certify
 from carom.execution.results import Results, Row
 from carom.execution.run_options import Options
+from carom.execution.scene_reference import Reference, build_reference, solve_reference, will_certify
 from carom.execution.scheduler import TaskRequest, run_tasks
+from carom.execution.score_jobs import steps_of
 from carom.execution.settings_override import resolve_settings
 from carom.execution.shared_options import LimitOptions
-from carom.execution.sweep import steps_of
 from carom.execution.time_saved import measure_skips
 from carom.execution.timing import TimeTask, Timing
 from carom.model.scene import Scene, as_scene

@@ -20,7 +20,7 @@ from carom.execution.cache_key import JobKey
 from carom.execution.engine_run import observe_run, run_pit
 from carom.execution.job import Answer, JobTask
 from carom.execution.journal import Journal, JournalEntry
-from carom.execution.reference import build_reference, require_reference, scene_at_phase, solve_reference
+from carom.execution.scene_reference import build_reference, require_reference, scene_at_phase, solve_reference
 from carom.model.flights import free_flights
 from carom.model.trace import Outcome, Trace
 from carom.studies.history.options import FEWEST_PHASES

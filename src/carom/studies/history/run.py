@@ -21,7 +21,7 @@ from carom.execution.journal import MemoryJournal
 from carom.execution.phases import phase_values
 from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.sweep import sort_by_start, steps_of
+from carom.execution.score_jobs import sort_by_start, steps_of
 from carom.model.scene import Scene
 from carom.studies.history.clients import CLIENTS, Client, ClientError
 from carom.studies.history.compare_cells import (

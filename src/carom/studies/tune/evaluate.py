@@ -13,7 +13,7 @@ from carom.execution.engine_run import observe_run, run_pit
 from carom.execution.job import Job, JobTask, Method
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import require_reference, solve_reference
+from carom.execution.scene_reference import require_reference, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import time_run
 from carom.model.scene import Scene

@@ -17,7 +17,7 @@ from carom.execution.environment import Environment, environment
 from carom.execution.job import Job, Method, Progress, SettingOverrides, UnavailableError, no_progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import build_reference, solve_reference
+from carom.execution.scene_reference import build_reference, solve_reference
 from carom.execution.settings_code import find_changed_code
 from carom.execution.timing import TimeTask
 from carom.model.scene import Scene

@@ -17,7 +17,7 @@ from carom import Scene
 from carom.errors import InputError, UnknownNameError
 from carom.execution.job import Answer, Method, Status
 from carom.execution.pool import InProcessPool, Lane
-from carom.execution.sweep import Measures, score_journal
+from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, growth, same_method

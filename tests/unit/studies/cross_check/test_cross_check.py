@@ -16,7 +16,7 @@ from carom import Disc, Scene, Wall
 from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.execution import reference
+from carom.execution import scene_reference
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.plan import build_plan
@@ -260,7 +260,7 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
 
 def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
-    monkeypatch.setattr(reference, "MOST_IMPACTS", 100)
+    monkeypatch.setattr(scene_reference, "MOST_IMPACTS", 100)
     endless = staged(
         "endless", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1e9
     )

@@ -9,7 +9,7 @@ import pytest
 from tests.cases import each, release_after
 
 from carom.catalogue import catalogue
-from carom.execution import reference
+from carom.execution import scene_reference
 from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.plan import build_plan
@@ -124,9 +124,9 @@ class Noting(InProcessPool):
         [
             ({"profiles": ["all"]}, 3, 4),
             ({"profiles": ["all"]}, 3, 1),
-            ({"profiles": ["tuned", "default"], "dts": [0.5, 0.1]}, reference.MOST_IMPACTS, 1),
-            ({}, reference.MOST_IMPACTS, 1),
-            ({"profiles": ["located"]}, reference.MOST_IMPACTS, 1),
+            ({"profiles": ["tuned", "default"], "dts": [0.5, 0.1]}, scene_reference.MOST_IMPACTS, 1),
+            ({}, scene_reference.MOST_IMPACTS, 1),
+            ({"profiles": ["located"]}, scene_reference.MOST_IMPACTS, 1),
         ],
     ),
 )
@@ -134,7 +134,7 @@ def test_what_is_explained_is_what_is_run(
     options: dict[str, Any], most_impacts: int, one_in: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """For every scene, what the plan says is run is what engines are asked for; what it skips are rows that say so."""
-    monkeypatch.setattr(reference, "MOST_IMPACTS", most_impacts)
+    monkeypatch.setattr(scene_reference, "MOST_IMPACTS", most_impacts)
     engines = ["pit", "pymunk", "box2d", "only-discs", "missing", "broken", "bad-profile"]
     chosen = Options(engines, timing=False, samples=False, certified=False, **options)
     for entry in list(catalogue().values())[::one_in]:
@@ -181,7 +181,7 @@ def test_a_plan_of_no_jobs_says_so() -> None:
 
 def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where PIC has more impacts than a cross-check follows, the plan says that nothing is run, in the rows' words."""
-    monkeypatch.setattr(reference, "MOST_IMPACTS", 3)
+    monkeypatch.setattr(scene_reference, "MOST_IMPACTS", 3)
     row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False, pool=InProcessPool()).rows[0]
     assert row.status is Status.UNSUPPORTED
     assert f"not run: {row.reason}" in plan("classics/gas", engines=["pit"])

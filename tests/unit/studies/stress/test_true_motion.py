@@ -12,7 +12,7 @@ from tests.scene_builders import disc_at, staged
 from carom import Scene, Trace, solve_pic
 from carom.catalogue import CatalogueScene, Tag, catalogue
 from carom.comparator import Errors
-from carom.execution.sweep import Measures
+from carom.execution.score_jobs import Measures
 from carom.studies.bench.axes import ErrorKind, error_of
 from carom.studies.bench.result import Point
 from carom.studies.stress.relations import base_scene, relations, rough_scene

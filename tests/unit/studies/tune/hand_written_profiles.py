@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from carom.catalogue import find_scenes
 from carom.execution.job import Method
 from carom.execution.pool import LocalPool
-from carom.execution.reference import build_reference, solve_reference
+from carom.execution.scene_reference import build_reference, solve_reference
 from carom.model.trace import Trace
 from carom.studies.tune.evaluate import Jury
 from carom.studies.tune.objective import Merit, merit_of

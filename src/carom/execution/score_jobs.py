@@ -1,4 +1,4 @@
-"""Sweeps: run many jobs and keep the numbers of each score, but no traces.
+"""Scores of many jobs: the numbers of each score are kept, but no traces.
 
 The worker that runs a job also scores it. Each score is journalled as soon as it is available.
 """
@@ -17,7 +17,7 @@ from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Progress, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import require_reference, scene_at_phase, solve_reference
+from carom.execution.scene_reference import require_reference, scene_at_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 
 #: Number of references that a worker keeps. A few references are enough, since the jobs of a batch are sorted by scene
@@ -81,14 +81,14 @@ class ScoreTask(JobTask):
 _reference = lru_cache(maxsize=REFERENCES_KEPT)(solve_reference)
 
 
-#: Function that opens the journal of a sweep.
+#: Function that opens the journal of scores.
 score_journal = partial(Journal[JobKey, Measures], "scores", JournalEntry[JobKey, Measures])
 
 
-def sweep(
+def score_jobs(
     jobs: Sequence[Job],
     pool: Pool,
-    notes: MemoryJournal[JobKey, Measures] | None = None,
+    journal: MemoryJournal[JobKey, Measures] | None = None,
     progress: Progress = no_progress,
     *,
     refusal: Callable[[Job], Answer[Any] | None] = lambda _: None,
@@ -98,7 +98,7 @@ def sweep(
     Args:
         jobs: The jobs.
         pool: Pool that runs them; it stays open.
-        notes: Journal with the known scores, to which new ones are added.
+        journal: Journal with the known scores, to which new ones are added.
         progress: Called with (done, total, description) as jobs finish.
         refusal: Returns why a job can't be run, if that is known. Such a job is not sent.
     """
@@ -106,7 +106,7 @@ def sweep(
     requests = [
         TaskRequest(job, job_key(job), ScoreTask(job), refusal(job), steps_of(job)) for job in sort_by_start(jobs)
     ]
-    for job, answer in run_tasks(requests, pool, MemoryJournal() if notes is None else notes):
+    for job, answer in run_tasks(requests, pool, MemoryJournal() if journal is None else journal):
         answers[job_key(job)] = answer
         progress(len(answers), len(requests), f"{job.scene.name} on {job.engine}")
     return answers

@@ -42,7 +42,7 @@ class FiniteWall:
         self.features = primitives.WallFeatures([feature_row(part.feature, 0) for part in features_of(outline)])
 
 
-class Law:
+class SceneBodies:
     """The bodies of a scene as plain floats."""
 
     def __init__(self, scene: Scene) -> None:

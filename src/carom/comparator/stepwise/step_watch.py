@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
 from carom.comparator.stepwise.judge_window import PASSED, Comparison, judge, pairs_missed_by_pit
-from carom.comparator.stepwise.law import Law, Pair
-from carom.comparator.stepwise.rest import Rest
+from carom.comparator.stepwise.resting_pairs import RestHistory
+from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import LONGEST, Chains, StepChain
 from carom.comparator.thresholds import THRESHOLDS
@@ -65,18 +65,18 @@ class StepWatch:
     """
 
     def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
-        self._scene, self._dt_s, self._law = scene, dt_s, Law(scene)
+        self._scene, self._dt_s, self._bodies = scene, dt_s, SceneBodies(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
         # The last limit is at most the rounding of the score, because the cost of sampling is not needed if velocities
         # agree.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
-        spins = arrays.spins[None] if self._law.turns else None
+        spins = arrays.spins[None] if self._bodies.turns else None
         #: States that are not yet analysed or that open windows need, in arrays as they arrived.
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
-        self._chains = Chains(self._law)
+        self._chains = Chains(self._bodies)
         #: Three numbers of steps: steps whose states are deleted, whose pairs are known, and whose free flight is
         #: checked.
         self._gone = self._taken = self._flown = 0
@@ -84,10 +84,10 @@ class StepWatch:
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
         self._slips: dict[tuple[int, int], tuple[float | int, ...]] = {}
-        self._scale = np.full(len(scene.discs), self._law.fast)
+        self._scale = np.full(len(scene.discs), self._bodies.fast)
         self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = 0
-        self._rest = Rest()
+        self._rest = RestHistory()
         self._polygon = False
 
     def add(self, states: States) -> None:
@@ -96,8 +96,8 @@ class StepWatch:
             states = states.part(lasts)
         if not len(states):
             return
-        if self._law.turns is (states.spin_rad_s is None):
-            spins = np.zeros(states.position_m.shape[:2]) if self._law.turns else None
+        if self._bodies.turns is (states.spin_rad_s is None):
+            spins = np.zeros(states.position_m.shape[:2]) if self._bodies.turns else None
             states = replace(states, spin_rad_s=spins)
         self._states.append(states)
         if sum(map(len, self._states)) > self._max_states:
@@ -146,13 +146,13 @@ class StepWatch:
 
     def _body_number(self, j: int) -> int:
         """Return the body number that traces use for the second body of a pair."""
-        return j if j < self._law.n else wall_body(j - self._law.n)
+        return j if j < self._bodies.n else wall_body(j - self._bodies.n)
 
     def _analyse_block(self, *, ends: bool) -> None:
         """Judge the complete windows of a block, and keep the states that open windows need."""
         states = States.joined(self._states)
         with np.errstate(over="ignore", under="ignore"):
-            block = Block.of(self._scene, self._law, states, self._dt_s, *self._units)
+            block = Block.of(self._scene, self._bodies, states, self._dt_s, *self._units)
             activity = find_activity(block, self._rest)
             for step in sorted(step for step in activity.due if step >= self._taken - self._gone):
                 self._chains.add(self._gone + step, activity.due[step])
@@ -209,7 +209,7 @@ class StepWatch:
         free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
         # Gravity or slowing bends paths.
-        bends = np.hypot(*block.pull.T) + self._law.slowing.bends(block.own_speed)
+        bends = np.hypot(*block.pull.T) + self._bodies.slowing.bends(block.own_speed)
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h

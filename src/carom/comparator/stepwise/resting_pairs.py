@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.near_pairs import RESTING_GAP, NearPairs
+from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 
 Flags = NDArray[np.bool_]
@@ -30,7 +30,7 @@ class _Rested(NamedTuple):
 
 
 @dataclass
-class Rest:
+class RestHistory:
     """Depth of resting pairs so far, and the times in which they rest.
 
     Attributes:
@@ -47,7 +47,7 @@ class Rest:
     def add(self, block: Block, relative: NearPairs, resting: Flags) -> None:
         """Add steps in order of time. Steps that were already added are ignored."""
         times = block.states.time_s
-        allowed = 0.5 * block.law.pull * block.dt_s**2
+        allowed = 0.5 * block.bodies.pull * block.dt_s**2
         # A hopping pair may be as deep as it moves in a step at the largest speed that counts as rest.
         hop_m = RESTING_STEPS * 2.0 * allowed
         for row, column in np.argwhere(resting).tolist():
@@ -57,7 +57,7 @@ class Rest:
             known = self._rested.get(pair)
             if known is not None and known.until_s > begin_s:
                 continue
-            if any(block.turned[step, body] for body in pair if body < block.law.n):
+            if any(block.turned[step, body] for body in pair if body < block.bodies.n):
                 held = self.held_s.setdefault(pair, [])
                 joined_s = held.pop()[0] if held and held[-1][1] == begin_s else begin_s
                 held.append((joined_s, end_s))
@@ -66,7 +66,7 @@ class Rest:
             # The unexplained depth adds up. This sum decreases if the pair is held or rises.
             faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
             self._rested[pair] = _Rested(known.top_m, end_s, faster_m)
-            self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.law.reach(pair))
+            self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.bodies.reach(pair))
             if faster_m > hop_m + relative.touching[row, column]:
                 self.sinks_s = float(np.fmin(self.sinks_s, begin_s))
 
@@ -74,7 +74,7 @@ class Rest:
 def find_resting_pairs(block: Block, relative: NearPairs) -> Flags:
     """Find the steps in which pairs rest, shape ``(steps, pairs)``."""
     gap, closing = relative.gap, np.abs(relative.closing)
-    contact = np.array([block.law.reach(pair) for pair in relative.pairs])
+    contact = np.array([block.bodies.reach(pair) for pair in relative.pairs])
     slow = RESTING_STEPS * relative.pulled * block.dt_s + relative.still
     near = (relative.pulled > 0.0) & (gap[:-1] <= RESTING_GAP * contact)
     resting: Flags = near & (closing[:-1] <= slow) & (closing[1:] <= slow)

@@ -1,0 +1,79 @@
+"""Checks that a trace is possible in its scene, independently of its accuracy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.thresholds import THRESHOLDS
+from carom.engines.api.checks import MANTISSA_BITS
+from carom.errors import InputError
+from carom.model.trace import Trace, body_name, wall_body, wall_index
+
+
+def require_possible_trace(trace: Trace) -> None:
+    """Raise an error for a trace that is impossible in its scene, independently of its accuracy.
+
+    Raises:
+        InputError: The trace declares floats of other than 32 or 64 bits. An impact has a body that the scene does not
+            have. A wall turns or moves differently from the scene. Spins are missing although discs turn. The run
+            continues beyond the scene.
+    """
+    scene, impacts, spins = trace.scene, trace.impacts, trace.spins
+    of = f"the trace of {trace.method!r} of scene {scene.name!r}"
+    if trace.float_bits not in MANTISSA_BITS:
+        raise InputError(
+            f"float_bits of {of} is {trace.float_bits}, but must be one of {sorted(MANTISSA_BITS)}; declare 32 "
+            "for narrower floats"
+        )
+    for side, lowest in (("first", 0), ("second", wall_body(len(scene.walls) - 1) if scene.walls else 0)):
+        body = impacts[side]
+        for k in np.flatnonzero((body < lowest) | (body >= len(scene.discs)))[:1].tolist():
+            number = int(body[k])
+            raise InputError(
+                f"{side} of impact {k} of {of} is {body_name(number)} ({number}): the scene has {len(scene.discs)} "
+                f"discs from 0 on, and {len(scene.walls)} walls from {wall_body(0)} down; a wall is the second body"
+            )
+    if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
+        raise InputError(f"{of} has no spins, but discs turn in the scene: use a method that declares spin")
+    of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
+    if spins is not None:
+        of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
+    of_walls = _expected_wall_velocities(trace)
+    for name, values in of_second.items():
+        rows = values if values.ndim > 1 else values[:, None]
+        moved = of_walls[name] if values.ndim > 1 else np.zeros_like(rows)
+        rounding = 2.0 ** -(MANTISSA_BITS[trace.float_bits] // 2) * np.abs(moved)
+        wrong = ((np.abs(rows - moved) > rounding) & np.isfinite(rows)).any(axis=1)
+        for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():
+            shown, due = (", ".join(f"{value:g}" for value in values) for values in (rows[k], moved[k]))
+            does = f"this driven wall has {due}" if moved[k].any() else "a wall that neither moves nor turns has 0"
+            raise InputError(
+                f"{name} of impact {k} of {of} is {shown}, but its second body is "
+                f"{body_name(int(impacts['second'][k]))}: {does}"
+            )
+    if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
+        raise InputError(
+            f"{of} ends at {trace.end_time_s:g} s, but the scene ends at {scene.duration_s:g} s: a trace must end "
+            "with the state at the scene's end"
+        )
+
+
+def _expected_wall_velocities(trace: Trace) -> dict[str, NDArray[np.float64]]:
+    """Return, by field name, the velocity that the second body of each impact has in the scene; 0 for a disc.
+
+    If a wall's velocity changes within the step of the impact, the value nearer to the reported velocity is returned.
+    """
+    start, impacts = trace.scene.arrays, trace.impacts
+    due = {name: np.zeros((len(impacts), 2)) for name in ("velocity_second_before", "velocity_second_after")}
+    for k in np.flatnonzero((impacts["second"] < 0) & (start.wall_drives is not None)).tolist():
+        drive, time_s = start.drive_of_wall(wall_index(int(impacts["second"][k]))), float(impacts["time_s"][k])
+        span = (time_s - (trace.dt_s or 0.0)) * (1.0 - 2.0**-40), time_s * (1.0 + 2.0**-40)
+        legs = drive.velocities_within(*span) if math.isfinite(time_s) else [drive.velocity_at(0.0)]
+        for name, velocities in due.items():
+            reported = impacts[name][k].tolist()
+            is_finite = all(map(math.isfinite, reported))
+            velocities[k] = min(legs, key=lambda leg: math.dist(leg, reported)) if is_finite else reported
+    return due
