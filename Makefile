@@ -214,7 +214,7 @@ quick:
 generated: $(BUILT)
 	$(BIN)/carom diff --schema > src/carom/results.schema.json
 	$(BIN)/carom scenes --schema | $(BIN)/python -m json.tool --indent 2 --sort-keys > src/carom/scene.schema.json
-	$(BIN)/python -c 'from json import dumps; from carom.engines.protocol.messages import protocol_schema as schema; print(dumps(schema(), indent=2))' > docs/reference/engine-protocol.schema.json
+	$(BIN)/python -c 'from json import dumps; from carom.engines.protocol.messages import build_protocol_schema as schema; print(dumps(schema(), indent=2))' > docs/reference/engine-protocol.schema.json
 	$(BIN)/python -m tests.packaging.core_wasm
 	$(MAKE) docs-figures
 	$(BIN)/python docs/figures/engine_pages.py

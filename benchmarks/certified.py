@@ -15,8 +15,8 @@ from benchmarks.arguments import count, parser, run
 from benchmarks.baseline import Interpreter, alternating
 
 from carom import certify, solve_pic
-from carom.comparator import horizon_of
-from carom.studies.bench.gas import gas_scene
+from carom.comparator import compute_horizon
+from carom.studies.bench.gas import build_gas_scene
 
 #: Discs, packing and impacts of each row; the last is for `--long`.
 GASES = ((16, 0.1, 500), (16, 0.4, 1000), (64, 0.4, 1000), (64, 0.4, 4000), (256, 0.4, 4000))
@@ -67,10 +67,10 @@ class Measured(NamedTuple):
 
 def measure(discs: int, packing: float, impacts: int) -> Measured:
     """Certify the first impacts of a gas to 15 digits."""
-    scene = gas_scene(discs, packing)
+    scene = build_gas_scene(discs, packing)
     certified = certify(scene, max_impacts=impacts)
     pic = solve_pic(scene, max_impacts=impacts)
-    near, far = (horizon_of(certified, pic, tolerance=tolerance) for tolerance in (1e-12, 1e-6))
+    near, far = (compute_horizon(certified, pic, tolerance=tolerance) for tolerance in (1e-12, 1e-6))
     return Measured(
         len(certified),
         certified.precision_bits,

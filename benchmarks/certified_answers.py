@@ -14,7 +14,7 @@ from benchmarks.arguments import parser, run
 from carom.catalogue import Tag, catalogue
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.serialisation import enclosures
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,7 +31,7 @@ def answer_scenes() -> Iterator[Scene]:
     for entry in catalogue().values():
         if {Tag.CHAIN, Tag.CONVENTION, Tag.UNSTABLE} & entry.tags and Tag.GRAVITY not in entry.tags:
             yield entry.scene
-    yield gas_scene(16, 0.4, duration_s=100.0).model_copy(update={"name": "bench/gas-16"})
+    yield build_gas_scene(16, 0.4, duration_s=100.0).model_copy(update={"name": "bench/gas-16"})
 
 
 def main(folder: Path) -> None:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from benchmarks.arguments import count, parser, run
 
 from carom import Disc, Scene, Wall
-from carom.solvers.pic import pic_run
-from carom.studies.bench.gas import hard_disc_gas
+from carom.solvers.pic import start_pic_run
+from carom.studies.bench.gas import build_hard_disc_gas
 
 if TYPE_CHECKING:
     from carom.solvers.run import Run
@@ -27,7 +27,7 @@ _LONG_S = 1e9
 
 def gas(discs: int, speed: float) -> Scene:
     """Return the gas in its box, whose first wall recedes at a speed."""
-    drawn = hard_disc_gas(discs, 0.3)
+    drawn = build_hard_disc_gas(discs, 0.3)
     free = [
         Disc(position_m=(x, y), velocity_m_s=(u, v), radius_m=r)
         for (x, y), (u, v), r in zip(
@@ -52,7 +52,7 @@ def main(discs: Sequence[int], impacts: int, rounds: int) -> None:
     print(f"{'discs':>7} {'times the box at rest':>24} {'all pairs / kernel':>24}")
     for number in discs:
         driven = gas(number, 1e-3)
-        runs = [pic_run(driven), pic_run(driven, all_pairs=True), pic_run(gas(number, 0.0))]
+        runs = [start_pic_run(driven), start_pic_run(driven, all_pairs=True), start_pic_run(gas(number, 0.0))]
         told = []
         for _ in range(rounds):
             compiled, at_rest = (seconds(one, 100 * impacts) for one in (runs[0], runs[2]))

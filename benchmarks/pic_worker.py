@@ -17,9 +17,10 @@ from carom import Disc, Scene, solve_pic
 from carom.solvers.event_driven.run import EventDrivenRun
 
 try:
-    from carom.studies.bench.gas import gas_scene, hard_disc_gas
+    from carom.studies.bench.gas import build_gas_scene, build_hard_disc_gas
 except ImportError:  # its place in an older build that is also timed
-    from carom.bench.gas import gas_scene, hard_disc_gas  # type: ignore[import-not-found, no-redef] # not in this build
+    from carom.bench.gas import gas_scene as build_gas_scene  # type: ignore[import-not-found, no-redef] # not in this build
+    from carom.bench.gas import hard_disc_gas as build_hard_disc_gas  # type: ignore[no-redef]
 
 #: Impacts a disc before the clock starts, in which the lattice melts.
 _MELT = 20
@@ -28,7 +29,7 @@ _MOST_MELT = 5_000_000
 
 def _gas(discs: int, packing: float, recorded: bool) -> tuple[Callable[[int], float], Callable[[], float]]:
     """Return functions that time some impacts of a melted gas, and return its memory a disc."""
-    start = hard_disc_gas(discs, packing)
+    start = build_hard_disc_gas(discs, packing)
     run = EventDrivenRun(start, record="none")
     run.advance_to(math.inf, min(_MELT * discs, _MOST_MELT))
 
@@ -50,7 +51,7 @@ def _gas(discs: int, packing: float, recorded: bool) -> tuple[Callable[[int], fl
 
 def _solve(discs: int, impacts: int) -> Callable[[int], float]:
     """Return a function that times solutions of a small scene by `solve_pic`; two discs have no walls."""
-    scene = gas_scene(discs, 0.3)
+    scene = build_gas_scene(discs, 0.3)
     if discs == 2:
         pair = [Disc(position_m=(x, 0.1 * x), velocity_m_s=(1.0 - x, 0.0), radius_m=0.5) for x in (0.0, 3.0)]
         scene = Scene(name="pair", discs=pair, duration_s=5.0)

@@ -17,7 +17,7 @@ from typing import Any
 from benchmarks.arguments import count, parser, run
 
 import carom
-from carom.catalogue.groups.classics_many_discs import boxed_gas
+from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
 from carom.errors import CaromError
 
 ROUNDS = 5
@@ -28,7 +28,7 @@ FRICTION = 1e-15
 
 def cloud(side: int) -> carom.Scene:
     """Return `side` times `side` balls a third of a radius apart, which move off in all directions."""
-    gas = boxed_gas(side, radius_m=0.03, pitch_m=0.08, speed=1.0, duration_s=1.0).scene
+    gas = stage_boxed_gas(side, radius_m=0.03, pitch_m=0.08, speed=1.0, duration_s=1.0).scene
     return carom.Scene(name=f"{side * side} balls", discs=gas.discs, duration_s=gas.duration_s)
 
 

@@ -17,7 +17,7 @@ from benchmarks.arguments import parser, run
 from benchmarks.seam_loops import LOOPS
 
 from carom.engines.api import Disc, Scene
-from carom.engines.registry import load_adapter, unavailable_reason
+from carom.engines.registry import explain_unavailable_engine, load_adapter
 
 ROUNDS = 31
 DISCS = (2, 100)
@@ -89,7 +89,7 @@ def lines() -> Iterator[str]:
     """Measure every engine that is installed, and yield the tables."""
     yield f"{'engine':10}{'discs':>6}{'adapter / by hand':>20}{'by hand, us a step':>20}"
     for name, discs in itertools.product(LOOPS, DISCS):
-        reason = unavailable_reason(load_adapter(name).engine)
+        reason = explain_unavailable_engine(load_adapter(name).engine)
         if reason:
             yield f"{name:10}{discs:6d}  {reason}"
             continue
@@ -98,7 +98,7 @@ def lines() -> Iterator[str]:
     yield ""
     yield "preparing a world of a sweep (other start states), over preparing one that is like none before it:"
     for name in LOOPS:
-        if not unavailable_reason(load_adapter(name).engine):
+        if not explain_unavailable_engine(load_adapter(name).engine):
             yield f"{name:10}{reuse_ratio(name):26.3f}"
 
 

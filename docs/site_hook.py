@@ -26,7 +26,7 @@ from mkdocs.structure.files import File
 
 import carom
 from carom.catalogue import find_scenes
-from carom.web.page import GALLERY, page_html
+from carom.web.page import GALLERY, render_page
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -78,7 +78,7 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
     files.append(File.generated(config, "reference/scene-file.md", content=reference.scene_page()))
     files.append(File.generated(config, SAMPLE, abs_src_path=str(ROOT / SAMPLE)))
     scenes = [one.scene for name in GALLERY for one in find_scenes([name])]
-    files.append(File.generated(config, THROWN, content=page_html(scenes)))
+    files.append(File.generated(config, THROWN, content=render_page(scenes)))
     for page, text in texts.items():
         folder = ROOT if page in PAGES.values() else (ROOT / "docs" / page).parent
         for _, target in _LINK.findall(text):

@@ -25,7 +25,7 @@ from carom import Scene
 from carom.core import extension
 from carom.core.built import DIGEST
 from carom.engines.api import Adapter, Observation, Setting, World
-from carom.engines.registry import load_adapter, why_unavailable
+from carom.engines.registry import explain_unavailable_adapter, load_adapter
 from carom.execution.fork_server import PATIENCE_S, ForkServer
 from carom.web import page
 
@@ -43,7 +43,7 @@ ROOM_BYTES = 2**30
 # Hundreds of commands are asked of one program: its options are read off its functions once.
 pytest.MonkeyPatch().setattr("typer.main.get_command", cache(get_command))
 # Each page of a scene has the same scripts, packed once for all.
-pytest.MonkeyPatch().setattr(page, "packed_block", cache(page.packed_block))
+pytest.MonkeyPatch().setattr(page, "pack_block", cache(page.pack_block))
 
 
 class _Shared(ForkServer):
@@ -61,7 +61,7 @@ def _template() -> ForkServer:
     program = (
         "import os, socket, sys, carom.execution.describe_engines, carom.execution.engine_run, carom.execution.worker, "
         "carom.engines.registry, carom.execution.fork_server as it\n"
-        "carom.engines.registry.adapter_points()\n"  # inherited, unless a test changes what is installed
+        "carom.engines.registry.list_adapter_points()\n"  # inherited, unless a test changes what is installed
         "it._serve(socket.socket(fileno=int(sys.argv[1])), os.getppid())"
     )
     process = os.posix_spawn(sys.executable, [sys.executable, "-c", program, str(its.fileno())], os.environ)
@@ -82,7 +82,7 @@ def pytest_configure(config: pytest.Config) -> None:
         if room.f_bavail * room.f_frsize > ROOM_BYTES and not room.f_flag & os.ST_NOEXEC:
             os.environ["TMPDIR"], tempfile.tempdir = str(MEMORY), None
     if short and not config.getoption("cov_source", None):
-        pytest.MonkeyPatch().setattr(ForkServer, "forked", _template)
+        pytest.MonkeyPatch().setattr(ForkServer, "launch", _template)
     if extension.compute_sources_digest() != DIGEST:
         raise pytest.UsageError(
             "the compiled extension was built from other .pyx, .pxd, .h or .c files than those here; build it again: "
@@ -135,7 +135,7 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
 @cache
 def _found(name: str) -> tuple[Adapter, str]:
     adapter = load_adapter(name)
-    return adapter, why_unavailable(adapter)
+    return adapter, explain_unavailable_adapter(adapter)
 
 
 @pytest.fixture

@@ -21,5 +21,5 @@ def write_distribution(site: Path, name: str, points: Mapping[str, str], version
 def clear_entry_point_caches() -> None:
     """Clear the caches of entry points and versions."""
     invalidate_caches()
-    registry.adapter_points.cache_clear()
-    cache_key.versions_of.cache_clear()
+    registry.list_adapter_points.cache_clear()
+    cache_key.find_versions.cache_clear()

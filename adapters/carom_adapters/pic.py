@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from carom.engines.api import AdapterError, ContactTimes, Engine, Profile, Scene, Setting, Stamp, require_supported
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES, Outcome
-from carom.solvers.pic import pic_run
+from carom.solvers.pic import start_pic_run
 from carom_adapters.recorded_world import CAPABILITIES, RecordedWorld
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class PicAdapter:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
         require_supported("pic", scene, self.capabilities, float(settings["dt_s"]))
-        run = pic_run(scene, all_pairs=settings["form"] == "framewise")
+        run = start_pic_run(scene, all_pairs=settings["form"] == "framewise")
         return PicWorld(run, settings)
 
 

@@ -9,7 +9,7 @@ from carom.engines.api import AdapterError, Engine, Profile, Scene, Setting, req
 from carom.engines.api.helpers import AliasedProfiles
 from carom.model.trace import PROFILE_ALIASES
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import pit_run
+from carom.solvers.pit.solve import start_pit_run
 from carom_adapters.recorded_world import CAPABILITIES, RecordedWorld
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ class PitWorld(RecordedWorld):
     """A PIT run at one frame every `dt_s`."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        super().__init__(pit_run(scene, FrameClock(step_s=float(settings["dt_s"]))), settings)
+        super().__init__(start_pit_run(scene, FrameClock(step_s=float(settings["dt_s"]))), settings)
 
     def advance(self, steps: int) -> None:
         """Test and move, frame by frame. Frames in which nothing can touch are skipped."""

@@ -66,7 +66,7 @@ class RecordedWorld:
 
     def observe(self) -> Observation:
         """Return the state at the end of the last step, and the impacts since the previous observation."""
-        contacts = contacts_since(self._run.log, self._seen)
+        contacts = list_contacts_since(self._run.log, self._seen)
         self._seen += len(contacts)
         run = self._run
         return Observation(run.positions(), run.velocities(), contacts, self._warning, spin_rad_s=run.spins())
@@ -75,7 +75,7 @@ class RecordedWorld:
         """Do nothing: a run needs no release."""
 
 
-def contacts_since(log: RunImpacts, seen: int) -> tuple[Contact, ...]:
+def list_contacts_since(log: RunImpacts, seen: int) -> tuple[Contact, ...]:
     """Return the impacts after the first `seen` ones, with the velocities around each. A step may have several."""
     if len(log) == seen:  # the usual case
         return ()

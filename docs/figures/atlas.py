@@ -43,8 +43,8 @@ from docs.figures.atlas_methods import (
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report.document import Column, Table
-from carom.report.formatting import number
-from carom.report.results_file.read_write import raw_records
+from carom.report.formatting import format_number
+from carom.report.results_file.read_write import read_raw_records
 
 ROOT = Path(__file__).resolve().parents[2]
 MEASURED = ROOT / "docs" / "figures" / "measured.json"
@@ -102,7 +102,7 @@ def data(table: Table) -> dict[str, Any]:
     """Return a table as data: headings, rows of texts, and what is said under it."""
     return {
         "heads": [column.line for column in table.columns],
-        "rows": [[column.cell(item).line for column in table.columns] for item in table.items],
+        "rows": [[column.build_cell(item).line for column in table.columns] for item in table.items],
         "note": table.note,
     }
 
@@ -158,7 +158,7 @@ def crowd_table(methods: Sequence[Method]) -> Table:
         return lambda found: say(found[1]["local_truth"])
 
     def not_finite(value: float | None) -> str:
-        return "not bounded" if value is None else number(value)
+        return "not bounded" if value is None else format_number(value)
 
     return Table(
         [
@@ -174,7 +174,7 @@ def crowd_table(methods: Sequence[Method]) -> Table:
             Column("median lateness, steps", of(lambda steps: not_finite(steps["late_steps"][0])), number=True),
             Column("worst error / PIT's", of(lambda steps: not_finite(steps["ratio"][1])), number=True),
             Column("energy error", of(lambda steps: not_finite(steps["energy"])), number=True),
-            Column("run ended at, s", of(lambda steps: number(steps["until_s"])), number=True),
+            Column("run ended at, s", of(lambda steps: format_number(steps["until_s"])), number=True),
         ],
         crowd(methods),
         note=f"The scene is `{CHAOTIC}` at its own frame rate, from one start: 25 discs in a box for 20 s. It is "
@@ -234,12 +234,12 @@ def main() -> None:
     if sys.argv[1] == "--alone":
         report, figures = map(Path, sys.argv[2:4])
         known = json.loads(MEASURED.read_text(encoding="utf-8"))
-        with_alone(known, *raw_records(report / "results.jsonl"), json.loads(figures.read_text(encoding="utf-8")))
+        with_alone(known, *read_raw_records(report / "results.jsonl"), json.loads(figures.read_text(encoding="utf-8")))
         _write(known)
         return
     report, speeds, campaign, figures = map(Path, sys.argv[1:5])
-    head, rows = raw_records(report / "results.jsonl")
-    timing, timed = raw_records(speeds / "results.jsonl")
+    head, rows = read_raw_records(report / "results.jsonl")
+    timing, timed = read_raw_records(speeds / "results.jsonl")
     stress = json.loads((campaign / "stress.json").read_text(encoding="utf-8"))
     commands = (head["command"], timing["command"], stress["command"])
     hazards = json.loads(figures.read_text(encoding="utf-8"))

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from carom.catalogue import all_scenes
-from carom.model.trace import profile_shown
-from carom.report.formatting import number, percent
+from carom.model.trace import format_profile
+from carom.report.formatting import format_number, format_percent
 
 #: The best grade first.
 GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
@@ -58,7 +58,7 @@ class Method:
     @property
     def name(self) -> str:
         """The name shown."""
-        return f"{self.engine} {profile_shown(self.engine, self.profile, {})}".rstrip()
+        return f"{self.engine} {format_profile(self.engine, self.profile, {})}".rstrip()
 
     @property
     def coarse(self) -> list[Row]:
@@ -144,7 +144,7 @@ def numbers(rows: Sequence[Row], value: Callable[[Row], float | None]) -> list[f
     return [one for one in said if one is not None]
 
 
-def spread(values: Sequence[float], say: Callable[[float], str] = number) -> str:
+def spread(values: Sequence[float], say: Callable[[float], str] = format_number) -> str:
     """Return median and largest."""
     return f"{say(statistics.median(values))}, at most {say(max(values))}" if values else "-"
 
@@ -177,14 +177,17 @@ def energy(method: Method) -> str:
     kept = [row for row in method.coarse if _conserves(row) and row["scene"] != CHAOTIC]
     change = numbers(kept, lambda row: row["total"]["energy"])
     lost, gained = -min(change, default=0.0), max(change, default=0.0)
-    return f"{percent(max(lost, 0.0))} lost, {percent(max(gained, 0.0))} made" if change else "-"
+    return f"{format_percent(max(lost, 0.0))} lost, {format_percent(max(gained, 0.0))} made" if change else "-"
 
 
 def gas(method: Method) -> str:
     """Return by which part the energy of a gas changes, over many starts of it."""
     if method.gas is None:
         return "-"
-    return f"{percent(method.gas['least'])} to {percent(method.gas['most'])} in {method.gas['starts']} starts"
+    return (
+        f"{format_percent(method.gas['least'])} to {format_percent(method.gas['most'])} in {method.gas['starts']} "
+        "starts"
+    )
 
 
 def impacts(method: Method) -> str:
@@ -195,7 +198,7 @@ def impacts(method: Method) -> str:
 
 def speed(method: Method) -> str:
     """Return the run time over PIT's."""
-    return "-" if method.ratio is None else f"{number(method.ratio)} x"
+    return "-" if method.ratio is None else f"{format_number(method.ratio)} x"
 
 
 def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
@@ -205,7 +208,7 @@ def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
     if attack not in lines or (method.engine, method.profile) not in columns:
         return "-"
     cell = lines[attack]["cells"][columns.index((method.engine, method.profile))]
-    value = "" if cell["value"] is None else number(cell["value"])
+    value = "" if cell["value"] is None else format_number(cell["value"])
     said = {"gives_way": value, "stands": f"passes to {value}", "never_stood": f"from {value}"}
     return said.get(cell["ending"]) or str(cell["reason"]).partition(":")[0]
 

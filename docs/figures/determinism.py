@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from carom.catalogue import all_scenes
-from carom.engines.registry import adapter_points, load_adapter, why_unavailable
+from carom.engines.registry import explain_unavailable_adapter, list_adapter_points, load_adapter
 from carom.errors import CaromError
 from carom.execution.engine_run import observe_run
 from carom.execution.job import Method
@@ -117,9 +117,9 @@ def words_of(engine: str, profile: str) -> dict[str, str]:
 
 def rows(lacking: list[str]) -> Iterator[list[str]]:
     """Return a row an engine and profile; engines that can't be run here join those that are lacking."""
-    for engine in sorted(adapter_points()):
+    for engine in sorted(list_adapter_points()):
         adapter = load_adapter(engine)
-        if why_unavailable(adapter):
+        if explain_unavailable_adapter(adapter):
             lacking.append(adapter.engine.name)
             continue
         for method in dict.fromkeys(Method(engine, profile) for profile in PROFILES):

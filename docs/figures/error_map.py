@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import resolve_impact, time_of_impact
-from carom.report.svg import INK, alone, drawing, new_figure, render
+from carom.report.svg import INK, build_figure, render, to_separate_svg, use_drawing_style
 
 #: Speed times step over radius, from a crawl to three diameters a step.
 LEAST_ADVANCE, MOST_ADVANCE = 0.02, 6.0
@@ -101,10 +101,10 @@ def error_map_figure(found: ErrorMap, label: str, *, missed: bool) -> str:
         label: Its accessible name.
         missed: Half to draw.
     """
-    with drawing():
+    with use_drawing_style():
         from matplotlib.colors import BoundaryNorm
 
-        figure = new_figure(_WIDTH_IN, _HEIGHT_IN)
+        figure = build_figure(_WIDTH_IN, _HEIGHT_IN)
         axes = figure.add_axes((0.13, 0.16, 0.70, 0.80))
         values = found.missed if missed else found.velocity_error
         levels = [k / 10 for k in range(11)] if missed else [0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0]
@@ -134,4 +134,4 @@ if __name__ == "__main__":
     for part, what in ((False, "velocity error"), (True, "share of impacts missed")):
         svg = error_map_figure(build_error_map(), f"PIT of two discs: {what}", missed=part)
         path = Path(__file__).with_name(f"error-map-{'missed' if part else 'velocity'}.svg")
-        path.write_text(alone(svg), encoding="utf-8")
+        path.write_text(to_separate_svg(svg), encoding="utf-8")

@@ -14,13 +14,13 @@ from pathlib import Path
 from carom.catalogue import find_scenes
 from carom.execution.job import UnavailableError
 from carom.report.document import Document, Section
-from carom.report.render.markdown import markdown
+from carom.report.render.markdown import render_markdown
 from carom.studies.history.compare_cells import history_journal
-from carom.studies.history.document import history_document
+from carom.studies.history.document import build_history_document
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import open_release_cache
 from carom.studies.history.result import History
-from carom.studies.history.run import history
+from carom.studies.history.run import run_history
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, JOURNALS = ROOT / "docs" / "results" / "history.md", ROOT / "reports" / "history"
@@ -194,9 +194,9 @@ THREADS = """## Bug reports that name a release
 
 def section(found: History, sentence: str) -> str:
     """Return an engine's part of the page: its sentence and its tables, without the machine."""
-    whole = history_document(found)
+    whole = build_history_document(found)
     parts = tuple(one for one in whole.sections if one.heading in {"Releases", "Changed cells"})
-    body = markdown(Document("x", whole.answer, tuple(Section(one.heading, one.blocks, 3) for one in parts)))
+    body = render_markdown(Document("x", whole.answer, tuple(Section(one.heading, one.blocks, 3) for one in parts)))
     body = _SETTINGS.sub(lambda line: f"{line[1]}`{line[2].replace(chr(92), '')}`", body)
     return f"## {found.origin.engine}\n\n{sentence}\n\n{body.partition(chr(10))[2].strip()}\n"
 
@@ -216,12 +216,12 @@ def main(names: list[str]) -> None:
                 open_release_cache(KEPT_BYTES) as kept,
                 history_journal(folder / "journal.jsonl", resume=True) as notes,
             ):
-                found = history(entry.engine, scenes, kept, options, notes=notes)
+                found = run_history(entry.engine, scenes, kept, options, notes=notes)
         except UnavailableError as error:
             lacking.append(f"- {entry.engine}: {error}")
             continue
         parts.append(section(found, entry.sentence))
-        sys.stdout.write("\n".join(history_document(found).lead) + f"\n{found.elapsed_s:.0f} s\n")
+        sys.stdout.write("\n".join(build_history_document(found).lead) + f"\n{found.elapsed_s:.0f} s\n")
     missing = "## Not run here\n\n" + "\n".join(lacking) + "\n" if lacking else ""
     if names:  # the others' parts stay as they are
         there = [

@@ -16,7 +16,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from carom.catalogue import find_scenes
-from carom.web.page import GALLERY, page_html
+from carom.web.page import GALLERY, render_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -93,7 +93,7 @@ def take_thrown(browser: Browser, scheme: Scheme) -> None:
     """Write the picture of the page on which one throws the discs, just after the impact; in light a found one, too."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "throw.html"
-        file.write_text(page_html([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")
+        file.write_text(render_page([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")
         page = browser.new_page(viewport={"width": 900, "height": 760}, color_scheme=scheme, reduced_motion="reduce")
         page.goto(file.as_uri())
         page.wait_for_selector("#sentence:not(:empty)")

@@ -20,16 +20,16 @@ from docs.figures import stress_tables
 
 from carom.catalogue import find_scenes
 from carom.execution.job import Method
-from carom.report.formatting import number
-from carom.report.results_file.read_write import raw_records
-from carom.report.svg import alone
+from carom.report.formatting import format_number
+from carom.report.results_file.read_write import read_raw_records
+from carom.report.svg import to_separate_svg
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
-from carom.studies.bench.figure import diagram_svg
-from carom.studies.bench.headline import scene_answer
+from carom.studies.bench.figure import render_diagram_svg
+from carom.studies.bench.headline import describe_scene
 from carom.studies.bench.noise import Noise, Spread
 from carom.studies.bench.result import Curve, Point, SceneBench
-from carom.studies.bench.tables import error_text
+from carom.studies.bench.tables import format_error
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress.result import CellEnding, CellResult, StressTest
 from carom.studies.stress.run import list_lines
@@ -53,7 +53,7 @@ STABLE = ("pic event-driven", "box2d tuned", "mujoco tuned", "pybullet tuned", "
 
 def table(path: Path = SAMPLE) -> str:
     """Return the README's table: a row an engine with its best fixed-step settings, how many scenes got which grade."""
-    head, rows = raw_records(path)
+    head, rows = read_raw_records(path)
     names = {name.lower(): f"{name} {version}" for name, version in head["environment"]["versions"].items()}
     names |= {"pic": "PIC", "pit": "PIT"}
     lines = [
@@ -70,7 +70,7 @@ def table(path: Path = SAMPLE) -> str:
         ]
         count = Counter(row["grade"] for row in own)
         paid = [float(row["price_paid"]) for row in own if row["price_paid"] is not None]
-        median = number(statistics.median(paid)) if paid else ""
+        median = format_number(statistics.median(paid)) if paid else ""
         counted = [str(count[grade.replace(" ", "_")]) for grade in GRADES]
         lines.append(f"| {names[engine]} | " + " | ".join(counted) + f" | {median} |")
     return "\n".join(lines) + "\n"
@@ -116,9 +116,9 @@ def bench_block() -> str:
         '<picture><source media="(prefers-color-scheme: dark)" srcset="docs/figures/bench-dark.svg">'
         f'<img alt="{alt}" src="docs/figures/bench-light.svg"></picture>'
     )
-    told = scene_answer(scene, TARGET, kind)
+    told = describe_scene(scene, TARGET, kind)
     sampling = (
-        f"A method that only checks for overlap once per step (PIT) has an error of {error_text(pit.error, kind)}."
+        f"A method that only checks for overlap once per step (PIT) has an error of {format_error(pit.error, kind)}."
         if pit
         else ""
     )
@@ -128,7 +128,7 @@ def bench_block() -> str:
 def bench_figures() -> dict[str, str]:
     """Return the diagram in light and in dark, by the names of their files."""
     scene, kind = bench_scene()
-    light = alone(diagram_svg(scene, Diagram.ERROR_TIME, kind))
+    light = to_separate_svg(render_diagram_svg(scene, Diagram.ERROR_TIME, kind))
     css = resources.files("carom.report").joinpath("templates/report.css").read_text(encoding="utf-8")
     dark = dict(
         re.findall(r"--([\w-]+): (#[0-9a-f]+)", css.partition("prefers-color-scheme: dark")[2].partition("}")[0])
@@ -149,14 +149,14 @@ def stability_block() -> str:
             (line, float(cell.split()[-1])) for line, cell in cells if cell[:2] in ("~ ", "x ") and cell[-1].isdigit()
         ]
         first = min(failed, key=lambda one: _depth(*one), default=None)
-        told = (first[0].name, first[0].axis.partition(", ")[0], number(first[1])) if first else ("", "", "")
+        told = (first[0].name, first[0].axis.partition(", ")[0], format_number(first[1])) if first else ("", "", "")
         lines.append(f"| {method} | {passed} of {len(cells)} | {' | '.join(told)} |")
     return "\n".join(lines) + "\n"
 
 
 def _depth(line: StressTest, value: float) -> float:
     result = CellResult("attack", line.name, "", CellEnding.FAILS_AT_SIZE, value, stands_at=value)
-    return (line.depth(result) or 0.0) if value > 0 else 1.0
+    return (line.compute_depth(result) or 0.0) if value > 0 else 1.0
 
 
 def blocks() -> dict[str, str]:

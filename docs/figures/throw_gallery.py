@@ -11,7 +11,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from carom.catalogue import find_scenes
-from carom.web.page import GALLERY, page_html
+from carom.web.page import GALLERY, render_page
 
 FOLDER = Path(__file__).resolve().parent / "throw"
 _WIDTH, _QUALITY = 240, 40
@@ -30,7 +30,7 @@ def write() -> None:
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         file = Path(folder) / "throw.html"
-        file.write_text(page_html([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")
+        file.write_text(render_page([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
         page = browser.new_page(viewport={"width": 1000, "height": 900}, reduced_motion="reduce")
         page.goto(file.as_uri())

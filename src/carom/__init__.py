@@ -116,9 +116,9 @@ def scene(name: str) -> Scene:
         >>> carom.scene("paper/missed").frame_rate_hz
         24.0
     """
-    from carom.model.scene import as_scene
+    from carom.model.scene import to_scene
 
-    return as_scene(name)
+    return to_scene(name)
 
 
 def _find_scene(name: str) -> Scene:
@@ -133,7 +133,7 @@ _VIEWS = {"summary": "carom.report.summary", "to_pandas": "carom.report.data_fra
 _VIEWS |= dict.fromkeys(("html_of", "plot"), "carom.report.notebook")
 
 
-def _view(name: str) -> Callable[..., Any]:
+def _find_view(name: str) -> Callable[..., Any]:
     """Return the function that shows a result. It imports the reports at its first call, since results can't."""
     view: Callable[..., Any] = getattr(importlib.import_module(_VIEWS[name]), name)
     return view
@@ -165,6 +165,6 @@ class _Engines(ModuleType):
 
 require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
-set_view_finder(_view)
+set_view_finder(_find_view)
 set_scene_finder(_find_scene)
 importlib.import_module("carom.engines").__class__ = _Engines  # before the package's name hides the function

@@ -44,13 +44,13 @@ def main() -> None:
     # takes tens of megabytes of address space. Carom multiplies small matrices only. Engines inherit the variable.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        from carom.cli import command
+        from carom.cli import run_command_line
         from carom.execution.fork_server import allow_forking
 
         allow_forking()
         if CAME:  # the signal was lost: Python ignores exceptions in its cleanup after an import
             raise Ended(CAME[-1])
-        code = command()
+        code = run_command_line()
         if CAME and code == 128 + signal.SIGINT:  # commands that keep what is finished treat every signal as Ctrl-C
             code = 128 + CAME[-1]
         _return_signals(handled)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from carom.support.escaping import shortened, visible
+from carom.support.escaping import escape_controls, shorten
 
 
 class CaromError(Exception):
@@ -30,12 +30,12 @@ class CaromError(Exception):
 
     def __init__(self, *args: object, hints: Sequence[str] = ()) -> None:
         super().__init__(*args)
-        self.hints = tuple(visible(hint) for hint in hints)
+        self.hints = tuple(escape_controls(hint) for hint in hints)
 
     @property
     def message(self) -> str:
         """The error and its place, without the hints."""
-        return visible(super().__str__())
+        return escape_controls(super().__str__())
 
     def __str__(self) -> str:
         return _with_hints(self.message, self.hints)
@@ -67,7 +67,7 @@ class Problem(NamedTuple):
     @property
     def sentence(self) -> str:
         """The path and what is wrong there."""
-        parts = (f"[{part}]" if isinstance(part, int) else f".{visible(shortened(part))}" for part in self.field)
+        parts = (f"[{part}]" if isinstance(part, int) else f".{escape_controls(shorten(part))}" for part in self.field)
         path = "".join(parts).lstrip(".")
         return f"{path}: {self.message}" if path else self.message
 
@@ -102,18 +102,18 @@ class SceneError(InputError):
     @property
     def message(self) -> str:
         """A line for each problem, or for the first of them, without the hints."""
-        return self._lines([problem.sentence for problem in self.problems[: self.SHOWN]])
+        return self._format_lines([problem.sentence for problem in self.problems[: self.SHOWN]])
 
     def __str__(self) -> str:
-        return self._lines([str(problem) for problem in self.problems[: self.SHOWN]])
+        return self._format_lines([str(problem) for problem in self.problems[: self.SHOWN]])
 
-    def _lines(self, lines: list[str]) -> str:
+    def _format_lines(self, lines: list[str]) -> str:
         hidden = len(self.problems) - self.SHOWN
         if self.more:
             lines.append(f"and {hidden} others at least" if hidden > 0 else "and more of them")
         elif hidden > 0:
             lines.append(f"and {hidden} more")
-        return visible("\n".join(f"{self.source}: {line}" if self.source else line for line in lines))
+        return escape_controls("\n".join(f"{self.source}: {line}" if self.source else line for line in lines))
 
 
 def _with_hints(text: str, hints: Sequence[str]) -> str:

@@ -21,8 +21,8 @@ import carom_adapters.npm
 from carom import Chain, Scene, Wall
 from carom.catalogue import all_scenes
 from carom.engines.api import Adapter, AdapterError, CodedAdapter, Need, unsupported_reason
-from carom.engines.registry import adapter_points, load_adapter
-from carom.execution.settings_code import step_lines
+from carom.engines.registry import list_adapter_points, load_adapter
+from carom.execution.settings_code import find_step_lines
 
 State = NDArray[np.float64]
 
@@ -223,7 +223,7 @@ def test_an_engine_that_is_not_installed_has_its_settings_to_paste(name: str) ->
 
 def test_every_engine_that_comes_with_carom_writes_code() -> None:
     """None is left out; Carom's own methods have no settings to paste."""
-    own = {name for name, point in adapter_points().items() if point.distribution == "carom"} - {"pic", "pit"}
+    own = {name for name, point in list_adapter_points().items() if point.distribution == "carom"} - {"pic", "pit"}
     assert own == {*WRITING, *OTHERS}
 
 
@@ -237,7 +237,7 @@ def test_the_lines_of_a_step_are_all_that_a_steps_length_changes(name: str) -> N
         here, finer = (
             adapter.code(slow, adapter.profiles[profile].settings(dt_s), "A heading.") for dt_s in (1 / 360, 1 / 720)
         )
-        lines, others = (step_lines(*pair).splitlines() for pair in ((here, finer), (finer, here)))
+        lines, others = (find_step_lines(*pair).splitlines() for pair in ((here, finer), (finer, here)))
         assert bool(lines) == (not here.startswith("//"))
         assert len(lines) == len(others)
         for line, other in zip(lines, others, strict=True):

@@ -9,7 +9,7 @@ from tests.hazards.page import SHOWN_TO, lines_of, ranges
 from tests.scene_builders import Named
 
 from carom.execution.job import Method
-from carom.report.formatting import percent
+from carom.report.formatting import format_percent
 
 PAGE = Path(__file__).parents[2] / "docs" / "results" / "hazards.md"
 NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")
@@ -50,7 +50,9 @@ def test_a_crowd_is_within_the_range_of_the_page(name: str, named: Named) -> Non
         if figure.table == "gas":
             least, most = gas[method]
             assert most >= -1.0 or figure.spread.most < 0.0  # what loses there always loses
-            assert least <= float(percent(figure.spread.median).removesuffix(" %")) <= most  # rounded as the page is
+            assert (
+                least <= float(format_percent(figure.spread.median).removesuffix(" %")) <= most
+            )  # rounded as the page is
         elif figure.of in CHAOTIC:
             least, most = findings[f"{method}: {figure.of}"]
             assert least - SHOWN_TO <= figure.spread.median <= most + SHOWN_TO

@@ -225,7 +225,7 @@ def test_a_scene_that_becomes_a_model_comes_back(tmp_path: Path, profile: str) -
     assert scene.gravity_m_s2 == CORNER.gravity_m_s2
     discs = sorted(scene.discs, key=lambda disc: disc.position_m)  # MuJoCo has what can't move first
     unit = discs[0].mass_kg / CORNER.discs[0].mass_kg
-    assert math.frexp(unit)[0] == 0.5  # a power of two, see `mass_unit`
+    assert math.frexp(unit)[0] == 0.5  # a power of two, see `choose_mass_unit`
     for disc, meant in zip(discs, CORNER.discs, strict=True):
         assert disc.position_m == pytest.approx(meant.position_m, abs=2**-50)
         assert (disc.velocity_m_s, disc.spin_rad_s) == (meant.velocity_m_s, meant.spin_rad_s)

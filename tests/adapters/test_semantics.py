@@ -164,11 +164,11 @@ def test_default_uses_what_is_shipped_and_runs_as_the_bare_engine(name: str, nam
 def test_steps_are_taken_together_once_no_leg_is_to_come() -> None:
     """One step at a time while a leg may begin, the rest in one stretch, and all of them without legs."""
     legs = Legs[str]()
-    assert [*legs.step_counts(5)] == [5]
+    assert [*legs.split_steps(5)] == [5]
     path = (Leg(from_s=0.0, velocity_m_s=(1.0, 0.0)), Leg(from_s=2.0, velocity_m_s=(0.0, 1.0)))
     legs.add("paddle", Disc(position_m=(0.0, 0.0), radius_m=1.0, mass_kg=float("inf"), driven=True, legs=path))
     told, taken, now_s = list[tuple[str, tuple[float, float]]](), list[int](), 0.0
-    for count in legs.step_counts(5):
+    for count in legs.split_steps(5):
         told += legs.start_due(now_s)
         taken.append(count)
         now_s += count

@@ -23,7 +23,7 @@ from carom import Scene
 from carom.catalogue import all_scenes, find_scenes
 from carom.comparator import Verdict
 from carom.engines.registry import load_adapter
-from carom.report.results_file.read_write import records
+from carom.report.results_file.read_write import format_records
 
 pytestmark = pytest.mark.long  # it runs two groups of scenes in each engine, twice
 
@@ -157,7 +157,7 @@ def _sentences(engine: str) -> Iterator[tuple[str, str, Verdict, str]]:
     scenes = [scene for scene in find_scenes(["engines", "gravity"]) if scene.name != CHAOTIC]
     found = cross_checked(scenes, ["pic", "pit", engine], dts=[DT_S], profiles=["default", "tuned"], certified=False)
     named = {verdict.name.lower(): verdict for verdict in Verdict}
-    for row in map(json.loads, records(found).splitlines()[1:]):
+    for row in map(json.loads, format_records(found).splitlines()[1:]):
         if row["engine"] == engine and row["status"] == "ran":
             for one in row["verdicts"]:
                 yield row["scene"], row["profile"], named[one["verdict"]], one["reason"]

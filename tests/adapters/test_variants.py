@@ -14,9 +14,9 @@ from carom.catalogue import catalogue
 from carom.engines.api import Adapter
 from carom.execution.engine_run import observe_run
 from carom.execution.job import Method
-from carom.execution.plan import missing_profile_reason
+from carom.execution.plan import explain_missing_profile
 from carom.report.outcome_marks import Mark
-from carom.report.render.markdown import markdown
+from carom.report.render.markdown import render_markdown
 from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
 
@@ -83,7 +83,7 @@ def test_every_profile_that_an_engine_lacks_has_its_reason() -> None:
     profiles = {method.profile for method in columns}
     own = {"frame-by-frame", "event-driven"}
     assert profiles == own | {"default", "tuned", "located", "no-ccd", "resting", "cylinder", "cylinder-plain"}
-    said = markdown(cross_check_document(results))
+    said = render_markdown(cross_check_document(results))
     reasons = dict(re.findall(r"^- (\w+ has no profile [\w-]+): (.+)$", said, re.MULTILINE))
     for info in results.engines:
         for profile in profiles - own - set(info.profiles):
@@ -95,7 +95,7 @@ def test_every_profile_that_an_engine_lacks_has_its_reason() -> None:
     assert "no continuous detection" in reasons["pymunk has no profile no-ccd"]
     assert "does not shorten" in reasons["pit has no profile located"]
     plain = columns[Method("mujoco", "cylinder-plain")]
-    assert [cell.mark for cell in grid.cells(plain)] == [Mark.UNGRADED]  # it has no impact
+    assert [cell.mark for cell in grid.list_cells(plain)] == [Mark.UNGRADED]  # it has no impact
 
 
 @pytest.mark.long
@@ -117,4 +117,4 @@ def test_by_default_no_variant_is_run() -> None:
 def test_a_profile_that_an_engine_lacks_is_explained_from_what_it_declares(engine: Adapter) -> None:
     """The reason for a missing profile follows from the engine's capabilities, and none is missing without one."""
     for profile in {"no-ccd", "resting", "cylinder", "cylinder-plain"} - set(engine.profiles):
-        assert "offers no such profile" not in missing_profile_reason(profile, engine.capabilities)
+        assert "offers no such profile" not in explain_missing_profile(profile, engine.capabilities)

@@ -23,7 +23,7 @@ from tests.random_scenes import drawn
 from carom.execution import cluster
 from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Job, Method
-from carom.execution.journal import canonical
+from carom.execution.journal import read_canonical_lines
 from carom.execution.pool import InProcessPool, Pool
 from carom.execution.score_jobs import score_jobs, score_journal
 
@@ -86,7 +86,7 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
     number, path, after_s = rng.randrange(2**32), folder / "journal.jsonl", rng.uniform(0.0, 4.0)
     path.unlink(missing_ok=True)
     _sweep(number, InProcessPool(), path)
-    alone = canonical(path)
+    alone = read_canonical_lines(path)
     path.unlink()
     try:
         with (
@@ -111,7 +111,11 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
     except Exception as error:  # noqa: BLE001 - this is what is looked for
         return f"{which} killed after {after_s:.2f} s, scene {number}: {type(error).__name__}: {str(error)[:200]!r}"
     _sweep(number, InProcessPool(), path)
-    return "" if canonical(path) == alone else f"{which} killed after {after_s:.2f} s, scene {number}: another journal"
+    return (
+        ""
+        if read_canonical_lines(path) == alone
+        else f"{which} killed after {after_s:.2f} s, scene {number}: another journal"
+    )
 
 
 def _sweep(number: int, pool: Pool, path: Path) -> None:

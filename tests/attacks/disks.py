@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 from shutil import rmtree
 
-from carom.execution.journal import canonical
+from carom.execution.journal import read_canonical_lines
 
 COMMAND = (
     sys.executable,
@@ -29,7 +29,9 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             yield f"{most} bytes a file: exit code {done.returncode}: {done.stderr[-300:]}"
             continue
         done = _bench(out, None, "--resume")
-        held = not done.returncode and canonical(out / "journal.jsonl") == canonical(alone / "journal.jsonl")
+        held = not done.returncode and read_canonical_lines(out / "journal.jsonl") == read_canonical_lines(
+            alone / "journal.jsonl"
+        )
         yield "" if held else f"{most} bytes a file, then room: {done.returncode}: {done.stderr[-300:]}"
         with Path("/dev/full").open("wb") as full:
             printed = subprocess.run(

@@ -26,10 +26,10 @@ from carom.engines.api import Contact, Observation
 from carom.execution.job import Status
 from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
-from carom.report.render.markdown import markdown
-from carom.report.results_file.read_write import records
+from carom.report.render.markdown import render_markdown
+from carom.report.results_file.read_write import format_records
 from carom.studies.cross_check.cells import build_grid
-from carom.studies.cross_check.document import cross_check_document, report_of
+from carom.studies.cross_check.document import build_report, cross_check_document
 from carom.studies.cross_check.scene_sections import pack_replays
 
 NAME = "wild-numbers"
@@ -111,11 +111,11 @@ def _lost(scene: Scene, folder: Path, *, whole: bool) -> str:
             asked: dict[str, Any] = {"dts": [scene.duration_s / STEPS], "profiles": ["tuned"], "timing": False}
             results: Results = cross_check([scene], ["pit", NAME], pool=InProcessPool(), **asked)
             if whole:
-                report_of(results).write(out)
+                build_report(results).write(out)
                 text = (out / "results.jsonl").read_text(encoding="utf-8")
             else:
-                text, grid = records(results), build_grid(results)
-                markdown(cross_check_document(results))
+                text, grid = format_records(results), build_grid(results)
+                render_markdown(cross_check_document(results))
                 list(pack_replays(grid))
     except HangError:
         return "no end after 60 s"

@@ -10,7 +10,7 @@ from pathlib import Path
 from tests.processes import PATIENT_S
 
 from carom.errors import CaromError
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 #: What takes more processor time counts as a hang, seconds.
 HANG_S = 10.0
@@ -63,7 +63,7 @@ def tried(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float 
             return act()
     except CaromError as error:
         text = str(error)
-        sentence = visible(text) == text and len(text) < most and any(name in text for name in names)
+        sentence = escape_controls(text) == text and len(text) < most and any(name in text for name in names)
         return "" if sentence else f"no sentence that names the file: {text[:300]!r}"
     except HangError:
         return f"no end after {limit_s:g} s"

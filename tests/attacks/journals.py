@@ -9,12 +9,12 @@ from tests.attacks.guard import tried
 
 from carom.catalogue import find_scenes
 from carom.errors import InputError
-from carom.execution.journal import canonical
+from carom.execution.journal import read_canonical_lines
 from carom.execution.pool import InProcessPool
 from carom.execution.score_jobs import score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.run import work_precision
+from carom.studies.bench.run import measure_work_precision
 
 GARBAGE = [
     b"\0" * 100,
@@ -39,7 +39,7 @@ def _made(folder: Path) -> bytes:
         scene = find_scenes(["paper/late"])[0].scene
         plan = BenchPlan(engines=("pit",), dts=(0.1, 0.05), phases=2, error=ErrorKind.IMPACT, timing=False)
         with score_journal(path) as journal:
-            work_precision([scene], plan, InProcessPool(), notes=journal)
+            measure_work_precision([scene], plan, InProcessPool(), notes=journal)
     return path.read_bytes()
 
 
@@ -100,4 +100,4 @@ def garbage(rng: Random, folder: Path) -> Iterator[str]:
 
 def _all_json(path: Path) -> bool:
     """Whether garbage has made other lines, which are sound."""
-    return all(isinstance(json.loads(line), dict) for line in canonical(path))
+    return all(isinstance(json.loads(line), dict) for line in read_canonical_lines(path))

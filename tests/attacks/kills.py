@@ -13,7 +13,7 @@ from typing import Any
 
 from tests.attacks.guard import left_over
 
-from carom.execution.journal import canonical
+from carom.execution.journal import read_canonical_lines
 
 #: Mark in the environment of all started processes, so that remaining ones can be identified.
 MARK = "CAROM_ATTACK=kills"
@@ -32,7 +32,7 @@ def _run(folder: Path) -> Any:
 
 
 def _bench(folder: Path) -> Any:
-    return canonical(folder / "journal.jsonl")
+    return read_canonical_lines(folder / "journal.jsonl")
 
 
 def _timed(folder: Path) -> Any:

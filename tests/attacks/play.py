@@ -24,7 +24,7 @@ from carom import Scene
 from carom.catalogue import all_scenes
 from carom.errors import SceneError
 from carom.support.folders import write_file
-from carom.web.page import CORE, GALLERY, SOURCES, packed_block, page_html, with_gallery
+from carom.web.page import CORE, GALLERY, SOURCES, add_gallery, pack_block, render_page
 
 #: Longest wait for one line of node; PIT at 10,000 frames a second for a minute takes seconds.
 LIMIT_S = 120.0
@@ -72,7 +72,7 @@ class _Page:
     """The modules of the page, in node."""
 
     def __init__(self) -> None:
-        words = ["node", str(Path(__file__).with_name("play.mjs")), str(SOURCES), packed_block(b"")]
+        words = ["node", str(Path(__file__).with_name("play.mjs")), str(SOURCES), pack_block(b"")]
         self._process = subprocess.Popen(words, bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self._said, self.asked = b"", ""
 
@@ -132,7 +132,7 @@ def _name(rng: Random, folder: Path, page: _Page) -> str:
         scene = Scene(**{**dict(all_scenes()["paper/late"].scene), "name": name})
     except SceneError:  # a name that no scene has
         return ""
-    written = write_file(folder / "page.html", page_html(with_gallery(scene))).read_text(encoding="utf-8")
+    written = write_file(folder / "page.html", render_page(add_gallery(scene))).read_text(encoding="utf-8")
     found = _Scripts()
     found.feed(written)
     if len(found.run) != 1 or _sha256(found.run[0]) not in found.policy or found.tags & {"img", "iframe", "link"}:
@@ -212,7 +212,7 @@ _EXTREMES = [
 
 @cache
 def _packed(content: bytes) -> str:
-    return packed_block(content)
+    return pack_block(content)
 
 
 def _block(rng: Random, folder: Path, page: _Page) -> str:

@@ -19,10 +19,10 @@ from tests.unit.engines.protocol.programs import manifest_of
 from tests.unit.engines.protocol.test_template_fuzz import Talk, mutated
 
 from carom import Disc, Scene, cross_check
-from carom.engines.registry import MANIFESTS, adapter_points
+from carom.engines.registry import MANIFESTS, list_adapter_points
 from carom.execution.job import Status
 from carom.execution.pool import LocalPool
-from carom.report.results_file.read_write import records
+from carom.report.results_file.read_write import format_records
 
 #: Requests of one `carom serve`.
 SESSION = 200
@@ -106,13 +106,13 @@ def _program(rng: Random, folder: Path) -> str:
                 [SCENE], ["pit", str(manifest)], dts=[0.1], profiles=["tuned"], timing=False, pool=pool
             )
             rows = {row.job.engine: row for row in results.rows}
-            text = records(results)
+            text = format_records(results)
     except HangError:
         return f"{spoilt}: no end"
     except Exception as error:  # noqa: BLE001 - this is what is looked for
         return f"{spoilt}: {type(error).__name__}: {str(error)[:300]!r}"
     finally:
-        adapter_points.cache_clear()
+        list_adapter_points.cache_clear()
     if rows["pit"].status is not Status.RAN:
         return f"{spoilt}: the other row, too: {rows['pit'].reason[:300]!r}"
     if rows["toy"].status is not Status.RAN and not rows["toy"].reason:

@@ -10,16 +10,16 @@ from tests.attacks.guard import tried
 
 from carom import cross_check, solve_pit
 from carom.catalogue import all_scenes
-from carom.execution.cache_key import job_key
+from carom.execution.cache_key import build_job_key
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import JournalEntry
 from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
-from carom.report.render.markdown import markdown
-from carom.report.results_file.read_write import records
+from carom.report.render.markdown import render_markdown
+from carom.report.results_file.read_write import format_records
 from carom.studies.cross_check.run import observed_journal
-from carom.studies.diff.document import diff_document
-from carom.studies.diff.run import diff
+from carom.studies.diff.document import build_diff_document
+from carom.studies.diff.run import compare_records
 
 #: What JSON can hold in the place of a value.
 PIECES: tuple[Any, ...] = (
@@ -64,7 +64,7 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
     scenes = [all_scenes()[name].scene for name in ("paper/missed", "paper/wrong-direction", "spin/grip")]
     sound, path = folder / "sound.jsonl", folder / "results.jsonl"
     checked = cross_check(scenes, ["pit", "pic"], profiles=["tuned"], dts=[1 / 60], timing=False, pool=InProcessPool())
-    sound.write_text(records(checked), encoding="utf-8")
+    sound.write_text(format_records(checked), encoding="utf-8")
     lines = [json.loads(line) for line in sound.read_text(encoding="utf-8").splitlines()]
     while True:
         changed = [*lines]
@@ -75,7 +75,11 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
 
         def compared() -> str:
             old, new = rng.sample([sound, path], 2)
-            return "" if markdown(diff_document(diff(old, new), str(old), str(new))) else "nothing is said"
+            return (
+                ""
+                if render_markdown(build_diff_document(compare_records(old, new), str(old), str(new)))
+                else "nothing is said"
+            )
 
         yield tried(compared, "results.jsonl", "no cell was run")
 
@@ -86,7 +90,7 @@ def journals(rng: Random, folder: Path) -> Iterator[str]:
     path.unlink(missing_ok=True)
     trace, job = solve_pit(scene, frame_rate_hz=60), Job(scene, Method("pit", "tuned"), 1 / 60)
     with observed_journal(path, Options().stamp) as journal:
-        journal.add([JournalEntry(job_key(job), Answer(Status.RAN, value=trace))])
+        journal.add([JournalEntry(build_job_key(job), Answer(Status.RAN, value=trace))])
     head, entry = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     told = json.loads(entry["answer"]["value"])
     while True:

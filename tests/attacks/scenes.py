@@ -12,7 +12,7 @@ from tests.attacks.guard import HangError, shrunk, within
 from carom.catalogue import all_scenes
 from carom.errors import SceneError
 from carom.model.scene_file import load_scene, save_scene
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 #: Values and pieces that break readers.
 PIECES = [
@@ -101,7 +101,7 @@ def _tried(path: Path, data: bytes) -> tuple[str, str]:
     except SceneError as error:
         text = str(error)
         kind = re.sub(r"[0-9.e+-]+|'[^']*'|got .*", "", text.replace(str(path), ""))[:300]
-        if visible(text) != text:
+        if escape_controls(text) != text:
             return f"control characters in a message: {text[:200]!r}", kind
         return "" if len(text) < 20_000 and text else f"a message of {len(text)} characters", kind
     except HangError:

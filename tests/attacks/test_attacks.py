@@ -15,7 +15,7 @@ from tests.attacks.guard import HangError, shrunk, within
 from tests.cases import each
 from tests.fake_clock import Clock
 
-from carom.engines.registry import adapter_points
+from carom.engines.registry import list_adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
 QUICK = {
@@ -40,9 +40,11 @@ def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None
     """What the campaign does for hours holds for a few tries, from the same seeds each time."""
     if name == "clusters" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
-    known, path = set(adapter_points()), [*sys.path]
+    known, path = set(list_adapter_points()), [*sys.path]
     assert [*islice(campaign.ATTACKS[name].tries(Random(name), tmp_path), tries)] == [""] * tries
-    assert (set(adapter_points()), sys.path) == (known, path), "an attack must leave no adapter to the tests after it"
+    assert (set(list_adapter_points()), sys.path) == (known, path), (
+        "an attack must leave no adapter to the tests after it"
+    )
 
 
 def test_every_attack_has_a_short_form() -> None:

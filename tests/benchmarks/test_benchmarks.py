@@ -15,7 +15,7 @@ from tests.cases import each
 
 from carom.errors import InputError
 from carom.report.results_file.read_write import read_records
-from carom.studies.diff.run import diff
+from carom.studies.diff.run import compare_records
 
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(
@@ -115,4 +115,4 @@ def test_copies_are_read_and_differ_in_one_row_of_twenty(tmp_path: Path) -> None
     write_copies(new, 1300, changed=True)
     _, lines = read_records(old)
     assert len({(line.scene, line.engine, line.profile, line.dt_s) for line in lines}) == 1300
-    assert len(diff(old, new).changes) == sum(line.total is not None for line in lines[::CHANGED])
+    assert len(compare_records(old, new).changes) == sum(line.total is not None for line in lines[::CHANGED])

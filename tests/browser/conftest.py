@@ -15,7 +15,7 @@ from tests.processes import PATIENT_S
 
 import carom
 from carom.catalogue import CatalogueScene, all_scenes
-from carom.studies.cross_check.document import Report, report_of
+from carom.studies.cross_check.document import Report, build_report
 
 #: Nothing is fetched, and nothing is asked of a graphics card or of a sandbox that a container does not allow.
 FLAGS = (
@@ -88,7 +88,7 @@ def report_of_scenes() -> Report:
         certified=ChainMap(*(dict(results.certified) for results in found)),
         horizons=ChainMap(*(dict(results.horizons) for results in found)),
     )
-    return report_of(every)
+    return build_report(every)
 
 
 @pytest.fixture(scope="session")
@@ -97,7 +97,7 @@ def wide_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scenes = [entry for entry in all_scenes().values() if entry.name.startswith(("paper/", "gravity/"))]
     engines = ["pic", "pit", "box2d", "mujoco", "pybullet", "pymunk"]
     return made_once(
-        tmp_path_factory, "wide", lambda: report_of(carom.cross_check(scenes, engines, timing=False, jobs=2))
+        tmp_path_factory, "wide", lambda: build_report(carom.cross_check(scenes, engines, timing=False, jobs=2))
     )
 
 

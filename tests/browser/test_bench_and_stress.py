@@ -52,7 +52,7 @@ def points(pages: dict[str, Path]) -> list[Any]:
 
 def agrees(shown: dict[str, str], point: dict[str, Any]) -> None:
     """Fail unless what is shown of a point is what the file holds, to the digits shown."""
-    error = formatting.number(point["error"]) if point["error"] else "exact"
+    error = formatting.format_number(point["error"]) if point["error"] else "exact"
     assert shown["error"].split()[0] == error
     assert ("(-1)" in shown["error"]) == (point["missed"] == 1)
     assert float(shown["all steps, ms"]) == pytest.approx(1e3 * point["timing"]["advance_s"]["median"], rel=5e-3)

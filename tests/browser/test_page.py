@@ -12,7 +12,7 @@ from tests.browser.test_replay import MISSED, opened
 
 from carom.report.outcome_marks import parse_mark
 from carom.report.results_file.read_write import read_records
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 pytestmark = pytest.mark.browser
 
@@ -191,7 +191,7 @@ def test_every_cell_is_unpacked_when_it_is_opened_and_printed_then(page: Page, r
     details.locator("tbody tr").first.wait_for()
     _, lines = read_records(report.parent / "results.jsonl")
     scenes = details.locator("tbody th").all_inner_texts()
-    assert scenes == [visible(line.scene) for line in lines]
+    assert scenes == [escape_controls(line.scene) for line in lines]
     grades = details.locator("tbody tr td:nth-child(5)").all_inner_texts()
     said = [parse_mark(line.status, line.grade, line.float_bits) for line in lines]
     assert grades == [f"{mark.symbol} {mark.word}" for mark in said]

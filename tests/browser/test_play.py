@@ -18,9 +18,9 @@ from carom.catalogue import all_scenes
 from carom.engines.api.checks import unsupported_reason
 from carom.engines.registry import load_adapter
 from carom.model.walls import Leg
-from carom.web.installed_engines import page_engines
+from carom.web.installed_engines import load_page_engines
 from carom.web.packages import PACKAGES
-from carom.web.page import GALLERY, page_html
+from carom.web.page import GALLERY, render_page
 
 pytestmark = pytest.mark.browser
 #: Scenes of two discs that do not spin, in which what an engine does is one contact.
@@ -67,7 +67,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page without engines."""
     path = tmp_path_factory.mktemp("play") / "play.html"
     scenes = [all_scenes()[name].scene for name in (*GALLERY, _DAMPED)]
-    path.write_text(page_html([*scenes, _EVERY]), encoding="utf-8")
+    path.write_text(render_page([*scenes, _EVERY]), encoding="utf-8")
     return path
 
 
@@ -348,12 +348,12 @@ def test_an_altered_script_does_not_run(file: Path, browser: Browser, tmp_path: 
 @pytest.fixture(scope="module")
 def with_engines(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page with all the engines that it can have; skipped where `make engines` was not run."""
-    engines = page_engines(PACKAGES, required=False)
+    engines = load_page_engines(PACKAGES, required=False)
     if len(engines) < len(PACKAGES):
         pytest.skip("the engines from npm are not installed: make engines")
     path = tmp_path_factory.mktemp("engines") / "play.html"
     scenes = dict.fromkeys((*GALLERY, *_PAIRS))
-    path.write_text(page_html([all_scenes()[name].scene for name in scenes], engines), encoding="utf-8")
+    path.write_text(render_page([all_scenes()[name].scene for name in scenes], engines), encoding="utf-8")
     return path
 
 
@@ -460,7 +460,9 @@ def test_engines_are_chosen_and_the_page_stays_small(with_engines: Path, opened:
         _choose(page, sure(value))
         assert page.inner_text("#problem") == ""
         assert _state(page, "seen.tracks.length") == len(_state(page)["discs"])
-    small = page_html([all_scenes()[name].scene for name in GALLERY], page_engines(("matter", "planck"), required=True))
+    small = render_page(
+        [all_scenes()[name].scene for name in GALLERY], load_page_engines(("matter", "planck"), required=True)
+    )
     assert len(small.encode()) < 200_000
 
 

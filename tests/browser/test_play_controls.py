@@ -12,7 +12,7 @@ from tests.browser.test_play_in_firefox import Firefox, firefox  # noqa: F401 - 
 from tests.processes import PATIENT_S
 
 from carom.catalogue import all_scenes
-from carom.web.page import GALLERY, page_html
+from carom.web.page import GALLERY, render_page
 
 pytestmark = pytest.mark.browser
 
@@ -101,7 +101,7 @@ def _source(tmp_path: Path) -> Path:
     });"""
     toy = PageEngine("toy", "Toy", {"default": {}}, world, "of no licence")
     path = tmp_path / "play.html"
-    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY], [toy]), encoding="utf-8")
+    path.write_text(render_page([all_scenes()[name].scene for name in GALLERY], [toy]), encoding="utf-8")
     return path
 
 

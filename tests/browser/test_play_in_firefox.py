@@ -18,9 +18,9 @@ from tests.processes import PATIENT_S
 from carom.catalogue import all_scenes
 from carom.engines.api.checks import unsupported_reason
 from carom.engines.registry import load_adapter
-from carom.web.installed_engines import page_engines
+from carom.web.installed_engines import load_page_engines
 from carom.web.packages import PACKAGES
-from carom.web.page import GALLERY, page_html
+from carom.web.page import GALLERY, render_page
 
 pytestmark = pytest.mark.browser
 
@@ -124,7 +124,7 @@ def _opened(firefox: Firefox, browser: Browser, path: Path) -> Page:
 def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
     """Every impact and final state of every scene that the page takes is the same in both browsers, to the bit."""
     path = tmp_path / "play.html"
-    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
+    path.write_text(render_page([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
     page = _opened(firefox, browser, path)
     assert firefox.run(_SHOWN) == page.inner_text("#sentence")
     compared = 0
@@ -140,11 +140,11 @@ def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_pat
 
 def test_engines_have_in_firefox_the_digits_of_chromium(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
     """Every engine's places, velocities and contacts are the same in both, in as many runs as docs/play.md says."""
-    engines = page_engines(PACKAGES, required=False)
+    engines = load_page_engines(PACKAGES, required=False)
     if len(engines) < len(PACKAGES):
         pytest.skip("the engines from npm are not installed: make engines")
     path = tmp_path / "play.html"
-    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY], engines), encoding="utf-8")
+    path.write_text(render_page([all_scenes()[name].scene for name in GALLERY], engines), encoding="utf-8")
     page = _opened(firefox, browser, path)
     page.evaluate("console.warn = () => {}")
     asked = f"const [told, done] = arguments; ({DRIVEN})(told).then((seen) => done(JSON.stringify(seen)));"

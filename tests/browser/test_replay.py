@@ -15,7 +15,7 @@ from playwright.sync_api import Locator, Page
 from tests.browser.conftest import HOSTILE, Window
 from tests.scene_builders import sure
 
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 pytestmark = pytest.mark.browser
 
@@ -164,8 +164,8 @@ def test_a_link_opens_a_cell_and_closing_takes_it_from_the_address(page: Page, r
 def test_names_are_text_and_never_run(page: Page) -> None:
     """Markup, quotes and turned-round letters in a scene's name are shown as they are, and reach no script."""
     for name in HOSTILE:
-        opened(page, f"{visible(name)}/pit/tuned")
-        assert page.locator("#replay-title").inner_text() == visible(name)
+        opened(page, f"{escape_controls(name)}/pit/tuned")
+        assert page.locator("#replay-title").inner_text() == escape_controls(name)
     assert page.evaluate("window.reached") is None
 
 

@@ -10,7 +10,7 @@ from tests.scene_builders import sure
 
 import carom
 from carom.catalogue import find_scenes
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 pytestmark = pytest.mark.browser
 
@@ -55,7 +55,7 @@ def test_it_plays_and_its_name_stays_text(window: Window, tmp_path: Path, number
     inside.get_by_role("button", name="Next impact").click()
     shown = float(inside.locator(".timeline").get_attribute("data-time") or "nan")
     assert shown == pytest.approx(reference.impacts["time_s"][0], abs=1e-9)
-    assert inside.locator("h1").text_content() == visible(scene.name)
+    assert inside.locator("h1").text_content() == escape_controls(scene.name)
     frame = page.frames[-1]
     assert frame.evaluate("window.reached") is None
     assert frame.evaluate("window.frameElement === null")  # a frame that shares nothing with its notebook can't see it

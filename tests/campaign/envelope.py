@@ -21,7 +21,7 @@ from flint import arb, ctx
 
 from carom import Scene, Trace
 from carom.core.resolution import clock_resolution, gap_resolution
-from carom.model.disc_arrays import wall_lengths
+from carom.model.disc_arrays import list_wall_lengths
 from carom.model.flights import free_flights
 from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
@@ -134,7 +134,7 @@ def reach_of(scene: Scene, trace: Trace, until_s: float) -> float:
             way_m = lasts_s * (_norm(flight.velocity_m_s) + 0.5 * lasts_s * _norm(flight.pull_m_s2))
             sizes.append(float(np.abs(flight.position_m).sum()) + 2.0 * way_m + float(arrays.radius_m[flight.disc]))
     for wall, drive in ((wall, arrays.drive_of_wall(k)) for k, wall in enumerate(arrays.walls)):
-        lengths = [abs(length) for length in wall_lengths(wall)]
+        lengths = [abs(length) for length in list_wall_lengths(wall)]
         moved_m = 0.0 if drive.stands else math.hypot(*drive.moved_at(until_s))
         sizes.append(2.0 * max(lengths, default=0.0) + moved_m)
     return max(sizes)

@@ -24,7 +24,7 @@ from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
 from carom.core.resolution import clock_resolution
 from carom.solvers.certified.options import CertifyOptions
 from carom.solvers.certified.run import CertifiedRun
-from carom.solvers.pic import pic_run
+from carom.solvers.pic import start_pic_run
 from carom.solvers.run import Run
 
 #: Impacts over which a scene is followed, and events of its envelope.
@@ -117,7 +117,7 @@ def _alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> 
 
 def all_pairs_run(scene: Scene) -> Run:
     """Return a run that looks for impacts among all pairs of bodies instead of in cells."""
-    return pic_run(scene, all_pairs=True)
+    return start_pic_run(scene, all_pairs=True)
 
 
 def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> CheckedScene:
@@ -235,7 +235,7 @@ def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
     last_s = float(times[-1])
     if last_s - float(times[-AT_ONE_INSTANT]) > 2.0 * clock_resolution(last_s):
         return
-    run, until_s = pic_run(scene), min(scene.duration_s, last_s + 4.0 * clock_resolution(last_s))
+    run, until_s = start_pic_run(scene), min(scene.duration_s, last_s + 4.0 * clock_resolution(last_s))
     try:
         with time_limit(STANDSTILL_S):
             run.advance_to(until_s)
@@ -255,14 +255,14 @@ class Bits:
 
     @cached_property
     def _expected(self) -> tuple[dict[str, object], float]:
-        run = pic_run(self._scene)
+        run = start_pic_run(self._scene)
         return _take_at_once(run, self._scene), run.time_s
 
     def find_unlike(self, check: Check) -> Iterator[Finding]:
         """Yield a finding where a run in pieces, or by all pairs, has other bits."""
         expected, end_s = self._expected
         if check is Check.PIECES:
-            found = _take_in_pieces(pic_run(self._scene), self._scene, end_s)
+            found = _take_in_pieces(start_pic_run(self._scene), self._scene, end_s)
         else:
             found = _take_at_once(all_pairs_run(self._scene), self._scene)
         unlike = [name for name, value in expected.items() if found[name] != value]

@@ -14,7 +14,7 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 from carom import Chain, Disc, Ring, Scene, SceneError, Wall
-from carom.model.walls import AnyWall, Leg, with_lengths, with_speeds
+from carom.model.walls import AnyWall, Leg, convert_lengths, convert_speeds
 
 Point = tuple[float, float]
 
@@ -348,9 +348,9 @@ def _gap(wall: AnyWall, x: float, y: float, radius_m: float) -> float:
     if isinstance(wall, Wall):
         return (x - wall.point_m[0]) * wall.normal[0] + (y - wall.point_m[1]) * wall.normal[1] - radius_m
     outline = wall.outline
-    if isinstance(wall, Chain) and wall.solid and outline.encloses(x, y):
+    if isinstance(wall, Chain) and wall.solid and outline.does_enclose(x, y):
         return -radius_m
-    return outline.gap(x, y, radius_m)
+    return outline.compute_gap(x, y, radius_m)
 
 
 def _in_units(scene: Scene, units: Units) -> Scene:
@@ -364,7 +364,7 @@ def _in_units(scene: Scene, units: Units) -> Scene:
         return vector[0] * factor, vector[1] * factor
 
     def moved(wall: AnyWall) -> AnyWall:
-        sized = with_lengths(wall, lambda x: x * units.length, lambda v: v * speed, lambda t: t * units.time)
+        sized = convert_lengths(wall, lambda x: x * units.length, lambda v: v * speed, lambda t: t * units.time)
         if isinstance(sized, Wall):
             return Wall(**{**dict(sized), "point_m": place(wall.point_m)})  # type: ignore[union-attr]
         if isinstance(sized, Ring):
@@ -375,7 +375,7 @@ def _in_units(scene: Scene, units: Units) -> Scene:
         changed = {
             "position_m": place(disc.position_m),
             "velocity_m_s": scaled(disc.velocity_m_s, speed),
-            "legs": with_speeds(disc.legs, lambda v: v * speed, lambda t: t * units.time),
+            "legs": convert_speeds(disc.legs, lambda v: v * speed, lambda t: t * units.time),
             "radius_m": disc.radius_m * units.length,
             "mass_kg": disc.mass_kg * units.mass,
             "spin_rad_s": disc.spin_rad_s / units.time,

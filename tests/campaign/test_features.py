@@ -18,7 +18,7 @@ from tests.scene_builders import sure
 from tests.transformed_scenes import turn_by
 
 from carom import Disc, Mode, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
-from carom.solvers.pic import pic_run
+from carom.solvers.pic import start_pic_run
 from carom.solvers.run import Run
 
 Doctor = Callable[[Trace], Trace]
@@ -284,7 +284,10 @@ def test_an_impact_that_is_rounding_is_told_from_others() -> None:
     assert kinds_of(check_scene(scene, solve_with(again)), Check.CERTIFIED) == {Kind.ROUNDING.value}
 
 
-@each("name, check", [("pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)])
+@each(
+    "name, check",
+    [("start_pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)],
+)
 def test_other_bits_are_noticed(name: str, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run in pieces, by all pairs, or of the rotated scene, whose start differs in a last place."""
     calls = []
@@ -297,7 +300,7 @@ def test_other_bits_are_noticed(name: str, check: Check, monkeypatch: pytest.Mon
 
     def run(scene: Scene) -> Run:
         calls.append(name)
-        return pic_run(shifted(scene) if name != "pic_run" or len(calls) == 2 else scene)
+        return start_pic_run(shifted(scene) if name != "start_pic_run" or len(calls) == 2 else scene)
 
     def rotated(scene: Scene, *arguments: Any, **options: Any) -> Scene:
         return rotate_scene(shifted(scene), *arguments, **options)

@@ -7,7 +7,7 @@ from docs.figures import atlas, atlas_methods
 from tests.scene_builders import cross_checked
 
 from carom.catalogue import find_scenes
-from carom.report.results_file.read_write import raw_records, records
+from carom.report.results_file.read_write import format_records, read_raw_records
 
 pytestmark = pytest.mark.long  # it runs a cross-check
 
@@ -36,8 +36,8 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], lis
     """Head and rows of PIC and PIT on a few scenes, as the file has them."""
     results = cross_checked(find_scenes(NAMES), ["pic", "pit"], certified=False)
     path = tmp_path_factory.mktemp("atlas") / "results.jsonl"
-    path.write_text(records(results), encoding="utf-8")
-    return raw_records(path)
+    path.write_text(format_records(results), encoding="utf-8")
+    return read_raw_records(path)
 
 
 def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:

@@ -14,10 +14,10 @@ from tests.documents.code_blocks import ROOT
 
 import carom
 from carom.catalogue import all_scenes, scene_named
-from carom.engines.registry import adapter_points, load_adapter
+from carom.engines.registry import list_adapter_points, load_adapter
 from carom.model.scene import Scene
-from carom.studies.stress.relations import relations
-from carom.studies.stress.run import attacks
+from carom.studies.stress.relations import list_relations
+from carom.studies.stress.run import list_attacks
 
 CONTACT_ROWS: list[dict[str, Any]] = json.loads(contact.FIGURES.read_text(encoding="utf-8"))
 KNOWN = {(row["engine"], row["profile"]): row["scenes"] for row in CONTACT_ROWS}
@@ -200,7 +200,7 @@ def test_the_tables_of_a_page_are_those_that_were_measured(page: Path) -> None:
 def test_each_adapter_has_a_page() -> None:
     """Every engine that comes with Carom has one, with the same headings, and no other has."""
     own = {page.stem: page.read_text(encoding="utf-8") for page in PAGES if page.stem not in SHARED}
-    assert set(own) == {name for name, point in adapter_points().items() if point.distribution == "carom"} - {
+    assert set(own) == {name for name, point in list_adapter_points().items() if point.distribution == "carom"} - {
         "pic",
         "pit",
     }
@@ -213,7 +213,7 @@ def test_an_engine_that_has_a_history_tells_it_on_its_page() -> None:
     """Each engine of the page of histories, and no other, has its sentences on its own page."""
     names = {
         name: load_adapter(name).engine.name
-        for name, point in adapter_points().items()
+        for name, point in list_adapter_points().items()
         if point.distribution == "carom"
     }
     told = {page.stem for page in PAGES if "engine_pages.py: history -->" in page.read_text(encoding="utf-8")}
@@ -269,8 +269,8 @@ def test_the_tables_are_taken_from_a_campaign() -> None:
 def test_the_page_has_every_stress_test_and_invariance() -> None:
     """What was added since the campaign would be missing from its tables."""
     kept = stress_tables.kept(STRESS)
-    assert [row[0] for row in kept["stress test"][2:]] == [attack.name for _, attack in attacks()]
-    assert [row[0] for row in kept["invariance"][2:]] == [relation.name for relation in relations()]
+    assert [row[0] for row in kept["stress test"][2:]] == [attack.name for _, attack in list_attacks()]
+    assert [row[0] for row in kept["invariance"][2:]] == [relation.name for relation in list_relations()]
     assert all(len({len(row) for row in rows}) == 1 for rows in kept.values())
 
 

@@ -23,7 +23,7 @@ from carom.studies.history.clients import CLIENTS, ClientError
 from carom.studies.history.compare_cells import ChangeKind
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache, open_release_cache
-from carom.studies.history.run import history
+from carom.studies.history.run import run_history
 
 pytestmark = [pytest.mark.engines, pytest.mark.release]
 
@@ -310,7 +310,7 @@ def test_spheres_of_dart_are_spheres_since_6_20(version: str, kept: ReleaseCache
 def told(engine: str, versions: str, kept: ReleaseCache, *scenes: str) -> dict[str, set[ChangeKind]]:
     """Return what became of the cells of each release since the one before."""
     plain = [entry.scene for entry in find_scenes(scenes)]
-    found = history(engine, plain, kept, HistoryOptions(versions=[versions], jobs=1))
+    found = run_history(engine, plain, kept, HistoryOptions(versions=[versions], jobs=1))
     if reasons := [one.not_run for one in found.releases if one.not_run]:
         pytest.skip(reasons[0])
     return {step.new.version: {change.kind for change in step.changes.values()} for step in found.transitions}
@@ -386,6 +386,6 @@ def test_where_discs_of_dart_end(version: str, since: int, kept: ReleaseCache, t
 def test_pymunk_before_5_7_is_refused_and_not_blamed(kept: ReleaseCache) -> None:
     """Its arbiters report no contact to the adapter, although discs bounce: no row is run."""
     plain = [entry.scene for entry in find_scenes(["classics/box"])]
-    found = history("pymunk", plain, kept, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
+    found = run_history("pymunk", plain, kept, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
     assert found.releases[0].not_run == "older than 5.7, the oldest release that its adapter drives"
     assert found.ran == found.releases[1:]

@@ -12,7 +12,7 @@ from tests.hazards.measures import ENGINES, Figure, measured
 from tests.hazards.page import lines_of, page
 from tests.hazards.spread import Spread
 
-from carom.engines.registry import load_adapter, why_unavailable
+from carom.engines.registry import explain_unavailable_adapter, load_adapter
 from carom.execution.describe_engines import engines
 
 
@@ -24,7 +24,7 @@ def main() -> int:
     parser.add_argument("--write", type=Path, help="write the page; figures of every engine must be there")
     asked = parser.parse_args()
     names = [] if asked.engines == ["none"] else list(asked.engines)
-    missing = {name: reason for name in names if (reason := why_unavailable(load_adapter(name)))}
+    missing = {name: reason for name in names if (reason := explain_unavailable_adapter(load_adapter(name)))}
     for name, reason in missing.items():
         sys.stderr.write(f"{name}: {reason}\n")
     if missing:

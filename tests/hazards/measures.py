@@ -19,7 +19,7 @@ from carom import Chain, Scene
 from carom.catalogue.entry import CatalogueScene
 from carom.catalogue.find_scenes import find_scenes
 from carom.engines.api import Adapter, AdapterError, Setting
-from carom.engines.registry import load_adapter, why_unavailable
+from carom.engines.registry import explain_unavailable_adapter, load_adapter
 from carom.execution.job import Method
 
 DT_S = 1 / 60
@@ -475,7 +475,7 @@ def measured(
     """Measure all engines that are installed."""
     for name in names:
         adapter = load_adapter(name)
-        if why_unavailable(adapter):
+        if explain_unavailable_adapter(adapter):
             continue
         for table, of in (("group", _group), ("bounces", _bounces), ("driven", _driven), ("gas", _gas)):
             if not tables or table in tables:

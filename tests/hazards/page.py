@@ -12,8 +12,8 @@ from carom.catalogue.find_scenes import find_scenes
 from carom.engines.api import Adapter
 from carom.execution.job import Method
 from carom.report.document import Column, Document, Headline, Section, Table
-from carom.report.formatting import number, percent
-from carom.report.render.markdown import markdown
+from carom.report.formatting import format_number, format_percent
+from carom.report.render.markdown import render_markdown
 
 #: What is nearer to another number than this is shown as that number: the tables are of hazards, not of roundings.
 SHOWN_TO = 1e-6
@@ -21,7 +21,7 @@ SHOWN_TO = 1e-6
 
 def _said(value: float) -> str:
     whole = round(value)
-    return number(float(whole) if abs(value - whole) < SHOWN_TO else value, 3)
+    return format_number(float(whole) if abs(value - whole) < SHOWN_TO else value, 3)
 
 
 def _range(spread: Spread) -> str:
@@ -69,7 +69,7 @@ def _findings(figures: Sequence[Figure]) -> Table:
 
 def _gas(figures: Sequence[Figure]) -> Table:
     def said(pick: str) -> Column:
-        return Column(pick, lambda figure: percent(getattr(figure.spread, pick)), number=True)
+        return Column(pick, lambda figure: format_percent(getattr(figure.spread, pick)), number=True)
 
     return Table(
         [
@@ -105,7 +105,7 @@ def tables(figures: Sequence[Figure]) -> dict[str, Table]:
 
 def _rows(table: Table) -> list[str]:
     """Return the rows of a table in Markdown, without its head."""
-    lines = markdown(Document("", Headline(""), (Section("", (table,)),))).splitlines()
+    lines = render_markdown(Document("", Headline(""), (Section("", (table,)),))).splitlines()
     return [line for line in lines if line.startswith("| ")][2:]
 
 
@@ -147,9 +147,11 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
     """Return the page; `versions` are of the engines measured."""
     lead = (
         "This page shows scenes in which engines go wrong. Each scene runs from many starts, which shift it within a "
-        f"step. A cell shows from how many of {STARTS} starts the value is wrong by more than {percent(OFF)}, and the "
+        f"step. A cell shows from how many of {STARTS} starts the value is wrong by more than {format_percent(OFF)}, "
+        "and the "
         "smallest and largest value of all starts. Steps are 1/60 s unless stated otherwise. The rows 'pit' show "
-        f"PIT, whose errors all come from checking for overlap once per step. Values within {number(SHOWN_TO)} of a "
+        "PIT, whose errors all come from checking for overlap once per step. Values within "
+        f"{format_number(SHOWN_TO)} of a "
         "whole number are shown as this number.",
         f"Measured on {versions}. 'make hazards' writes this page. "
         "'make test-engines' compares it with new measurements.",
@@ -157,7 +159,7 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
     shown = tables(figures)
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
     changes = Section("What default changes", (replace(_changes(adapters), note=CHANGES),))
-    return markdown(Document("Hazards, over many starts", Headline.of(lead), (*sections, changes)))
+    return render_markdown(Document("Hazards, over many starts", Headline.of(lead), (*sections, changes)))
 
 
 CHANGES = (

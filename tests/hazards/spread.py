@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from carom import Scene, solve_pic
 from carom.catalogue.entry import CatalogueScene
-from carom.comparator.shifted_scenes import even_phases, shifted_scenes
+from carom.comparator.shifted_scenes import build_shifted_scenes, list_even_phases
 from carom.engines.api import Adapter, AdapterError, Observation, Setting
 
 #: A start is off where it differs from what mechanics says by more than this part: of the speed, of the energy.
@@ -56,7 +56,7 @@ class Spread:
 
 def starts_of(scene: Scene, count: int) -> list[Scene]:
     """Return a scene at a number of starts, spread evenly over a step of its frame rate."""
-    return list(shifted_scenes(solve_pic(scene), 1 / scene.frame_rate_hz, even_phases(count)))
+    return list(build_shifted_scenes(solve_pic(scene), 1 / scene.frame_rate_hz, list_even_phases(count)))
 
 
 def ended(adapter: Adapter, scene: Scene, dt_s: float, profile: str, **changes: Setting) -> Observation:

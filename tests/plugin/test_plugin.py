@@ -18,7 +18,7 @@ from tests.scene_builders import disc_at, staged, sure, wall_at
 import carom
 from carom.comparator import Grade, Verdict
 from carom.conformance.adapter_under_test import Subject
-from carom.conformance.cases import cases
+from carom.conformance.cases import list_cases
 from carom.execution.job import Status
 from carom.execution.shared_options import LimitOptions
 
@@ -74,7 +74,7 @@ def test_an_adapter_is_forty_lines() -> None:
 def test_the_documentation_tells_every_check() -> None:
     """docs/reference/adapters.md has a row for each check of the suite."""
     subject = Subject("pymunk", LimitOptions())  # which has a profile of each kind
-    checks = {case.name.partition("[")[0] for case in cases(subject)}
+    checks = {case.name.partition("[")[0] for case in list_cases(subject)}
     rows = [line for line in (DOCS / "reference" / "adapters.md").read_text().splitlines() if line.startswith("| `")]
     told = {name for row in rows for name in re.findall(r"`([\w-]+)`", row.split("|")[1])}
     assert checks <= told, checks - told

@@ -8,15 +8,15 @@ from tests.cases import each
 
 from carom.catalogue import find_scenes
 from carom.errors import InputError
-from carom.execution.journal import JOURNAL_FORMAT, canonical
+from carom.execution.journal import JOURNAL_FORMAT, read_canonical_lines
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.report.files import FORMATS
-from carom.report.results_file.json_lines import text_of
+from carom.report.results_file.json_lines import format_line
 from carom.report.results_file.read_write import read_records
 from carom.studies.cross_check.run import execute, observed_journal
-from carom.studies.diff.run import diff
+from carom.studies.diff.run import compare_records
 
 KEPT = Path(__file__).resolve().parents[1] / "earlier_formats"
 #: What the journals are of.
@@ -50,7 +50,7 @@ def test_a_kept_journal_is_continued_from_or_refused_by_its_format(number: int, 
     else:
         with observed_journal(path, plan.options.stamp, resume=True) as journal:
             execute(plan, pool, notes=journal)
-        assert len(canonical(path)) == 1 + len(SCENES)
+        assert len(read_canonical_lines(path)) == 1 + len(SCENES)
     assert path.read_bytes() == before
 
 
@@ -65,5 +65,5 @@ def test_kept_results_are_read_or_refused_by_their_format(number: int) -> None:
     summary, lines = read_records(path)
     assert [line.scene for line in lines] == list(SCENES)
     assert [line.grade and line.grade.name for line in lines] == ["WRONG", "SAMPLED"]
-    assert text_of(summary) == path.read_text(encoding="utf-8").splitlines()[0]
-    assert diff(path, path).changes == ()
+    assert format_line(summary) == path.read_text(encoding="utf-8").splitlines()[0]
+    assert compare_records(path, path).changes == ()

@@ -40,7 +40,7 @@ def test_a_signal_outside_of_a_command_is_told_by_its_name(
     def hears() -> None:
         signal.raise_signal(number)
 
-    monkeypatch.setattr(cli, "app_of", lambda _names: app)
+    monkeypatch.setattr(cli, "build_app", lambda _names: app)
     monkeypatch.setattr("sys.argv", ["carom"])
     with pytest.raises(SystemExit) as end:
         __main__.main()
@@ -122,7 +122,7 @@ def test_a_signal_ends_a_process_with_its_own_code_and_a_sentence(how: str, tmp_
     """Whenever it comes, the exit code is the signal's, and one sentence names it; run by `python -m`, too."""
     script, number = ENDED[how]
     head = "import signal, time; from carom import __main__, cli\n"
-    (tmp_path / "script.py").write_text(f"{head}{script}cli.command = command\n__main__.main()\n")
+    (tmp_path / "script.py").write_text(f"{head}{script}cli.run_command_line = command\n__main__.main()\n")
     command = [sys.executable, "-m", "script"]
     # A process that hears nothing sleeps for an hour. The limit only ends that, however slowly the process starts.
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600)
@@ -138,7 +138,7 @@ class Lost:
 
 def test_a_signal_that_is_lost_within_an_import_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where Python ignores what was raised while Carom was imported, the command does not begin."""
-    monkeypatch.setattr(cli, "command", lambda: 7)
+    monkeypatch.setattr(cli, "run_command_line", lambda: 7)
     __main__.CAME.append(signal.SIGINT)
     with pytest.raises(SystemExit) as end:
         __main__.main()
@@ -146,7 +146,7 @@ def test_a_signal_that_is_lost_within_an_import_is_found(monkeypatch: pytest.Mon
 
 
 def ended(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:
-    monkeypatch.setattr(cli, "command", command)
+    monkeypatch.setattr(cli, "run_command_line", command)
     with pytest.raises(SystemExit) as end:
         __main__.main()
     return end.value.code
@@ -203,7 +203,7 @@ def test_what_a_library_makes_of_a_signal_is_a_signal(
     assert ended(monkeypatch, command) == 128 + signal.SIGTERM
     assert capsys.readouterr().err == "carom: ended by SIGTERM\n"
     __main__.CAME.clear()
-    monkeypatch.setattr(cli, "command", lambda: 1 // 0)
+    monkeypatch.setattr(cli, "run_command_line", lambda: 1 // 0)
     with pytest.raises(ZeroDivisionError):
         __main__.main()
 

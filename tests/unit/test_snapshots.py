@@ -11,10 +11,10 @@ from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import advice, bench, campaign_results, growth
 
 from carom.report.document import Document
-from carom.studies.advise.document import advice_document
-from carom.studies.bench.document import bench_document
-from carom.studies.bench.growth_document import growth_document
-from carom.studies.stress.document import stress_document
+from carom.studies.advise.document import build_advice_document
+from carom.studies.bench.document import build_bench_document
+from carom.studies.bench.growth_document import build_growth_document
+from carom.studies.stress.document import build_stress_document
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "snapshots"
@@ -66,10 +66,10 @@ def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatc
 
 #: Documents of results from tests, since these studies need engines, or a clock.
 DOCUMENTS = {
-    "advise-document": lambda: advice_document(advice()),
-    "bench-document": lambda: bench_document(bench()),
-    "grow-document": lambda: growth_document(growth()),
-    "stress-document": lambda: stress_document(campaign_results(one_in=8)),
+    "advise-document": lambda: build_advice_document(advice()),
+    "bench-document": lambda: build_bench_document(bench()),
+    "grow-document": lambda: build_growth_document(growth()),
+    "stress-document": lambda: build_stress_document(campaign_results(one_in=8)),
 }
 
 

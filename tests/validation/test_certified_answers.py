@@ -11,7 +11,7 @@ from tests.cases import each
 from tests.validation.certified_files import from_enclosures
 
 from carom import CertifiedTrace, solve_pic
-from carom.comparator import horizon_of
+from carom.comparator import compute_horizon
 from carom.solvers.certified.result import Ending
 from carom.solvers.certified.serialisation import enclosures
 
@@ -32,7 +32,7 @@ def test_pic_is_within_twelve_digits_of_what_is_proven(path: Path) -> None:
     certified = load(path)
     count = min(len(certified), LAST_OF_TWELVE_DIGITS)
     limit = None if certified.ending is Ending.COMPLETED else len(certified)
-    found = horizon_of(certified, solve_pic(certified.trace.scene, max_impacts=limit), tolerance=1e-12)
+    found = compute_horizon(certified, solve_pic(certified.trace.scene, max_impacts=limit), tolerance=1e-12)
     assert found.agreed >= count
     assert found.order_differs is None or found.order_differs >= len(certified)
 

@@ -16,7 +16,7 @@ from tests.validation.mpmath_runs import outside
 
 from carom import CertifiedTrace, Chain, Mode, Scene, Trace, Wall, certify, solve_pic
 from carom.catalogue import find_scenes
-from carom.comparator.horizon import horizon_of
+from carom.comparator.horizon import compute_horizon
 from carom.model.trace import EdgeKind
 from carom.solvers.certified.result import Degenerate, Ending
 from carom.solvers.certified.serialisation import enclosures
@@ -158,7 +158,7 @@ def test_a_disc_that_comes_back_to_the_vertex_it_has_left_meets_it() -> None:
     assert len(trace.impacts) == 1
     assert sure(certified.trace.modes)["after"].tolist() == [Mode.ROLL, Mode.FLIGHT]
     assert sure(certified.trace.edges)["kind"][0] == EdgeKind.VERTEX
-    assert horizon_of(certified, trace).covers_the_scene
+    assert compute_horizon(certified, trace).covers_the_scene
 
 
 @each("factor, steepest", [(math.inf, 0.75), (0.5, 0.25)])

@@ -17,7 +17,7 @@ from tests.validation.mpmath_runs import outside
 import carom
 from carom import CertifiedTrace, Chain, Ring, Scene, Wall
 from carom.catalogue import CatalogueScene, deviation
-from carom.comparator.horizon import horizon_of
+from carom.comparator.horizon import compute_horizon
 from carom.solvers.certified.result import Degenerate, Ending
 
 #: What rounding leaves of closed forms that are evaluated in float64, over a scene's sizes, and of radii.
@@ -69,7 +69,7 @@ def test_each_scene_is_certified_to_its_end_and_agrees_with_its_known_answer(ent
                 certified.final_spin_radius_rad_s,
             )
             assert max(radius.max() for radius in radii if radius is not None) < bound, entry.name
-            agrees = horizon_of(certified, trace := carom.solve_pic(scene)).covers_the_scene
+            agrees = compute_horizon(certified, trace := carom.solve_pic(scene)).covers_the_scene
             assert agrees is (entry.name not in NOT_TO_THE_END), entry.name
             if trace.modes is not None and certified.trace.modes is not None:
                 for field in {*(trace.modes.dtype.names or ())} - {"impacts"}:

@@ -20,9 +20,9 @@ from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import CatalogueScene, catalogue
 from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.pic import pic_run
+from carom.solvers.pic import start_pic_run
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import pit_run
+from carom.solvers.pit.solve import start_pit_run
 from carom.solvers.run import Run
 
 #: Scenes of a kind by their numbers: a few, and hundreds with `-m long`.
@@ -160,7 +160,9 @@ def test_all_pairs_give_the_bits_of_the_kernel_in_every_scene_that_has_a_name(en
     """Every kind of motion and wall, friction, what is driven up to a crush, contact, and ties."""
     for scene in (entry.scene for entry in entries):
         ask = Asked(scene, 2000, {})
-        assert unlike(taken(pic_run(scene), ask), taken(pic_run(scene, all_pairs=True), ask), scene.name) == []
+        assert (
+            unlike(taken(start_pic_run(scene), ask), taken(start_pic_run(scene, all_pairs=True), ask), scene.name) == []
+        )
 
 
 #: Each kind under one law, in turn, and with `-m long` under the others.
@@ -173,9 +175,9 @@ def test_neither_pieces_nor_all_pairs_change_a_bit_under_any_law(kind: str, law:
     """Under gravity, with its contacts, damped, and on a table a run in pieces by all pairs is the run in one go."""
     for number in times(batch, 1 / 4):
         ask = Asked(under(LAWS[law], kind, number), min(impacts_of(number), 25), {})
-        run = pic_run(ask.scene)
+        run = start_pic_run(ask.scene)
         expected = taken(run, ask)
-        found = in_pieces(pic_run(ask.scene, all_pairs=number % 2 == 0), ask, run.time_s)
+        found = in_pieces(start_pic_run(ask.scene, all_pairs=number % 2 == 0), ask, run.time_s)
         assert unlike(expected, found, f"{kind} {number} {law}") == []
 
 
@@ -258,7 +260,7 @@ def test_pieces_change_no_bit_of_frames_under_any_law(turn: int) -> None:
     for kind, law in EACH_LAW[turn * len(KINDS) : (turn + 1) * len(KINDS)]:
         scene = under(LAWS[law], kind, 3)
         clock = FrameClock(rate_hz=scene.frame_rate_hz)
-        whole, pieces = (taking(pit_run, scene, clock) for taking in (frames_taken, frames_in_pieces))
+        whole, pieces = (taking(start_pit_run, scene, clock) for taking in (frames_taken, frames_in_pieces))
         assert unlike(whole, pieces, f"{kind} {law}") == []
 
 

@@ -21,7 +21,7 @@ from tests.transformed_scenes import Map, identity, transform_scene, turn_by
 from carom import Scene, Trace, solve_pic, solve_pit
 from carom.catalogue import CatalogueScene, Tag, catalogue
 from carom.model.trace import Vector, rim_speeds, velocities
-from carom.studies.stress.relations import HOLDS, relations, rough_scene, superballs
+from carom.studies.stress.relations import HOLDS, build_rough_scene, build_superball_scene, list_relations
 
 ROUNDING = 1e-12
 
@@ -87,7 +87,7 @@ def test_a_moving_frame_sees_the_same_impacts(boost: tuple[float, float]) -> Non
 
 def test_pic_holds_every_relation() -> None:
     """PIC holds each relation to a few hundred roundings, and those that change no digit to the bit."""
-    for relation in relations():
+    for relation in list_relations():
         off = relation.deviation(relation.base(), solve_pic)
         assert off <= 1e-13, relation.name
         if relation.name.removeprefix("rough-") in {"mirror", "relabelling", "units-of-two", "far-disc"}:
@@ -96,7 +96,7 @@ def test_pic_holds_every_relation() -> None:
 
 def test_pit_holds_every_relation() -> None:
     """Sampling changes what is found, but not by the unit, the frame of reference or the numbering."""
-    for relation in relations():
+    for relation in list_relations():
         assert relation.deviation(relation.base(), solve_pit) <= HOLDS, relation.name
 
 
@@ -110,14 +110,14 @@ def test_relations_see_wrong_spins(change: Callable[[NDArray[np.float64]], NDArr
             return trace
         return replace(trace, final_spin_rad_s=change(trace.final_spin_rad_s))
 
-    failed = {relation.name for relation in relations() if relation.deviation(relation.base(), run) > HOLDS}
+    failed = {relation.name for relation in list_relations() if relation.deviation(relation.base(), run) > HOLDS}
     assert failed == {"rough-split", "superball-reversal"} | ({"rough-mirror"} if change is abs else set())
 
 
 def test_the_rough_scenes_slide_and_grip() -> None:
     """Of the scene with friction two impacts slide and one grips; the superballs' all turn their slip round."""
-    assert slips(solve_pic(rough_scene())) == pytest.approx([0.4, 0.0, 0.06], abs=0.01)
-    assert slips(solve_pic(superballs())) == pytest.approx([-1.0, -1.0], abs=1e-12)
+    assert slips(solve_pic(build_rough_scene())) == pytest.approx([0.4, 0.0, 0.06], abs=0.01)
+    assert slips(solve_pic(build_superball_scene())) == pytest.approx([-1.0, -1.0], abs=1e-12)
 
 
 def slips(trace: Trace) -> list[float]:

@@ -15,7 +15,7 @@ from carom import Disc, Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.core import primitives
 from carom.model.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.studies.bench.gas import hard_disc_gas
+from carom.studies.bench.gas import build_hard_disc_gas
 
 #: Millions of impacts, which plain Python takes hours for.
 
@@ -40,7 +40,7 @@ def test_galperin_counts_the_digits_of_pi(k: int, count: int) -> None:
 
 def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
     """Return Z = p V / (N k T) from the virial of the disc-disc impacts, in the bulk volume of the centres."""
-    start = hard_disc_gas(discs, packing)
+    start = build_hard_disc_gas(discs, packing)
     melted = EventDrivenRun(start, record="none")
     melted.advance_to(math.inf, 20 * discs)
     run = EventDrivenRun(start, resume=melted.state())
@@ -72,7 +72,7 @@ def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> Non
 
     Chaos multiplies rounding by some 3 an impact a disc: 4e-14 after one, so below 1e-10 after four.
     """
-    start = hard_disc_gas(1000, 0.3)
+    start = build_hard_disc_gas(1000, 0.3)
     there = EventDrivenRun(start, record="none")
     there.advance_to(math.inf, 500 * impacts_per_disc)
     time_s = there.time_s
@@ -88,7 +88,7 @@ def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> Non
 
 def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
     """A slow gas that has run for 1e9 seconds overlaps no deeper than one that has run for a few."""
-    gas = hard_disc_gas(30, 0.5)
+    gas = build_hard_disc_gas(30, 0.5)
     start = DiscArrays(gas.position_m, gas.velocity_m_s * 1e-6, gas.radius_m, gas.mass_kg, gas.walls)
     run = EventDrivenRun(start, record="none")
     run.advance_to(1e9)

@@ -16,7 +16,7 @@ from carom.comparator.grades import Grade
 from carom.comparator.shifted_scenes import shift_start
 from carom.model.energy import kinetic_energy
 from carom.model.flights import free_flights
-from carom.report.tracks import SHARPNESS, reference_tracks
+from carom.report.tracks import SHARPNESS, build_reference_tracks
 
 A = 2.0
 
@@ -87,7 +87,7 @@ def test_a_table_takes_m_a_per_metre_and_all_comes_to_rest() -> None:
         assert not trace.final_velocity_m_s.any()
         movable = np.where(np.isfinite(scene.arrays.mass_kg), scene.arrays.mass_kg, 0.0)
         taken = scene.table_deceleration_m_s2 * sum(
-            movable[flight.disc] * math.dist(flight.at(flight.end_s), flight.position_m)
+            movable[flight.disc] * math.dist(flight.position_at(flight.end_s), flight.position_m)
             for flight in free_flights(trace)
         )
         for impact in trace.impacts:
@@ -169,6 +169,6 @@ def test_what_is_drawn_is_where_damped_discs_are(entry: CatalogueScene) -> None:
     assert trace.samples is not None
     assert len(trace.samples.time_s) == 97
     way = np.ptp(np.concatenate([trace.samples.position_m, [trace.final_position_m]]), axis=0).max()
-    for disc, track in enumerate(reference_tracks(trace)):
-        off = np.abs(track.at(trace.samples.time_s) - trace.samples.position_m[:, disc]).max()
+    for disc, track in enumerate(build_reference_tracks(trace)):
+        off = np.abs(track.positions_at(trace.samples.time_s) - trace.samples.position_m[:, disc]).max()
         assert off <= 2.0 * SHARPNESS * way  # of both axes

@@ -14,7 +14,7 @@ from tests.scene_builders import sure
 from tests.validation.random_tables import KINDS, draw
 from tests.validation.table_runs import Table, scene_of
 
-from carom.core.wall_features import Arc, Face, WallFeature, features_of
+from carom.core.wall_features import Arc, Face, WallFeature, build_features
 from carom.solvers.event_driven import obstacles
 from carom.solvers.pic import solve_pic
 
@@ -109,5 +109,5 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 @each("name", release_after(1, FAULTS))
 def test_a_fault_in_what_walls_consist_of_is_told(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of the first tables contradicts its certified run if a side, an arc or a vertex of a wall is wrong."""
-    monkeypatch.setattr(obstacles, "features_of", lambda *asked: FAULTS[name](features_of(*asked)))
+    monkeypatch.setattr(obstacles, "build_features", lambda *asked: FAULTS[name](build_features(*asked)))
     assert any(compare(table)[1] for table in tables(0))

@@ -9,10 +9,16 @@ from carom.engines.api import Engine, Knob, Profile, Setting
 from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SCALE
 from carom_adapters.box2d.settings_code import write_code
 from carom_adapters.box2d.world import Box2dWorld
-from carom_adapters.shared.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.shared.engine_adapter import (
+    NOT_TURNED,
+    OF_THE_SCENE,
+    EngineAdapter,
+    build_located_profile,
+    build_tuned_profile,
+)
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
         # Numbers of iterations that Box2D's manual suggests (section 2.4, "Simulating the world").
@@ -23,7 +29,7 @@ def _default(dt_s: float) -> dict[str, Setting]:
     }
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
         # Box2D treats contacts that close at less than 1 m/s as inelastic (b2_velocityThreshold, compiled in). With
@@ -43,11 +49,11 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     }
 
 
-def _no_ccd(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "sweep": "none"}
+def _build_no_ccd_settings(dt_s: float) -> dict[str, Setting]:
+    return {**_build_tuned_settings(dt_s), "sweep": "none"}
 
 
-def _resting(dt_s: float) -> dict[str, Setting]:
+def _build_resting_settings(dt_s: float) -> dict[str, Setting]:
     # Box2D applies restitution to the speed at the end of a step, which includes the fall in that step. So a ball hops
     # for ever at about ``g dt / (1 - e)``, unless contacts that slow are inelastic. The limit for such contacts is the
     # least power of two that is at least the speed gained by falling for 2.5 steps under 10 m/s^2. A ball with e up to
@@ -55,13 +61,13 @@ def _resting(dt_s: float) -> dict[str, Setting]:
     # its hops.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
-    return {**_tuned(dt_s), "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
+    return {**_build_tuned_settings(dt_s), "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
 
 
-def _located(dt_s: float) -> dict[str, Setting]:
+def _build_located_settings(dt_s: float) -> dict[str, Setting]:
     # While bodies touch, a warm start uses the last impulse times the ratio of two step lengths. Cut steps can make
     # this ratio arbitrarily large.
-    return {**_no_ccd(dt_s), "warmStarting": False}
+    return {**_build_no_ccd_settings(dt_s), "warmStarting": False}
 
 
 adapter = EngineAdapter(
@@ -83,7 +89,7 @@ adapter = EngineAdapter(
         "default": Profile(
             "Box2D's defaults (contacts below 1 m/s are inelastic), but bodies never sleep, with the scene's "
             "restitution and friction.",
-            _default,
+            _build_default_settings,
             capabilities=replace(
                 CAPABILITIES,
                 continuous_detection=False,  # only against immovable bodies
@@ -98,13 +104,15 @@ adapter = EngineAdapter(
                 "positionIterations": "an argument without a default: 3, as the manual suggests",
             },
         ),
-        "tuned": tuned("slow contacts bounce, overlaps are never pushed apart, and fast discs are swept", _tuned),
-        "located": located("Box2D's own contact test", _located, but=" without sweeping"),
-        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
+        "tuned": build_tuned_profile(
+            "slow contacts bounce, overlaps are never pushed apart, and fast discs are swept", _build_tuned_settings
+        ),
+        "located": build_located_profile("Box2D's own contact test", _build_located_settings, but=" without sweeping"),
+        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _build_no_ccd_settings),
         "resting": Profile(
             "The tuned settings for balls that come to rest, which otherwise hop for ever: contacts slower than the "
             "fall speed of 2.5 steps, or a little more, are inelastic.",
-            _resting,
+            _build_resting_settings,
             capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
         ),
     },

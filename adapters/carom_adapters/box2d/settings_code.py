@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 from carom.engines.api import Chain, Scene, Setting, Wall, is_fast, reach, require_supported, scaled
 from carom_adapters.box2d.limits import CAPABILITIES, WORLD_SETTINGS, require_usable
-from carom_adapters.box2d.walls import edges_of, rectangle_of
-from carom_adapters.box2d.world import BEFORE_WALLS, shapes_of_disc, sweeps
-from carom_adapters.shared.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
-from carom_adapters.shared.settings_code import arguments, assignments, comment, steps_of
-from carom_adapters.shared.walls import thickness_of
+from carom_adapters.box2d.walls import build_wall_rectangle, list_shape_points
+from carom_adapters.box2d.world import BEFORE_WALLS, does_sweep, list_disc_shapes
+from carom_adapters.shared.legs import Driven, find_first_velocity, format_program_end, group_legs_by_step, has_legs
+from carom_adapters.shared.settings_code import count_steps, format_arguments, format_assignments, format_comment
+from carom_adapters.shared.walls import compute_thickness
 
 #: Comment of the program on the scale of velocities.
 SCALED = (
@@ -90,8 +90,8 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
             # A disc that moves by more than its radius in a step is swept against all others.
             given["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
         elif disc.driven:
-            given = {"velocity": first_velocity(disc), "spin": disc.spin_rad_s}
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
+            given = {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s}
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{format_arguments(given)})")
     centre, radius = reach(fast_clock, dt_s)
     functions = {}
     runs = any(wall.surface_speed_m_s for wall in scene.walls)
@@ -99,15 +99,15 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     driven: list[Driven] = [disc for disc in scene.discs if disc.driven]
     of_wall = f"friction={scene.wall_friction!r}, restitution={scene.wall_restitution!r}"
     for asked, wall in zip(scene.walls, fast_clock.walls, strict=True):
-        moves = f", velocity={first_velocity(asked)!r}" if asked.driven else ""
+        moves = f", velocity={find_first_velocity(asked)!r}" if asked.driven else ""
         moves += f", belt={asked.surface_speed_m_s!r}" if asked.surface_speed_m_s else ""
         before = len(lines)
         if isinstance(wall, Wall):
-            place, corners = rectangle_of(fast_clock, wall, centre, radius)
+            place, corners = build_wall_rectangle(fast_clock, wall, centre, radius)
             lines.append(f"add_wall({place!r}, {corners!r}{moves})")
             functions["wall"] = ADD_WALL
         elif isinstance(wall, Chain):
-            pieces = edges_of(wall, settings)
+            pieces = list_shape_points(wall, settings)
             if not settings.get("chains", False):
                 lines += [f"add_edge({points!r}, {wall.half_width_m!r}{moves})" for points in pieces]
                 functions["edge"] = ADD_EDGE
@@ -116,12 +116,12 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
                 lines.append(f"add_chain({wall.half_width_m!r}, vertices_{kind}={points!r}{moves})")
                 functions["chain"] = ADD_CHAIN.format(**belts)
         else:
-            lines.append(f"add_circle({wall.centre_m!r}, {thickness_of(fast_clock, wall)!r}{moves})")
+            lines.append(f"add_circle({wall.centre_m!r}, {compute_thickness(fast_clock, wall)!r}{moves})")
             functions["circle"] = ADD_CIRCLE.format(of_wall=of_wall, bits=BEFORE_WALLS, **belts)
         driven += [asked] * (len(lines) - before) if asked.driven else []
     circles = ", ".join(
         f"dict(friction={friction!r}, restitution={restitution!r}, categoryBits={bits}, maskBits={bits})"
-        for bits, restitution, friction in shapes_of_disc(scene)
+        for bits, restitution, friction in list_disc_shapes(scene)
     )
     skin = repr(float(settings["polygon_radius_m"])) if "polygon_radius_m" in settings else "fixture.shape.radius"
     add_walls = ""
@@ -131,18 +131,19 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     slower = scene.table_deceleration_m_s2
     iterations = f"{int(settings['velocityIterations'])}, {int(settings['positionIterations'])}"
     state = "*body.position, *(v / scale for v in body.linearVelocity), body.angularVelocity / scale"
-    legs = legs_by_step(driven, float(settings["dt_s"]))
+    legs = group_legs_by_step(driven, float(settings["dt_s"]))
     change = "driven[k].linearVelocity = tuple(v * scale for v in velocity)"
-    end = python_end(scene, f"world.Step(dt / scale, {iterations})", state, legs, change)
+    end = format_program_end(scene, f"world.Step(dt / scale, {iterations})", state, legs, change)
     bodies = "\n".join(lines)
-    return f"""{comment(heading)}
+    sweeps = does_sweep(fast_clock, settings, dt_s)
+    return f"""{format_comment(heading)}
 import Box2D
 
-dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
-{comment(SCALED if scale != 1.0 else NOT_SCALED)}
+dt, steps = {float(settings["dt_s"])!r}, {count_steps(scene, settings)}
+{format_comment(SCALED if scale != 1.0 else NOT_SCALED)}
 scale = {scale!r}
 world = Box2D.b2World(gravity=({scene.gravity_m_s2[0]!r} * scale * scale, {scene.gravity_m_s2[1]!r} * scale * scale))
-{assignments("world", settings, WORLD_SETTINGS)}world.continuousPhysics = {sweeps(fast_clock, settings, dt_s)}
+{format_assignments("world", settings, WORLD_SETTINGS)}world.continuousPhysics = {sweeps}
 circles = [{circles}]
 discs = []
 {"driven = []" + chr(10) if has_legs(scene) else ""}{"table = world.CreateStaticBody()" + chr(10) if slower else ""}

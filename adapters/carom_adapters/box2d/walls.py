@@ -9,7 +9,7 @@ from typing import Any
 
 from carom.engines.api import AdapterError, Chain, Scene, Setting, Wall
 from carom_adapters.box2d.limits import SHORTEST_PIECE_M
-from carom_adapters.shared.walls import points_of
+from carom_adapters.shared.walls import list_points
 
 #: `b2PolygonShape` merges corners closer than half of b2_linearSlop, 2.5e-3, so no wall is smaller than this.
 SMALLEST_WALL_M = 0.1
@@ -20,7 +20,7 @@ ROUNDING = 2.0**-23
 Point = tuple[float, float]
 
 
-def _rectangle(normal: Point, size: float) -> list[Point]:
+def _build_rectangle(normal: Point, size: float) -> list[Point]:
     """Return the corners of a rectangle below the origin, ``2 size`` wide and `size` deep. One face is along the wall.
 
     Box2D has no half-plane. Fast discs pass through an edge, but a polygon can have any depth.
@@ -29,7 +29,7 @@ def _rectangle(normal: Point, size: float) -> list[Point]:
     return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
 
 
-def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
+def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
     """Return the position of a half-plane's body, which is the point nearest to the scene, and its corners around it.
 
     Raises:
@@ -46,10 +46,10 @@ def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tup
             f"Box2D: a disc can move up to {radius:.3g} m, and 32-bit floats round a wall of that length by more "
             f"than the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
-    return (px - along * ny, py + along * nx), _rectangle((nx, ny), size)
+    return (px - along * ny, py + along * nx), _build_rectangle((nx, ny), size)
 
 
-def edges_of(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
+def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
     """Return the points of each shape of a chain: one shape with ``chains`` in the settings, else one for each edge.
 
     If a closed chain is one shape, its last point repeats the first.
@@ -57,7 +57,7 @@ def edges_of(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]
     Raises:
         AdapterError: The settings have chains, and a piece is shorter than Box2D accepts.
     """
-    points = points_of(chain)
+    points = list_points(chain)
     all_points = [*points, points[0]] if chain.closed else points
     if not settings.get("chains", False):
         return [list(pair) for pair in pairwise(all_points)]
@@ -71,9 +71,9 @@ def edges_of(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]
     return [all_points]
 
 
-def shapes_of_chain(box2d: Any, chain: Chain, settings: Mapping[str, Setting]) -> list[Any]:
+def build_chain_shapes(box2d: Any, chain: Chain, settings: Mapping[str, Setting]) -> list[Any]:
     """Return Box2D's shapes of a chain."""
-    pieces = edges_of(chain, settings)
+    pieces = list_shape_points(chain, settings)
     if not settings.get("chains", False):
         return [box2d.b2EdgeShape(vertices=points) for points in pieces]
     ((*points, last),) = pieces

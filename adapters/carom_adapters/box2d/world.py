@@ -28,10 +28,10 @@ from carom.engines.api import (
     wall_body,
 )
 from carom_adapters.box2d.limits import CAPABILITIES, LARGEST_TURN_RAD, LONGEST_MOVE_M, WORLD_SETTINGS, require_usable
-from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
-from carom_adapters.shared.legs import Driven, Legs, first_velocity
-from carom_adapters.shared.quiet_steps import QuietSteps, as_numbers
-from carom_adapters.shared.walls import thickness_of
+from carom_adapters.box2d.walls import build_chain_shapes, build_wall_rectangle
+from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
+from carom_adapters.shared.quiet_steps import QuietSteps, to_rows
+from carom_adapters.shared.walls import compute_thickness
 
 #: Collision categories of a disc's shapes for other discs, and for walls.
 AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002
@@ -39,7 +39,7 @@ AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002
 Point = tuple[float, float]
 
 
-def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
+def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
     """Return category, restitution and friction of each circle of a disc.
 
     Box2D uses the larger of two restitutions, and the root of the product of two frictions. If the walls' restitution
@@ -51,7 +51,7 @@ def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
     return [(AMONG_DISCS | BEFORE_WALLS, scene.restitution, scene.friction)]
 
 
-def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
+def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
     """Whether Box2D sweeps bodies in this scene, see `limits.SWEEPS`. A driven body also counts if it is fast."""
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
@@ -59,7 +59,7 @@ def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
     return sweep == "shipped" or (sweep == "fast" and fast)
 
 
-def _key(contact: Any) -> tuple[Any, ...]:
+def _build_key(contact: Any) -> tuple[Any, ...]:
     """Return the key of a contact: its bodies, their shapes, and parts of the shapes."""
     a, b = contact.fixtureA, contact.fixtureB
     return a.body.userData, b.body.userData, a.userData, b.userData, contact.childIndexA, contact.childIndexB
@@ -91,7 +91,7 @@ class Box2dWorld(QuietSteps):
             if name in settings:
                 setattr(self._world, name, settings[name])
         self._sweep = str(settings.get("sweep", "shipped"))
-        self._world.continuousPhysics = sweeps(scene, settings, self._clock.dt_s)
+        self._world.continuousPhysics = does_sweep(scene, settings, self._clock.dt_s)
         self._bodies: list[Any] = []
         self._walls: list[Any] = []
         self._skinned: list[Any] = []  # shapes of walls that have no thickness
@@ -110,14 +110,16 @@ class Box2dWorld(QuietSteps):
         centre, radius = reach(scene, self._clock.dt_s)
         for k, wall in enumerate(scene.walls):
             if isinstance(wall, Wall):
-                place, corners = rectangle_of(scene, wall, centre, radius)
+                place, corners = build_wall_rectangle(scene, wall, centre, radius)
                 self._add_wall(scene, k, place, [self._box2d.b2PolygonShape(vertices=corners)], 0.0)
             elif isinstance(wall, Chain):
                 self._chains.add(wall_body(k))
-                shapes = shapes_of_chain(self._box2d, wall, settings)
+                shapes = build_chain_shapes(self._box2d, wall, settings)
                 self._add_wall(scene, k, (0.0, 0.0), shapes, wall.half_width_m)
             else:
-                self._add_wall(scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=thickness_of(scene, wall))])
+                self._add_wall(
+                    scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=compute_thickness(scene, wall))]
+                )
         if any(self._belts.values()):  # only a listener can set the speed of a belt for a contact
             self._listen()
 
@@ -137,7 +139,7 @@ class Box2dWorld(QuietSteps):
                 bullet=self._sweep == "fast" and is_fast(disc, self._clock.dt_s),
             )
             self._movable.append(body)
-        for category, restitution, friction in shapes_of_disc(scene):
+        for category, restitution, friction in list_disc_shapes(scene):
             body.CreateFixture(
                 shape=box2d.b2CircleShape(radius=disc.radius_m),
                 density=1.0,
@@ -162,7 +164,7 @@ class Box2dWorld(QuietSteps):
         """Return a body that no impact moves: it is at rest or driven."""
         if not of.driven:
             return self._world.CreateStaticBody(position=place)
-        velocity = first_velocity(of)
+        velocity = find_first_velocity(of)
         body = self._world.CreateKinematicBody(position=place, linearVelocity=velocity, angularVelocity=spin)
         self._driven.append(body)
         self._legs.add(body, of)
@@ -216,7 +218,7 @@ class Box2dWorld(QuietSteps):
         """Call `b2World.Step` this many times. Between steps driven bodies start their legs."""
         step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
-        for count in self._legs.step_counts(steps):
+        for count in self._legs.split_steps(steps):
             for body, velocity in self._legs.start_due(self._clock.now_s):
                 body.linearVelocity = velocity
             for _ in range(count):
@@ -231,11 +233,11 @@ class Box2dWorld(QuietSteps):
         """
         if self._listener is None:
             self._listen()
-        numbers = as_numbers(self.read())
-        contacts = self._contacts()
+        numbers = to_rows(self.read())
+        contacts = self._read_contacts()
         self._solved.clear()
         seen = Observation(numbers[:, :2], numbers[:, 2:4], contacts, spin_rad_s=numbers[:, 4] if self._turns else None)
-        warning = self._warning(seen)
+        warning = self._find_warning(seen)
         return replace(seen, warning=warning) if warning else seen
 
     def read(self) -> list[tuple[float, ...]]:
@@ -256,7 +258,7 @@ class Box2dWorld(QuietSteps):
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
                 manifold = contact.worldManifold  # kept alive, since its normal is a view into it
-                normals[_key(contact)] = tuple(manifold.normal)
+                normals[_build_key(contact)] = tuple(manifold.normal)
                 for fixture in (contact.fixtureA, contact.fixtureB):
                     if belt := belts.get(fixture.body.userData, 0.0):
                         contact.tangentSpeed = -belt  # Box2D's tangent is to the right of the normal
@@ -265,12 +267,12 @@ class Box2dWorld(QuietSteps):
                 # The bodies have moved since the contact was found, and the manifold's normal has changed with them.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
                 tangential = sum(impulse.tangentImpulses)
-                solved.append((*pair, normals[_key(contact)], sum(impulse.normalImpulses), tangential))
+                solved.append((*pair, normals[_build_key(contact)], sum(impulse.normalImpulses), tangential))
 
         self._listener = Listener()
         self._world.contactListener = self._listener
 
-    def _contacts(self) -> tuple[Contact, ...]:
+    def _read_contacts(self) -> tuple[Contact, ...]:
         at_s = self._clock.step_began_s / self._time
         found = []
         for a, b, (nx, ny), impulse, tangential in self._sum_contacts():
@@ -300,7 +302,7 @@ class Box2dWorld(QuietSteps):
             found.append((*pair, (nx, ny), x * nx + y * ny, x * ny - y * nx))
         return found
 
-    def _warning(self, seen: Observation) -> str:
+    def _find_warning(self, seen: Observation) -> str:
         # If an impact makes a body too fast, the scene can no longer be refused.
         dt_s = self._clock.dt_s / self._time
         fastest = math.hypot(*seen.velocity_m_s.ravel().tolist())  # a bound for all discs

@@ -6,20 +6,20 @@ from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, MIXING
 from carom_adapters.dart.settings_code import write_code
 from carom_adapters.dart.world import DartWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
 
 #: Constraint-force mixing reduces velocities and energy at each elastic impact. The declared accuracy allows the
 #: velocity and energy that sixteen impacts lose.
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s}
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {
-        **_default(dt_s),
+        **_build_default_settings(dt_s),
         # Spheres collide with spheres in closed form.
         "collision_detector": "DART",
         # Overlapping bodies are not pushed apart through their velocities.
@@ -45,7 +45,7 @@ adapter = EngineAdapter(
         "default": Profile(
             "DART's defaults, but with the scene's restitution, without friction, and with joints that keep discs in "
             "the plane.",
-            _default,
+            _build_default_settings,
             CHAIN,
             changed={
                 "restitution": OF_THE_SCENE,
@@ -53,12 +53,12 @@ adapter = EngineAdapter(
                 "joint": "two slide joints: discs stay in the plane and cannot turn",
             },
         ),
-        "tuned": tuned(
+        "tuned": build_tuned_profile(
             "DART's own collision detector is used, and overlaps are pushed apart without an effect on velocities",
-            _tuned,
+            _build_tuned_settings,
             CHAIN,
         ),
-        "located": located("DART's own collision detector", _tuned, CHAIN),
+        "located": build_located_profile("DART's own collision detector", _build_tuned_settings, CHAIN),
     },
     world=DartWorld,
     code=write_code,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting, factored_restitutions, require_sound, require_supported
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, SETTINGS
-from carom_adapters.shared.settings_code import PYTHON_END, body_lines, comment, steps_of
+from carom_adapters.shared.settings_code import PYTHON_END, count_steps, format_body_lines, format_comment
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -25,11 +25,11 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     if "split_impulse" in settings:
         split = f"world.getConstraintSolver().setSplitImpulseEnabled({bool(settings['split_impulse'])})\n"
     end = PYTHON_END.format(step="world.step()", state="*body.getPositions(), *body.getVelocities(), 0.0")
-    return f"""{comment(heading)}
+    return f"""{format_comment(heading)}
 import dartpy
 import numpy as np
 
-dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
+dt, steps = {float(settings["dt_s"])!r}, {count_steps(scene, settings)}
 world = dartpy.simulation.World()
 world.setGravity([{scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0])
 world.setTimeStep(dt)
@@ -67,7 +67,7 @@ def add_wall(point, normal):
 
 
 starts = []
-{body_lines(scene)}
+{format_body_lines(scene)}
 for skeleton, (position, velocity) in zip(discs, starts):
     skeleton.setPositions(position)
     skeleton.setVelocities(velocity)

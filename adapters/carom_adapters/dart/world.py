@@ -54,7 +54,7 @@ class DartWorld:
             normal = np.array([*wall.normal, 0.0])
             plane = dartpy.dynamics.PlaneShape(normal, float(normal[:2] @ wall.point_m))
             skeleton = dartpy.dynamics.Skeleton(f"wall {k}")
-            self._shape(skeleton.createWeldJointAndBodyNodePair()[1], plane, wall_body(k), of_wall)
+            self._add_shape(skeleton.createWeldJointAndBodyNodePair()[1], plane, wall_body(k), of_wall)
             skeleton.setMobile(False)
             self._world.addSkeleton(skeleton)
         self._put([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
@@ -72,7 +72,7 @@ class DartWorld:
     def _add_disc(self, i: int, radius_m: float, mass_kg: float | None, restitution: float) -> None:
         skeleton = self._dart.dynamics.Skeleton(f"disc {i}")
         _, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
-        self._shape(body, self._dart.dynamics.SphereShape(radius_m), i, restitution)
+        self._add_shape(body, self._dart.dynamics.SphereShape(radius_m), i, restitution)
         if mass_kg is None:
             skeleton.setMobile(False)
         else:
@@ -80,7 +80,7 @@ class DartWorld:
         self._world.addSkeleton(skeleton)
         self._discs.append(skeleton)
 
-    def _shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
+    def _add_shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
         """Give a body its shape, with the body's number as its name, which identifies its contacts."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
@@ -120,10 +120,10 @@ class DartWorld:
         """
         position = np.array([skeleton.getPositions() for skeleton in self._discs])
         velocity = np.array([skeleton.getVelocities() for skeleton in self._discs])
-        contacts = tuple(self._contacts())
-        return Observation(position, velocity, contacts, self._warning(velocity, contacts))
+        contacts = tuple(self._read_contacts())
+        return Observation(position, velocity, contacts, self._find_warning(velocity, contacts))
 
-    def _contacts(self) -> list[Contact]:
+    def _read_contacts(self) -> list[Contact]:
         found = []
         result = self._world.getLastCollisionResult()  # kept alive: until 6.19 contacts vanish with this result
         for contact in result.getContacts():
@@ -133,15 +133,15 @@ class DartWorld:
                 normal, impulse = flattened(normal, impulse)
             if impulse == 0.0:  # a contact without effect
                 continue
-            a, b = self._pair(contact)
+            a, b = self._read_pair(contact)
             found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
         return found
 
-    def _pair(self, contact: Any) -> tuple[int, int]:
+    def _read_pair(self, contact: Any) -> tuple[int, int]:
         first, second = contact.collisionObject1, contact.collisionObject2
         return int(first.getShapeFrame().getName()), int(second.getShapeFrame().getName())
 
-    def _warning(self, velocity: Any, contacts: tuple[Contact, ...]) -> str:
+    def _find_warning(self, velocity: Any, contacts: tuple[Contact, ...]) -> str:
         # When an impact has made a body too fast, it is too late to refuse the scene.
         scene = self._scene
         for contact in contacts:
@@ -167,7 +167,7 @@ class DartWorld:
         result = collision.CollisionResult()
         self._world.checkCollision(collision.CollisionOption(), result)
         return frozenset(
-            pair_of(*self._pair(contact)) for contact in result.getContacts() if contact.penetrationDepth > 0.0
+            pair_of(*self._read_pair(contact)) for contact in result.getContacts() if contact.penetrationDepth > 0.0
         )
 
     def save(self) -> object:

@@ -9,11 +9,11 @@ from carom_adapters.drake.world import DrakeWorld
 from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s}
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s, "point_stiffness": 1e10, "target_accuracy": 1e-7, "integration_scheme": "runge_kutta3"}
 
 
@@ -39,7 +39,7 @@ adapter = EngineAdapter(
         "default": Profile(
             "Drake's defaults with a continuous plant, but without dissipation or friction: stiffness, accuracy and "
             "integrator are the defaults.",
-            _default,
+            _build_default_settings,
             # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
             changed={
@@ -53,7 +53,7 @@ adapter = EngineAdapter(
         "tuned": Profile(
             "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
             "steps of the integrator that are short enough for slow contacts.",
-            _tuned,
+            _build_tuned_settings,
             # Measured with an accuracy of 1e-7 in each of the integrator's steps.
             Accuracy(velocity=1e-3, energy=1e-3),
         ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.shared.settings_code import arguments, comment, steps_of
+from carom_adapters.shared.settings_code import count_steps, format_arguments, format_comment
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -13,7 +13,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     lines = []
     for disc in scene.discs:
         given = {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s}
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{format_arguments(given)})")
     lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
     scheme = accuracy = ""
     if "integration_scheme" in settings:
@@ -22,7 +22,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
         accuracy = f"simulator.get_mutable_integrator().set_target_accuracy({float(settings['target_accuracy'])!r})\n"
     stiffness = float(settings["point_stiffness"]) if "point_stiffness" in settings else None
     bodies = "\n".join(lines)
-    return f"""{comment(heading)}
+    return f"""{format_comment(heading)}
 from pydrake.geometry import AddContactMaterial, HalfSpace, ProximityProperties, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlantConfig
@@ -30,7 +30,7 @@ from pydrake.multibody.tree import PlanarJoint, SpatialInertia
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
+dt, steps = {float(settings["dt_s"])!r}, {count_steps(scene, settings)}
 builder = DiagramBuilder()
 plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)  # continuous: a discrete one has no bounce
 plant.mutable_gravity_field().set_gravity_vector([{scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0])

@@ -56,7 +56,7 @@ class DrakeWorld:
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
         for k, wall in enumerate(scene.half_planes()):
             pose = drake.geometry.HalfSpace.MakePose([*wall.normal, 0.0], [*wall.point_m, 0.0])
-            self._shape(self._plant.world_body(), pose, drake.geometry.HalfSpace(), wall_body(k))
+            self._add_shape(self._plant.world_body(), pose, drake.geometry.HalfSpace(), wall_body(k))
         self._plant.Finalize()
         self._diagram = builder.Build()
         self._simulator = drake.analysis.Simulator(self._diagram)
@@ -82,15 +82,15 @@ class DrakeWorld:
         ball = drake.geometry.Sphere(disc.radius_m)
         if disc.immovable:
             pose = drake.math.RigidTransform([*disc.position_m, 0.0])
-            self._shape(self._plant.world_body(), pose, ball, i)
+            self._add_shape(self._plant.world_body(), pose, ball, i)
             return None
         inertia = drake.tree.SpatialInertia.SolidSphereWithMass(disc.mass_kg, disc.radius_m)
         body = self._plant.AddRigidBody(f"disc {i}", inertia)
-        self._shape(body, drake.math.RigidTransform(), ball, i)
+        self._add_shape(body, drake.math.RigidTransform(), ball, i)
         world = self._plant.world_body().body_frame()
         return self._plant.AddJoint(drake.tree.PlanarJoint(f"plane {i}", world, body.body_frame(), damping=[0, 0, 0]))
 
-    def _shape(self, body: Any, pose: Any, shape: Any, number: int) -> None:
+    def _add_shape(self, body: Any, pose: Any, shape: Any, number: int) -> None:
         drake = self._drake
         properties = drake.geometry.ProximityProperties()
         stiffness = self._asked.get("point_stiffness")
@@ -111,7 +111,7 @@ class DrakeWorld:
         return {
             # Releases up to 1.35 have no default stiffness: a plant derives one from gravity and masses.
             **({} if shipped is None else {"point_stiffness": shipped}),
-            "integration_scheme": _scheme(integrator),
+            "integration_scheme": _format_scheme(integrator),
             **self._asked,
             "target_accuracy": integrator.get_target_accuracy(),
         }
@@ -139,7 +139,7 @@ class DrakeWorld:
         count = len(self._movable)
         position[self._movable] = self._plant.GetPositions(self._context).reshape(count, 3)[:, :2]
         velocity[self._movable] = self._plant.GetVelocities(self._context).reshape(count, 3)[:, :2]
-        return Observation(position, velocity, tuple(self._contacts()))
+        return Observation(position, velocity, tuple(self._read_contacts()))
 
     def _record_contacts(self, _root: Any) -> Any:
         results = self._plant.get_contact_results_output_port().Eval(self._context)
@@ -152,7 +152,7 @@ class DrakeWorld:
                 self._pushed[bodies] = (force, (float(nx), float(ny)))
         return self._drake.framework.EventStatus.DidNothing()
 
-    def _contacts(self) -> list[Contact]:
+    def _read_contacts(self) -> list[Contact]:
         at_s, found = self._clock.step_began_s, []
         for (b, a), (_, normal) in self._pushed.items():
             # Forces are known only at single instants, so the impulse, which is their integral, is unknown.
@@ -165,6 +165,6 @@ class DrakeWorld:
         del self._context, self._simulator, self._diagram, self._plant
 
 
-def _scheme(integrator: Any) -> str:
+def _format_scheme(integrator: Any) -> str:
     """Return an integrator's name in `GetIntegrationSchemes`: ``runge_kutta3`` for a `RungeKutta3Integrator`."""
     return re.sub(r"(?<!^)(?=[A-Z])", "_", type(integrator).__name__.removesuffix("Integrator")).lower()

@@ -9,18 +9,18 @@ from carom_adapters.mujoco.limits import CAPABILITIES
 from carom_adapters.mujoco.reader import read_scene
 from carom_adapters.mujoco.settings_code import write_code
 from carom_adapters.mujoco.world import MujocoWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
 
 #: MuJoCo places contact points of cylinders off their middle, which causes errors of up to 6.3e-4 of the scene's speed
 #: (for a disc in a box, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s, "joints": "free", "stiffness": 1000.0}
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
         "joints": "slide",
@@ -44,25 +44,25 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     }
 
 
-def _no_ccd(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "speculative": False}
+def _build_no_ccd_settings(dt_s: float) -> dict[str, Setting]:
+    return {**_build_tuned_settings(dt_s), "speculative": False}
 
 
-def _located(dt_s: float) -> dict[str, Setting]:
+def _build_located_settings(dt_s: float) -> dict[str, Setting]:
     # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; listed pairs bypass
     # it. A speculative contact acts before bodies touch, so the instant of an impact can't be located. A warm start
     # would use impulses of a step that was undone.
-    return {**_no_ccd(dt_s), "listed_pairs": True, "warmstart": False}
+    return {**_build_no_ccd_settings(dt_s), "listed_pairs": True, "warmstart": False}
 
 
-def _cylinder(dt_s: float) -> dict[str, Setting]:
+def _build_cylinder_settings(dt_s: float) -> dict[str, Setting]:
     # Cylinders touch along a line, but MuJoCo keeps only single points of this line, away from its middle. Cylinders
     # that can turn tip over.
-    return {**_tuned(dt_s), "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
+    return {**_build_tuned_settings(dt_s), "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
 
 
-def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "shape": "cylinder", "joints": "free"}
+def _build_plain_cylinder(dt_s: float) -> dict[str, Setting]:
+    return {**_build_tuned_settings(dt_s), "shape": "cylinder", "joints": "free"}
 
 
 adapter = EngineAdapter(
@@ -94,7 +94,7 @@ adapter = EngineAdapter(
         "default": Profile(
             "MuJoCo's defaults for a user who wants a bounce, with the scene's friction. The contact spring is "
             "undamped (solref -1000 0); for restitution below 1 it is damped by the formula of the linear oscillator.",
-            _default,
+            _build_default_settings,
             capabilities=replace(CAPABILITIES, continuous_detection=False),
             changed={
                 "stiffness": "solref is -1000 0, a common spring, because nothing bounces with the default 0.02 1",
@@ -103,18 +103,24 @@ adapter = EngineAdapter(
                 "condim": "1, a contact without friction, if the scene has none",
             },
         ),
-        "tuned": tuned("a contact is damped so that one Euler step reverses the velocity", _tuned),
-        "located": located("MuJoCo's own collision detection", _located, but=" without speculation"),
-        "no-ccd": Profile("The tuned settings without continuous detection: no contact is speculative.", _no_ccd),
+        "tuned": build_tuned_profile(
+            "a contact is damped so that one Euler step reverses the velocity", _build_tuned_settings
+        ),
+        "located": build_located_profile(
+            "MuJoCo's own collision detection", _build_located_settings, but=" without speculation"
+        ),
+        "no-ccd": Profile(
+            "The tuned settings without continuous detection: no contact is speculative.", _build_no_ccd_settings
+        ),
         "cylinder": Profile(
             "The tuned settings with cylinders for spheres. Slide joints keep the cylinders from tipping over, and "
             "their contacts are found to 1e-12 (Carom's own measurements).",
-            _cylinder,
+            _build_cylinder_settings,
             CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
             "The tuned settings with cylinders instead of spheres. The cylinders can turn, so they tip over.",
-            _cylinder_plain,
+            _build_plain_cylinder,
         ),
     },
     world=MujocoWorld,

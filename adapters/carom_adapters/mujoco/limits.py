@@ -31,8 +31,8 @@ MJCF_INTEGRATORS = {
 }
 
 #: ``joints`` is "free" (six axes for each disc) or "slide" (x and y; z and a hinge too if discs turn). ``stiffness``
-#: (1/s**2) is the stiffness of a contact, 0 for none: see `_solref` of `model`. ``solimp`` is a geom's attribute. With
-#: ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in `located`. ``shape`` is
+#: (1/s**2) is the stiffness of a contact, 0 for none: see `_compute_solref` of `model`. ``solimp`` is a geom's attribute.
+#: With ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in `located`. ``shape`` is
 #: "sphere" or "cylinder"; a cylinder is as high as it is wide. With ``in_turn`` contacts with friction are solved one
 #: after another, the push and then friction within its bounds, which is the law of impacts. Without `in_turn` all
 #: contacts are solved at once, as MuJoCo's optimum.
@@ -98,14 +98,14 @@ CAPABILITIES = Capabilities(
 )
 
 
-def answers_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
+def does_solve_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
     """Whether contacts are solved one after another: ``in_turn`` is set, and the scene has friction."""
     return bool(settings.get("in_turn", False)) and scene.arrays.rubs
 
 
-def lists_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
+def does_list_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
     """Whether each pair of bodies is listed in the model. Only listed pairs have their own parameters of slip."""
-    return bool(settings.get("listed_pairs", False)) or answers_in_turn(scene, settings)
+    return bool(settings.get("listed_pairs", False)) or does_solve_in_turn(scene, settings)
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -119,7 +119,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0}, words=WORDS)
     if scene.damping_per_s > LARGEST_VALUE:
         raise AdapterError(f"MuJoCo: damping_per_s must be at most {LARGEST_VALUE:g}, got {scene.damping_per_s:g}")
-    if lists_pairs(scene, settings) and len(scene.discs) > MOST_LISTED:
+    if does_list_pairs(scene, settings) and len(scene.discs) > MOST_LISTED:
         why = "listed_pairs" if settings.get("listed_pairs", False) else "in_turn with friction, which lists all pairs,"
         raise AdapterError(f"MuJoCo: {why} is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
     dt_s = float(settings["dt_s"])

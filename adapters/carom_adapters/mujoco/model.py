@@ -7,8 +7,14 @@ import math
 from collections.abc import Mapping, Sequence
 
 from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_body, wall_index
-from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
-from carom_adapters.shared.walls import cut_chain, thickness_of
+from carom_adapters.mujoco.limits import (
+    ENABLE_SETTINGS,
+    FLAG_SETTINGS,
+    OPTION_SETTINGS,
+    does_list_pairs,
+    does_solve_in_turn,
+)
+from carom_adapters.shared.walls import compute_thickness, cut_chain
 
 #: `mju_QCQP2`, which fits friction into its cone, has two limits. The function gives no friction if a determinant is
 #: below 1e-10, and it accepts errors of 1e-10 N^2. The determinant of a contact is at least friction**4 / mass**2. In
@@ -32,7 +38,7 @@ DRIVEN_MASS = 2.0**44
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
-def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
+def _compute_solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
     """Return a contact's ``solref`` in the form (-stiffness, -damping) for this coefficient of restitution.
 
     MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, for any masses. Without
@@ -48,7 +54,7 @@ def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, f
     return -stiffness, -2.0 * ratio * math.sqrt(stiffness)
 
 
-def _solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
+def _compute_solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[float, float]:
     """Return a contact's ``solreffriction`` that ends the slip of these discs within the step.
 
     Without `solreffriction`, friction uses the bounce of `solref`, and returns the fraction ``restitution`` of the
@@ -61,21 +67,21 @@ def _solreffriction(scene: Scene, discs: tuple[int, ...], dt_s: float) -> tuple[
     return 0.0, -(IMPEDANCE + (1.0 - IMPEDANCE) * sum(inverse) / sum(slip)) / dt_s
 
 
-def mass_unit(scene: Scene, settings: Mapping[str, Setting]) -> float:
+def choose_mass_unit(scene: Scene, settings: Mapping[str, Setting]) -> float:
     """Return the model's units of mass in a kilogram: 1, or a power of two if friction needs another unit."""
-    if not answers_in_turn(scene, settings):
+    if not does_solve_in_turn(scene, settings):
         return 1.0
     frictions = [scene.friction] * scene.arrays.rubs_discs + [wall.friction for wall in scene.arrays.materials]
     least = min(friction for friction in frictions if friction > 0)
-    return 2.0 ** math.floor(math.log2(min(1.0, MASS_OVER_FRICTION_SQUARED * least**2) / _heaviest(scene)))
+    return 2.0 ** math.floor(math.log2(min(1.0, MASS_OVER_FRICTION_SQUARED * least**2) / _find_heaviest(scene)))
 
 
-def _attributes(**values: object) -> str:
+def _format_attributes(**values: object) -> str:
     # repr keeps every bit of a float.
     return " ".join(f'{name}="{value if isinstance(value, str) else repr(value)}"' for name, value in values.items())
 
 
-def _friction(friction: float) -> dict[str, object]:
+def _build_friction_attributes(friction: float) -> dict[str, object]:
     """Return a geom's attributes of friction.
 
     Condim 1 means a contact without friction, and 3 a contact with sliding friction.
@@ -83,23 +89,24 @@ def _friction(friction: float) -> dict[str, object]:
     return {"condim": "3", "friction": f"{friction!r} 0 0"} if friction > 0 else {"condim": "1"}
 
 
-def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
+def build_mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     """Return the model. A geom's name is its body's number, which identifies the bodies of contacts.
 
     Driven bodies are last.
     """
     dt_s, stiffness = float(settings["dt_s"]), float(settings["stiffness"])
-    listed = {"contype": "0", "conaffinity": "0"} if lists_pairs(scene, settings) else {}
+    listed = {"contype": "0", "conaffinity": "0"} if does_list_pairs(scene, settings) else {}
     shared = listed | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
-    unit = mass_unit(scene, settings)
+    unit = choose_mass_unit(scene, settings)
     # Static bodies collide only with movable ones: a driven body passes through walls.
     held = {"contype": "0"} if scene.arrays.driven and not listed else {}
 
-    def geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
-        solref = "{!r} {!r}".format(*_solref(stiffness, restitution, dt_s))
-        return f"<geom {_attributes(name=str(name), solref=solref, **_friction(friction), **shared, **values)}/>"
+    def format_geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
+        solref = "{!r} {!r}".format(*_compute_solref(stiffness, restitution, dt_s))
+        rubbing = _build_friction_attributes(friction)
+        return f"<geom {_format_attributes(name=str(name), solref=solref, **rubbing, **shared, **values)}/>"
 
-    def disc(i: int) -> str:
+    def format_disc(i: int) -> str:
         body = scene.discs[i]
         place = "{!r} {!r} 0".format(*body.position_m)
         shape: dict[str, object] = {"type": "sphere", "size": body.radius_m}
@@ -108,13 +115,13 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
         friction = scene.friction if scene.arrays.turns else 0.0
         if body.immovable:
             place = "0 0 0" if body.driven else place
-            made = geom(i, scene.restitution, friction, pos=place, **shape, **held)
+            made = format_geom(i, scene.restitution, friction, pos=place, **shape, **held)
             turns = scene.arrays.turns
-            return f"{_driven(scene, settings, turns=turns)}{made}</body>" if body.driven else made
-        made = geom(i, scene.restitution, friction, **shape)
+            return f"{_format_driven_start(scene, settings, turns=turns)}{made}</body>" if body.driven else made
+        made = format_geom(i, scene.restitution, friction, **shape)
         if scene.arrays.turns:
-            return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
-        damped = _damping(scene, body.mass_kg)
+            return f"<body>{_format_turning(scene, settings, i, unit)}{made}</body>"
+        damped = _format_damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
             # The inertia about any axis has no effect. The inertia is set, because the inertia of a small disc would be
             # too small for MuJoCo.
@@ -122,77 +129,77 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
                 f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'
             )
-        made = geom(i, scene.restitution, friction, mass=body.mass_kg, **shape)
-        return f"<body>{_free_joint(damped)}{made}</body>"
+        made = format_geom(i, scene.restitution, friction, mass=body.mass_kg, **shape)
+        return f"<body>{_format_free_joint(damped)}{made}</body>"
 
-    def wall(k: int) -> str:
+    def format_wall(k: int) -> str:
         material = scene.arrays.materials[k]
         made = "".join(
             # The geom of higher priority decides alone. Otherwise MuJoCo would use the larger damping and friction of
             # the two.
-            geom(name, material.restitution, material.friction, **shape, priority="1", **held)
-            for name, shape in zip(names_of_wall(scene, k), _shapes_of_wall(scene, k, dt_s), strict=True)
+            format_geom(name, material.restitution, material.friction, **shape, priority="1", **held)
+            for name, shape in zip(list_wall_names(scene, k), _list_wall_shapes(scene, k, dt_s), strict=True)
         )
-        return f"{_driven(scene, settings)}{made}</body>" if scene.walls[k].driven else made
+        return f"{_format_driven_start(scene, settings)}{made}</body>" if scene.walls[k].driven else made
 
-    bodies = "\n".join(disc(one) if one >= 0 else wall(wall_index(one)) for one in in_order_of_bodies(scene))
-    world = f"{_option(scene, settings)}<worldbody>\n{bodies}\n</worldbody>"
-    if lists_pairs(scene, settings):
-        world += f"<contact>\n{_pairs(scene, settings)}\n</contact>"
+    bodies = "\n".join(format_disc(one) if one >= 0 else format_wall(wall_index(one)) for one in sort_bodies(scene))
+    world = f"{_format_option(scene, settings)}<worldbody>\n{bodies}\n</worldbody>"
+    if does_list_pairs(scene, settings):
+        world += f"<contact>\n{_format_pairs(scene, settings)}\n</contact>"
     return f"<mujoco>{world}</mujoco>"
 
 
-def in_order_of_bodies(scene: Scene) -> list[int]:
+def sort_bodies(scene: Scene) -> list[int]:
     """Return discs and walls in the order of the model, by their body numbers. Driven ones are last."""
     bodies = [*range(len(scene.discs)), *map(wall_body, range(len(scene.walls)))]
     return sorted(bodies, key=lambda one: (scene.discs[one] if one >= 0 else scene.walls[wall_index(one)]).driven)
 
 
-def body_of(geom: str) -> int:
+def parse_body(geom: str) -> int:
     """Return the body number of a geom with this name."""
     return int(geom.partition("/")[0])
 
 
-def names_of_wall(scene: Scene, k: int) -> list[str]:
+def list_wall_names(scene: Scene, k: int) -> list[str]:
     """Return the names of a wall's geoms: the wall's number, or the numbers of its pieces too."""
     wall, number = scene.walls[k], str(wall_body(k))
     pieces = len(cut_chain(wall)) if isinstance(wall, Chain) else 1
     return [number] if pieces == 1 else [f"{number}/{piece}" for piece in range(pieces)]
 
 
-def _shapes_of_wall(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]]:
+def _list_wall_shapes(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]]:
     """Return the geoms of a wall: a plane, a capsule for each piece of a chain, or a sphere for a circle."""
     wall = scene.walls[k]
     if isinstance(wall, Ring):
-        return [{"type": "sphere", "size": thickness_of(scene, wall), "pos": "{!r} {!r} 0".format(*wall.centre_m)}]
+        return [{"type": "sphere", "size": compute_thickness(scene, wall), "pos": "{!r} {!r} 0".format(*wall.centre_m)}]
     if isinstance(wall, Chain):
         ends = ["{!r} {!r} 0 {!r} {!r} 0".format(*a, *b) for a, b in cut_chain(wall)]
-        return [{"type": "capsule", "size": thickness_of(scene, wall), "fromto": one} for one in ends]
+        return [{"type": "capsule", "size": compute_thickness(scene, wall), "fromto": one} for one in ends]
     facing = {"zaxis": "{!r} {!r} 0".format(*wall.normal)}
     if not wall.driven:
         return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]  # infinite
     # A plane cannot move, so a driven half-plane is a box as deep and wide as a disc can get.
-    half = _half_of_box(scene, wall, dt_s)
+    half = _compute_half_box(scene, wall, dt_s)
     (x, y), (nx, ny) = wall.point_m, wall.normal
     place = f"{x - half * nx!r} {y - half * ny!r} 0"
     return [{"type": "box", "size": f"{half!r} {half!r} {half!r}", "pos": place, **facing}]
 
 
-def _half_of_box(scene: Scene, wall: Wall, dt_s: float) -> float:
+def _compute_half_box(scene: Scene, wall: Wall, dt_s: float) -> float:
     """Return half the side of a box so large that discs can reach only one of its faces, the one around `point_m`."""
     centre, radius = reach(scene, dt_s)
     drift = wall.drive.fastest * (scene.duration_s + dt_s)
     return 2.0 * (radius + drift + math.dist(centre, wall.point_m))
 
 
-def _heaviest(scene: Scene) -> float:
+def _find_heaviest(scene: Scene) -> float:
     return max((disc.mass_kg for disc in scene.discs if not disc.immovable), default=1.0)
 
 
-def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
+def _format_driven_start(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
     """Return the first MJCF lines of a driven body: its joints, and a mass so large that impacts do not move it."""
     ratio = DRIVEN_MASS if settings.get("tolerance") == 0 else DRIVEN_MASS_IN_TOLERANCE
-    mass = ratio * mass_unit(scene, settings) * _heaviest(scene)
+    mass = ratio * choose_mass_unit(scene, settings) * _find_heaviest(scene)
     inertia = mass * max(disc.radius_m for disc in scene.discs) ** 2
     hinge = '<joint type="hinge" axis="0 0 1"/>' if turns else ""
     return (
@@ -201,22 +208,22 @@ def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = Fals
     )
 
 
-def _option(scene: Scene, settings: Mapping[str, Setting]) -> str:
+def _format_option(scene: Scene, settings: Mapping[str, Setting]) -> str:
     # In one pass without a warm start, the solver computes each contact's push before its friction.
     one_pass: dict[str, Setting] = {"cone": "elliptic", "solver": "PGS", "iterations": 1, "warmstart": False}
-    asked = (one_pass if answers_in_turn(scene, settings) else {}) | dict(settings)
-    option = _attributes(
+    asked = (one_pass if does_solve_in_turn(scene, settings) else {}) | dict(settings)
+    option = _format_attributes(
         timestep=float(asked["dt_s"]),
         gravity="{!r} {!r} 0".format(*scene.gravity_m_s2),
         **{k: v for k, v in asked.items() if k in OPTION_SETTINGS},
     )
-    flag = _attributes(
+    flag = _format_attributes(
         **{k: "enable" if v else "disable" for k, v in asked.items() if k in FLAG_SETTINGS + ENABLE_SETTINGS}
     )
     return f"<option {option}><flag {flag}/></option>"
 
 
-def _turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float) -> str:
+def _format_turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float) -> str:
     """Return inertia and joints of a disc that may turn."""
     body = scene.discs[i]
     mass, turns = body.mass_kg * unit, math.isfinite(body.inertia_factor)
@@ -226,25 +233,25 @@ def _turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float)
     moments = " ".join(repr(moment * mass * body.radius_m**2) for moment in (tips, tips, factor))
     inertial = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{moments}"/>'
     if free:
-        return f"{inertial}{_free_joint(_damping(scene, mass))}"
+        return f"{inertial}{_format_free_joint(_format_damping(scene, mass))}"
     # No force acts along the third slide. The third slide makes MuJoCo's mean inverse mass of all axes equal to that of
     # one axis.
-    damped = _damping(scene, mass)
+    damped = _format_damping(scene, mass)
     slides = "".join(f'<joint type="slide" axis="{axis}"{damped}/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
-    about = _damping(scene, factor * mass * body.radius_m**2)
+    about = _format_damping(scene, factor * mass * body.radius_m**2)
     return f"{inertial}{slides}" + (f'<joint type="hinge" axis="0 0 1"{about}/>' if turns else "")
 
 
-def _damping(scene: Scene, inertia: float) -> str:
+def _format_damping(scene: Scene, inertia: float) -> str:
     """Return a joint's attribute of damping, a force over a velocity: the rate times the mass or moment of inertia."""
     return f' damping="{scene.damping_per_s * inertia!r}"' if scene.damping_per_s else ""
 
 
-def _free_joint(damped: str) -> str:
+def _format_free_joint(damped: str) -> str:
     return f'<joint type="free"{damped}/>' if damped else "<freejoint/>"
 
 
-def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
+def list_axis_dampings(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
     """Return the damping about the axes of a free joint with these moments of inertia; None if MJCF already has it.
 
     MJCF has one damping for all six axes of a free joint: the damping of the mass.
@@ -254,7 +261,7 @@ def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Seque
     return [scene.damping_per_s * moment for moment in inertia]
 
 
-def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
+def _format_pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
     """Return MJCF for each pair of a disc with another body, unless both are immovable: contact parameters."""
     dt_s, stiffness, discs = float(settings["dt_s"]), float(settings["stiffness"]), scene.discs
     solimp = {"solimp": str(settings["solimp"])} if "solimp" in settings else {}
@@ -268,18 +275,18 @@ def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
         (i, name, material.restitution, material.friction)
         for i in range(len(discs))
         for k, material in enumerate(scene.arrays.materials)
-        for name in names_of_wall(scene, k)
+        for name in list_wall_names(scene, k)
         if not discs[i].immovable
     ]
 
-    def pair(i: int, j: str | int, restitution: float, friction: float) -> str:
+    def format_pair(i: int, j: str | int, restitution: float, friction: float) -> str:
         rubs: dict[str, object] = {"condim": "1"}
         if friction > 0:
             rubs = {"condim": "3", "friction": f"{friction!r} {friction!r} 0 0 0"}
-            if answers_in_turn(scene, settings):
+            if does_solve_in_turn(scene, settings):
                 met = (i, j) if isinstance(j, int) else (i,)
-                rubs["solreffriction"] = "{!r} {!r}".format(*_solreffriction(scene, met, dt_s))
-        solref = "{!r} {!r}".format(*_solref(stiffness, restitution, dt_s))
-        return f"<pair {_attributes(geom1=str(i), geom2=str(j), solref=solref, **rubs, **solimp)}/>"
+                rubs["solreffriction"] = "{!r} {!r}".format(*_compute_solreffriction(scene, met, dt_s))
+        solref = "{!r} {!r}".format(*_compute_solref(stiffness, restitution, dt_s))
+        return f"<pair {_format_attributes(geom1=str(i), geom2=str(j), solref=solref, **rubs, **solimp)}/>"
 
-    return "\n".join(itertools.starmap(pair, pairs))
+    return "\n".join(itertools.starmap(format_pair, pairs))

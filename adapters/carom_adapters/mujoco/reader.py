@@ -36,7 +36,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
         mujoco.mj_forward(model, data)
     except (ValueError, MemoryError, mujoco.FatalError) as error:
         raise AdapterError(f"MuJoCo can't compile it: {error}") from error
-    return _Reading(mujoco, model, data).scene(name, duration_s)
+    return _Reading(mujoco, model, data).build_scene(name, duration_s)
 
 
 def _require_alone(text: str) -> None:
@@ -60,7 +60,7 @@ class _Reading:
         self.discs: list[tuple[int, Disc]] = []
         self.walls: list[tuple[int, Wall]] = []
 
-    def scene(self, name: str, duration_s: float) -> Imported:
+    def build_scene(self, name: str, duration_s: float) -> Imported:
         for geom in range(self.model.ngeom):
             kind = self.mujoco.mjtGeom(self.model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
             what = f"geom {self.model.geom(geom).name or geom}, a {kind}"
@@ -91,15 +91,15 @@ class _Reading:
                 walls=[wall for _, wall in self.walls],
                 gravity_m_s2=(gx, gy),
                 duration_s=duration_s,
-                **self._coefficients("restitution", self._restitution, 1.0),
-                **self._coefficients("friction", self._friction, math.inf),
+                **self._find_coefficients("restitution", self._compute_restitution, 1.0),
+                **self._find_coefficients("friction", self._read_friction, math.inf),
             ),
             tuple(self.dropped),
         )
 
     def _read_plane(self, geom: int, what: str) -> None:
         nx, ny, nz = (float(one) for one in self.data.geom_xmat[geom].reshape(3, 3)[:, 2])
-        if self._moves(geom):
+        if self._can_move(geom):
             self.dropped.append(f"{what}: it moves")
         elif abs(nz) > ROUNDING:
             self.dropped.append(f"{what}: its normal is not in the plane z = 0")
@@ -115,9 +115,9 @@ class _Reading:
             self.dropped.append(f"{what}: its centre is {z:g} off the plane z = 0")
         elif kind == CYLINDER and np.hypot(*axis[:2]) > ROUNDING:
             self.dropped.append(f"{what}: its axis is not z")
-        elif not self._moves(geom):
+        elif not self._can_move(geom):
             self.discs.append((geom, Disc(position_m=(x, y), radius_m=radius, mass_kg=math.inf)))
-        elif (turns := self._turns(int(model.geom_bodyid[geom]))) is None:
+        elif (turns := self._can_turn(int(model.geom_bodyid[geom]))) is None:
             self.dropped.append(f"{what}: its body is not one geom that is free in the plane")
         else:
             self._read_movable(geom, what, (x, y), radius, turns)
@@ -147,10 +147,10 @@ class _Reading:
         )
         self.discs.append((geom, disc))
 
-    def _moves(self, geom: int) -> bool:
+    def _can_move(self, geom: int) -> bool:
         return bool(self.model.body_weldid[self.model.geom_bodyid[geom]] != 0)
 
-    def _turns(self, body: int) -> bool | None:
+    def _can_turn(self, body: int) -> bool | None:
         """Whether a body that is free in the plane can turn there; None if it is not free, or has several geoms."""
         model, kinds = self.model, self.mujoco.mjtJoint
         if model.body_geomnum[body] != 1 or model.body_parentid[body] != 0:
@@ -170,18 +170,18 @@ class _Reading:
             return None
         return bool(hinges)
 
-    def _restitution(self, geom: int) -> float:
-        """Return the restitution of a contact from its ``solref``: a damper, as `_solref` writes it, or a spring."""
+    def _compute_restitution(self, geom: int) -> float:
+        """Return the restitution of a contact from its ``solref``: a damper, as of `_compute_solref`, or a spring."""
         first, second = (float(one) for one in self.model.geom_solref[geom])
         if first == 0.0 and second < 0.0:  # this is only a damper, for one Euler step
             return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)
         ratio = second if first > 0.0 else -second / (2.0 * math.sqrt(-first)) if first < 0.0 else 1.0
         return 0.0 if ratio >= 1.0 else math.exp(-math.pi * ratio / math.sqrt(1.0 - ratio**2))
 
-    def _friction(self, geom: int) -> float:
+    def _read_friction(self, geom: int) -> float:
         return float(self.model.geom_friction[geom][0]) if self.model.geom_condim[geom] > 1 else 0.0
 
-    def _coefficients(self, name: str, of: Any, most: float) -> dict[str, float]:
+    def _find_coefficients(self, name: str, of: Any, most: float) -> dict[str, float]:
         """Return the coefficients of pairs of discs, and of discs with walls, which may have priority."""
         discs, walls = [of(geom) for geom, _ in self.discs], [of(geom) for geom, _ in self.walls]
         pair = one_coefficient(f"{name} of pairs of discs", discs, most, self.dropped)

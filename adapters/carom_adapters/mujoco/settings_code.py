@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from xml.etree import ElementTree
 
 from carom.engines.api import AdapterError, Scene, Setting, require_supported, wall_index
-from carom_adapters.mujoco.limits import CAPABILITIES, answers_in_turn, require_usable
-from carom_adapters.mujoco.model import in_order_of_bodies, mass_unit, mjcf
+from carom_adapters.mujoco.limits import CAPABILITIES, does_solve_in_turn, require_usable
+from carom_adapters.mujoco.model import build_mjcf, choose_mass_unit, sort_bodies
 from carom_adapters.shared.legs import has_legs
-from carom_adapters.shared.settings_code import comment, steps_of
+from carom_adapters.shared.settings_code import count_steps, format_comment
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -19,21 +19,21 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     if has_legs(scene):
         raise AdapterError("MuJoCo: the velocity of a body changes between steps, which a model can't describe")
     # The text is this adapter's, and contains only numbers and words from its lists of settings.
-    model = ElementTree.fromstring(mjcf(scene, settings))  # noqa: S314 - the text is our own
+    model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the text is our own
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
-    said = [heading, f"{steps_of(scene, settings)} steps from the keyframe cover the scene."]
+    said = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]
     if not float(settings["stiffness"]):
         said.append("solref is 0 and -(1 + restitution) / timestep: change it with the timestep.")
-    if (unit := mass_unit(scene, settings)) != 1.0:
+    if (unit := choose_mass_unit(scene, settings)) != 1.0:
         said.append(f"A kilogram is {unit!r} units of mass here. The unit changes no motion.")
-    if answers_in_turn(scene, settings):
+    if does_solve_in_turn(scene, settings):
         said.append("Each pair is listed, since solreffriction, which ends its slip, depends on the pair's masses.")
     if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":
         said.append(
             "MJCF has one damping for a free joint: about its axes set dof_damping to "
             f"{scene.damping_per_s!r} times body_inertia after loading."
         )
-    text = comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # a comment can't contain two hyphens
+    text = format_comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # a comment can't contain two hyphens
     return f"<!-- {text} -->\n{ElementTree.tostring(model, encoding='unicode')}\n"
 
 
@@ -57,7 +57,7 @@ def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str,
     """Add the keyframe from which the model starts: coordinates and velocities of each moving body's joints."""
     places: list[float] = []
     speeds: list[float] = []
-    for number in in_order_of_bodies(scene):
+    for number in sort_bodies(scene):
         if number < 0:
             wall = scene.walls[wall_index(number)]
             places += [0.0, 0.0] * wall.driven
@@ -70,7 +70,7 @@ def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str,
         if disc.immovable:
             continue
         x, y, vx, vy, turns = *disc.position_m, *disc.velocity_m_s, disc.inertia_factor < float("inf")
-        # The joints are the same as in `_turning` and `mjcf`.
+        # The joints are the same as in `_format_turning` and `mjcf`.
         free = settings["joints"] == "free" and (turns or not scene.arrays.turns)
         if free:
             places += [x, y, 0.0, 1.0, 0.0, 0.0, 0.0]

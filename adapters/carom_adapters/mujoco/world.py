@@ -24,8 +24,8 @@ from carom.engines.api import (
     require_supported,
 )
 from carom_adapters.mujoco.limits import CAPABILITIES, LARGEST_VALUE, MJCF_INTEGRATORS, require_usable
-from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
-from carom_adapters.shared.legs import Driven, Legs, first_velocity
+from carom_adapters.mujoco.model import build_mjcf, choose_mass_unit, list_axis_dampings, parse_body, sort_bodies
+from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
 from carom_adapters.shared.walls import find_walls_in_pieces, sum_contacts
 
 #: Number of compiled models that are kept for scenes that differ only in their starts: one model for each profile at a
@@ -50,15 +50,15 @@ def _compile(text: str) -> Any:
 _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("mjtDisableBit", "mjDSBL_AUTORESET")}
 
 
-def _bit(mujoco: Any, flag: str) -> int:
+def _find_flag_bit(mujoco: Any, flag: str) -> int:
     """Return the bit of a flag; 0 if this release of MuJoCo lacks it, so that it reads as never set."""
     kind, member = _LATER[flag]
     return int(getattr(getattr(mujoco, kind), member, 0))
 
 
-def _without_missing_flags(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
+def _drop_missing_flags(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
     """Return the settings without flags that this release lacks. Missing flags read back as unset."""
-    return {name: value for name, value in settings.items() if name not in _LATER or _bit(mujoco, name)}
+    return {name: value for name, value in settings.items() if name not in _LATER or _find_flag_bit(mujoco, name)}
 
 
 class MujocoWorld:
@@ -71,7 +71,7 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            self._model = _compile(mjcf(scene, _without_missing_flags(self._mujoco, settings)))
+            self._model = _compile(build_mjcf(scene, _drop_missing_flags(self._mujoco, settings)))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
@@ -81,7 +81,7 @@ class MujocoWorld:
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and per step
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
-        # Damping times step length. This product is the same for steps of all lengths, see `_solref`.
+        # Damping times step length. This product is the same for steps of all lengths, see `_compute_solref`.
         self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
@@ -90,16 +90,16 @@ class MujocoWorld:
         # spheres lean out of the plane after some dozen impacts, since each impact amplifies roundings across the
         # plane.
         self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
-        self._unit = mass_unit(scene, settings)
+        self._unit = choose_mass_unit(scene, settings)
         self._pieced = find_walls_in_pieces(scene)
-        discs = [one for one in in_order_of_bodies(scene) if one >= 0]
+        discs = [one for one in sort_bodies(scene) if one >= 0]
         # Driven bodies are also moving bodies in MuJoCo.
         moving = [i for i in discs if scene.discs[i].driven or not scene.discs[i].immovable]
         self._movable = np.array(moving, dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
         self._jointed = any(not disc.immovable for disc in scene.discs)
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        self._number = [body_of(self._model.geom(i).name) for i in range(self._model.ngeom)]
+        self._number = [parse_body(self._model.geom(i).name) for i in range(self._model.ngeom)]
         self._spin = scene.arrays.spins.copy()
         # Indices of x and y of each movable disc (the bodies of the model are in this order), and of its spin, if any.
         # The spin is the disc's last coordinate.
@@ -111,7 +111,7 @@ class MujocoWorld:
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
         for body in 1 + self._free:  # all worlds of this model have equal values
-            about = dampings_about(scene, settings, model.body_inertia[body].tolist())
+            about = list_axis_dampings(scene, settings, model.body_inertia[body].tolist())
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
@@ -126,15 +126,15 @@ class MujocoWorld:
         self._data.qvel[self._moves] = self._velocity[self._movable]
         self._data.qvel[self._about] = self._spin[self._turning]
         self._legs = Legs[int]()
-        self._drive(1, [scene.discs[i] for i in moving])
-        self._drive(1 + len(moving), [wall for wall in scene.walls if wall.driven])
+        self._start_driven(1, [scene.discs[i] for i in moving])
+        self._start_driven(1 + len(moving), [wall for wall in scene.walls if wall.driven])
 
-    def _drive(self, first: int, bodies: Sequence[Driven]) -> None:
+    def _start_driven(self, first: int, bodies: Sequence[Driven]) -> None:
         """Set the first velocities of driven bodies, numbered from `first` on in the model, and record their legs."""
         for body, of in enumerate(bodies, first):
             if of.driven:
                 begin = int(self._model.body_dofadr[body])
-                self._data.qvel[begin : begin + 2] = first_velocity(of)
+                self._data.qvel[begin : begin + 2] = find_first_velocity(of)
                 self._legs.add(begin, of)
 
     @property
@@ -150,11 +150,11 @@ class MujocoWorld:
             "tolerance": float(model.opt.tolerance),
             "iterations": int(model.opt.iterations),
             "warmstart": not disabled & int(flag.mjDSBL_WARMSTART),
-            "speculative": bool(model.opt.enableflags & _bit(mujoco, "speculative")),
+            "speculative": bool(model.opt.enableflags & _find_flag_bit(mujoco, "speculative")),
             "ccd_tolerance": float(getattr(model.opt, f"{ccd}_tolerance")),
             "ccd_iterations": int(getattr(model.opt, f"{ccd}_iterations")),
             "shape": self._asked.get("shape", "sphere"),
-            "autoreset": not disabled & _bit(mujoco, "autoreset"),
+            "autoreset": not disabled & _find_flag_bit(mujoco, "autoreset"),
             "joints": self._asked["joints"],
             "listed_pairs": bool(model.npair),
             "in_turn": self._asked.get("in_turn", False),
@@ -175,7 +175,7 @@ class MujocoWorld:
 
     def advance(self, steps: int) -> None:
         """Take the steps in MuJoCo's own loop. Between steps driven bodies start their legs."""
-        for count in self._legs.step_counts(steps):
+        for count in self._legs.split_steps(steps):
             for begin, velocity in self._legs.start_due(self._clock.now_s):
                 self._data.qvel[begin : begin + 2] = velocity
             self._mujoco.mj_step(self._model, self._data, nstep=count)
@@ -192,8 +192,8 @@ class MujocoWorld:
         if self._turns:
             spin = self._spin.copy()
             spin[self._turning] = self._qvel[self._about]
-        contacts = sum_contacts(self._contacts(), self._pieced) if self._data.ncon else ()
-        return Observation(position, velocity, contacts, self._warning(), spin)
+        contacts = sum_contacts(self._read_contacts(), self._pieced) if self._data.ncon else ()
+        return Observation(position, velocity, contacts, self._find_warning(), spin)
 
     def take_quiet_steps(
         self, position_m: NDArray[np.float64], velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64]
@@ -204,7 +204,7 @@ class MujocoWorld:
         for taken in range(1, steps + 1):
             self.advance(1)
             qpos[taken - 1], qvel[taken - 1] = self._qpos, self._qvel
-            if data.ncon or self._warning():
+            if data.ncon or self._find_warning():
                 break
         position_m[:taken], velocity_m_s[:taken] = self._position, self._velocity
         position_m[:taken, self._movable] = qpos[:taken, self._at]
@@ -214,7 +214,7 @@ class MujocoWorld:
             spin_rad_s[:taken, self._turning] = qvel[:taken, self._about]
         return taken
 
-    def _contacts(self) -> list[Contact]:
+    def _read_contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
         found: list[Contact] = []
         # Contacts are read as arrays, since MuJoCo's bindings take long to make an object for every contact.
@@ -225,7 +225,7 @@ class MujocoWorld:
                 None,
             )  # -1: not among the solver's rows
             if self._turns and row >= 0:
-                force, tangential = self._impulses_of(k, frame)
+                force, tangential = self._compute_impulses(k, frame)
             if force <= 0:
                 continue
             normal = (float(frame[0]), float(frame[1]))  # from the first geom to the second
@@ -235,7 +235,7 @@ class MujocoWorld:
             found.append(oriented_contact(self._number[geom1], self._number[geom2], at_s, normal, impulse, tangential))
         return found
 
-    def _impulses_of(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
+    def _compute_impulses(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
         """Return a contact's force along its normal, and friction's impulse along the normal turned by +90 degrees.
 
         With a pyramidal cone, the solver's rows are the cone's edges, and MuJoCo combines them.
@@ -247,7 +247,7 @@ class MujocoWorld:
         tangential = float(nx * along[1] - ny * along[0])
         return float(force[0]) / self._unit, tangential * self._clock.dt_s / self._unit
 
-    def _warning(self) -> str:
+    def _find_warning(self) -> str:
         number, warnings = self._warnings, []
         if len(self._free):
             height = self._qpos[self._height_at]
@@ -262,7 +262,7 @@ class MujocoWorld:
             return "; ".join(warnings)
         kind = self._mujoco.mjtWarning
         # Without the reset, MuJoCo only counts such a value and continues, which is harmless.
-        autoreset = not self._model.opt.disableflags & _bit(self._mujoco, "autoreset")
+        autoreset = not self._model.opt.disableflags & _find_flag_bit(self._mujoco, "autoreset")
         bad = number[[int(kind.mjWARN_BADQPOS), int(kind.mjWARN_BADQVEL), int(kind.mjWARN_BADQACC)]]
         if autoreset and bad.any():
             warnings.append(f"MuJoCo reset the state: a value was not finite or beyond {LARGEST_VALUE:g}")

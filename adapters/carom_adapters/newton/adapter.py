@@ -6,21 +6,21 @@ from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
 from carom_adapters.newton.limits import CAPABILITIES, SPECULATIVE
 from carom_adapters.newton.settings_code import write_code
 from carom_adapters.newton.world import NewtonWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
 
 #: If a step begins in contact, bodies first move on for the whole step, and are then pushed apart.
 LATE = Accuracy(late_steps=1.0)
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s, "enable_restitution": True}
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s, "enable_restitution": True, "gap": 0.0, SPECULATIVE: 1.0}
 
 
-def _overlapping(dt_s: float) -> dict[str, Setting]:
+def _build_overlapping_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s, "enable_restitution": True, "gap": 0.0}
 
 
@@ -42,17 +42,20 @@ adapter = EngineAdapter(
         "default": Profile(
             "Defaults of Newton's XPBD solver, but with restitution on, with the scene's restitution and without "
             "friction.",
-            _default,
+            _build_default_settings,
             changed={
                 "restitution": OF_THE_SCENE,
                 "mu": OF_THE_SCENE,
                 "enable_restitution": "on: without it the solver ignores every restitution",
             },
         ),
-        "tuned": tuned(
-            "contacts are searched as far ahead as discs move in the step, up to 1 m, and no farther", _tuned
+        "tuned": build_tuned_profile(
+            "contacts are searched as far ahead as discs move in the step, up to 1 m, and no farther",
+            _build_tuned_settings,
         ),
-        "located": located("Newton's own collision", _overlapping, LATE, ", without a search ahead"),
+        "located": build_located_profile(
+            "Newton's own collision", _build_overlapping_settings, LATE, ", without a search ahead"
+        ),
     },
     world=NewtonWorld,
     code=write_code,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.shared.settings_code import arguments, body_lines, comment, steps_of
+from carom_adapters.shared.settings_code import count_steps, format_arguments, format_body_lines, format_comment
 
 SPECULATIVE = "speculative_contact_gap_max"
 
@@ -13,10 +13,12 @@ SPECULATIVE = "speculative_contact_gap_max"
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return a program that builds the same model as `NewtonWorld`. Scene and settings are checked before."""
     gap = f", gap={float(settings['gap'])!r}" if "gap" in settings else ""
-    solver = arguments({name: value for name, value in settings.items() if name not in ("dt_s", "gap", SPECULATIVE)})
+    solver = format_arguments(
+        {name: value for name, value in settings.items() if name not in ("dt_s", "gap", SPECULATIVE)}
+    )
     speculative = f", {SPECULATIVE}={settings[SPECULATIVE]!r}" if SPECULATIVE in settings else ""
     (gx, gy), of_walls = scene.gravity_m_s2, 2.0 * scene.wall_restitution - scene.restitution
-    return f"""{comment(heading)}
+    return f"""{format_comment(heading)}
 import math
 
 import numpy as np
@@ -25,7 +27,7 @@ import warp as wp
 wp.config.log_level = wp.LOG_ERROR
 import newton
 
-dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
+dt, steps = {float(settings["dt_s"])!r}, {count_steps(scene, settings)}
 builder = newton.ModelBuilder(gravity=({gx!r}, 0.0, {gy!r}))  # discs lie in the plane of x and z, and stay in it
 places, moved = [], []
 
@@ -55,7 +57,7 @@ def add_wall(point, normal):
     builder.add_shape_plane(None, xform=at, width=0.0, length=0.0, cfg=material({of_walls!r}))
 
 
-{body_lines(scene)}
+{format_body_lines(scene)}
 model = builder.finalize(device="cpu")
 pipeline = newton.CollisionPipeline(model{speculative})
 contacts, solver = pipeline.contacts(), newton.solvers.SolverXPBD(model, {solver})

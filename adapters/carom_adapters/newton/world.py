@@ -46,21 +46,21 @@ class NewtonWorld:
         # Newton averages the coefficients of two bodies, and accepts any value.
         of_walls = 2.0 * scene.wall_restitution - scene.restitution
         for disc in scene.discs:
-            at = warp.transform(_space(disc.position_m), warp.quat_identity())
-            shape = self._material(builder, scene.restitution, settings)
+            at = warp.transform(_to_space(disc.position_m), warp.quat_identity())
+            shape = self._build_material(builder, scene.restitution, settings)
             if disc.immovable:
                 builder.add_shape_sphere(-1, xform=at, radius=disc.radius_m, cfg=shape)
                 continue
             inertia = np.eye(3) * (0.4 * disc.mass_kg * disc.radius_m**2)
             body = builder.add_body(xform=at, mass=disc.mass_kg, inertia=inertia, lock_inertia=True)
-            builder.body_qd[body] = warp.spatial_vector(*_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
+            builder.body_qd[body] = warp.spatial_vector(*_to_space(disc.velocity_m_s), 0.0, 0.0, 0.0)
             builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
         for wall in walls:
             # A plane is given by position and rotation, because Newton 1.8 turns the equation of a plane that faces
             # down into one that faces up.
             turn = math.atan2(*wall.normal) / 2.0
-            at = warp.transform(_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
-            shape = self._material(builder, of_walls, settings)
+            at = warp.transform(_to_space(wall.point_m), (0.0, math.sin(turn), 0.0, math.cos(turn)))
+            shape = self._build_material(builder, of_walls, settings)
             builder.add_shape_plane(None, xform=at, width=0.0, length=0.0, cfg=shape)
         self._model = builder.finalize(device="cpu")
         speculative = {SPECULATIVE: settings[SPECULATIVE]} if SPECULATIVE in settings else {}
@@ -73,7 +73,7 @@ class NewtonWorld:
         self._forces: Any = None
 
     @staticmethod
-    def _material(builder: Any, restitution: float, settings: Mapping[str, Setting]) -> Any:
+    def _build_material(builder: Any, restitution: float, settings: Mapping[str, Setting]) -> Any:
         shape = builder.ShapeConfig(density=0.0, restitution=restitution, mu=0.0)
         if "gap" in settings:
             shape.gap = float(settings["gap"])
@@ -118,12 +118,12 @@ class NewtonWorld:
         """Yield contacts without impulses: the solver reports its changes of positions, but not the bounce."""
         pushed = np.flatnonzero(self._forces.contact_f.numpy()[:count].any(axis=1))
         normals = self._contacts.rigid_contact_normal.numpy()[pushed].tolist()
-        for (a, b), (nx, _, ny) in zip(self._bodies(self._contacts, pushed), normals, strict=True):
+        for (a, b), (nx, _, ny) in zip(self._read_bodies(self._contacts, pushed), normals, strict=True):
             pair = pair_of(a, b)
             turned = 1.0 if pair[0] == a else -1.0
             yield Contact(*pair, self._clock.step_began_s, (turned * nx, turned * ny))
 
-    def _bodies(self, contacts: Any, those: NDArray[np.intp]) -> list[tuple[int, int]]:
+    def _read_bodies(self, contacts: Any, those: NDArray[np.intp]) -> list[tuple[int, int]]:
         """Return the two bodies of each contact, numbered as in `Contact`, in Newton's order."""
         shapes = (contacts.rigid_contact_shape0, contacts.rigid_contact_shape1)
         first, second = (self._number[shape.numpy()[those]].tolist() for shape in shapes)
@@ -141,7 +141,7 @@ class NewtonWorld:
         self._newton.eval_rigid_contact_kinematics(self._model, self._state, contacts, out_distance=apart_m)
         count = int(contacts.rigid_contact_count.numpy()[0])
         overlapping = np.flatnonzero(apart_m.numpy()[:count] <= 0.0)
-        return frozenset(pair_of(a, b) for a, b in self._bodies(contacts, overlapping))
+        return frozenset(pair_of(a, b) for a, b in self._read_bodies(contacts, overlapping))
 
     def save(self) -> object:
         """Return poses and velocities, which are the whole state."""
@@ -158,6 +158,6 @@ class NewtonWorld:
         """Do nothing: Warp frees arrays with their owners."""
 
 
-def _space(vector: tuple[float, float]) -> tuple[float, float, float]:
+def _to_space(vector: tuple[float, float]) -> tuple[float, float, float]:
     """Return a vector of the scene in space."""
     return vector[0], 0.0, vector[1]

@@ -14,7 +14,7 @@ from pathlib import Path
 from carom.engines.api import Scene, Setting
 from carom.engines.protocol.adapter import ProgramAdapter
 from carom.engines.protocol.manifest import load_manifest
-from carom_adapters.shared.settings_code import comment, steps_of
+from carom_adapters.shared.settings_code import count_steps, format_comment
 
 _IMPORTED = re.compile(r"^import \{ ([\w, ]+) \} from \"\.\./serve\.mjs\";\n", re.MULTILINE)
 _SERVED = re.compile(r"^await serve\((\w+)\);\n", re.MULTILINE)
@@ -60,16 +60,16 @@ def write_code(
     body = _SERVED.sub("", _IMPORTED.sub("", source)).rstrip("\n")
     last = [found.end() for found in re.finditer(r"^import .*;\n", body, re.MULTILINE)][-1]
     fields = json.loads(scene.model_dump_json())
-    lines = [f"  {json.dumps(name)}: {_listed(value)}," for name, value in fields.items()]
+    lines = [f"  {json.dumps(name)}: {_format_json_lines(value)}," for name, value in fields.items()]
     made = "\n".join(lines)
-    return f"""{comment(heading, "// ")}
+    return f"""{format_comment(heading, "// ")}
 // A module of node: save it as .mjs where the engine is installed.
 {body[:last]}
 const settings = {json.dumps(dict(settings), indent=2)};
 const scene = {{
 {made}
 }};
-const steps = {steps_of(scene, settings)};
+const steps = {count_steps(scene, settings)};
 
 {helpers}
 
@@ -82,7 +82,7 @@ position_m.forEach((place, i) => console.log([...place, ...velocity_m_s[i], spin
 """
 
 
-def _listed(value: object) -> str:
+def _format_json_lines(value: object) -> str:
     """Return a value as JSON, with one line for each body in a list of bodies."""
     if isinstance(value, list) and value and isinstance(value[0], dict):
         return "[\n" + "".join(f"    {json.dumps(one)},\n" for one in value) + "  ]"

@@ -6,14 +6,14 @@ from carom.engines.api import Engine, Knob, Profile, Setting
 from carom_adapters.ode.limits import CAPABILITIES, STEPPERS
 from carom_adapters.ode.settings_code import write_code
 from carom_adapters.ode.world import OdeWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s, "stepper": "step"}
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s, "stepper": "step", "cfm": 0.0, "erp": 0.0}
 
 
@@ -37,15 +37,17 @@ adapter = EngineAdapter(
         "default": Profile(
             "ODE's defaults with the scene's restitution, without friction, and with the stepper that solves each step "
             "exactly.",
-            _default,
+            _build_default_settings,
             changed={
                 "bounce": OF_THE_SCENE,
                 "mu": OF_THE_SCENE,
                 "mode": "contacts that bounce: without this flag ODE has no restitution",
             },
         ),
-        "tuned": tuned("contacts without softness, and overlaps that are not pushed apart", _tuned),
-        "located": located("ODE's own collision", _tuned),
+        "tuned": build_tuned_profile(
+            "contacts without softness, and overlaps that are not pushed apart", _build_tuned_settings
+        ),
+        "located": build_located_profile("ODE's own collision", _build_tuned_settings),
     },
     world=OdeWorld,
     code=write_code,

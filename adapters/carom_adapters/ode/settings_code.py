@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Scene, Setting
-from carom_adapters.shared.settings_code import PYTHON_END, body_lines, comment, steps_of
+from carom_adapters.shared.settings_code import PYTHON_END, count_steps, format_body_lines, format_comment
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -14,10 +14,10 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     asked = [f"world.{setter}({settings[name]!r})\n" for name, setter in setters.items() if name in settings]
     state = "*list(body.getPosition())[:2], *list(body.getLinearVel())[:2], 0.0"
     end = PYTHON_END.format(step="step()", state=state)
-    return f"""{comment(heading)}
+    return f"""{format_comment(heading)}
 from panda3d import core, ode
 
-dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
+dt, steps = {float(settings["dt_s"])!r}, {count_steps(scene, settings)}
 world, space, group = ode.OdeWorld(), ode.OdeHashSpace(), ode.OdeJointGroup()
 world.setGravity({scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0)
 {"".join(asked)}discs, geoms, walls = [], [], set()
@@ -84,5 +84,5 @@ def step():
     world.{settings.get("stepper", "step")}(dt)
 
 
-{body_lines(scene)}
+{format_body_lines(scene)}
 {end}"""

@@ -42,14 +42,17 @@ class OdeWorld:
             self._world.setQuickStepNumIterations(int(settings["quick_step_iterations"]))
         self._stepper = str(settings.get("stepper", STEPPERS[0]))
         self._step: Any = getattr(self._world, self._stepper)
-        self._surfaces = {False: self._surface(scene.restitution), True: self._surface(scene.wall_restitution)}
+        self._surfaces = {
+            False: self._build_surface(scene.restitution),
+            True: self._build_surface(scene.wall_restitution),
+        }
         self._geoms: dict[int, Any] = {}
         self._number: dict[int, int] = {}
         self._bodies: list[Any] = []
         self._still = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
         for i, disc in enumerate(scene.discs):
             geom = ode.OdeSphereGeom(self._space, disc.radius_m)
-            body = None if disc.immovable else self._body(disc.mass_kg, disc.radius_m)
+            body = None if disc.immovable else self._build_body(disc.mass_kg, disc.radius_m)
             self._bodies.append(body)
             if body is None:
                 geom.setPosition(*disc.position_m, 0.0)
@@ -66,13 +69,13 @@ class OdeWorld:
     def _register(self, geom: Any, number: int) -> None:
         self._geoms[number], self._number[geom.getId().this] = geom, number
 
-    def _surface(self, restitution: float) -> Any:
+    def _build_surface(self, restitution: float) -> Any:
         surface = self._ode.OdeSurfaceParameters()  # without friction and without a velocity threshold
         surface.setMode(self._ode.OdeSurfaceParameters.MFContactBounce)
         surface.setBounce(restitution)
         return surface
 
-    def _body(self, mass_kg: float, radius_m: float) -> Any:
+    def _build_body(self, mass_kg: float, radius_m: float) -> Any:
         body, mass = self._ode.OdeBody(self._world), self._ode.OdeMass()
         mass.setSphereTotal(mass_kg, radius_m)
         body.setMass(mass)
@@ -127,10 +130,10 @@ class OdeWorld:
         position, velocity = self._still.copy(), np.zeros_like(self._still)
         for i, body in enumerate(self._bodies):
             if body is not None:
-                position[i], velocity[i] = _plane(body.getPosition()), _plane(body.getLinearVel())
-        return Observation(position, velocity, tuple(self._contacts()))
+                position[i], velocity[i] = _to_plane(body.getPosition()), _to_plane(body.getLinearVel())
+        return Observation(position, velocity, tuple(self._read_contacts()))
 
-    def _contacts(self) -> list[Contact]:
+    def _read_contacts(self) -> list[Contact]:
         found = []
         for joint, a, b, normal in self._met:
             feedback = joint.getFeedback()
@@ -150,17 +153,18 @@ class OdeWorld:
         """Return the pairs that overlap by ODE's own collision."""
         pairs = set()
 
-        def near(_: Any, first: Any, second: Any) -> None:
+        def collect_pair(_: Any, first: Any, second: Any) -> None:
             if self._ode.OdeUtil.collide(first, second, 1).getNumContacts():
                 pairs.add(pair_of(self._number[first.getId().this], self._number[second.getId().this]))
 
-        self._space.collide("", near)
+        self._space.collide("", collect_pair)
         return frozenset(pair for pair in pairs if pair[0] >= 0)
 
     def save(self) -> object:
         """Return positions and velocities, which are the whole state, since nothing turns."""
         states = [
-            None if body is None else (_plane(body.getPosition()), _plane(body.getLinearVel())) for body in self._bodies
+            None if body is None else (_to_plane(body.getPosition()), _to_plane(body.getLinearVel()))
+            for body in self._bodies
         ]
         return (self._clock.now_s, states)
 
@@ -185,6 +189,6 @@ class OdeWorld:
         self._world.destroy()
 
 
-def _plane(vector: Any) -> tuple[float, float]:
+def _to_plane(vector: Any) -> tuple[float, float]:
     x, y, _ = vector
     return float(x), float(y)

@@ -13,19 +13,19 @@ from carom_adapters.pybullet.limits import (
 )
 from carom_adapters.pybullet.settings_code import write_code
 from carom_adapters.pybullet.world import PybulletWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
 
 #: Bullet's contact points and normals of cylinders are slightly off. The velocities of cylinders in a row are wrong by
 #: up to 2.4e-4 of the greatest velocity (for a cradle with gaps, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     # Both dampings are 0.04 by default, which takes 3 rad/s from a spin of 10 rad/s in a second.
     return {"dt_s": dt_s, "linearDamping": 0.0, "angularDamping": 0.0}
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
         "linearDamping": 0.0,
@@ -52,18 +52,18 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     }
 
 
-def _no_ccd(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "ccd_radius_fraction": 0.0}
+def _build_no_ccd_settings(dt_s: float) -> dict[str, Setting]:
+    return {**_build_tuned_settings(dt_s), "ccd_radius_fraction": 0.0}
 
 
-def _cylinder(dt_s: float) -> dict[str, Setting]:
+def _build_cylinder_settings(dt_s: float) -> dict[str, Setting]:
     # Cylinders touch along a line, but Bullet keeps only single points of this line, away from its middle. Cylinders
     # that can turn tip over.
-    return {**_tuned(dt_s), "shape": "cylinder", "turn": False}
+    return {**_build_tuned_settings(dt_s), "shape": "cylinder", "turn": False}
 
 
-def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "shape": "cylinder", "turn": True}
+def _build_plain_cylinder(dt_s: float) -> dict[str, Setting]:
+    return {**_build_tuned_settings(dt_s), "shape": "cylinder", "turn": True}
 
 
 adapter = EngineAdapter(
@@ -92,7 +92,7 @@ adapter = EngineAdapter(
         "default": Profile(
             "PyBullet's defaults (with a clamp of 100 m/s and rad/s), but undamped and with the scene's restitution "
             "and friction.",
-            _default,
+            _build_default_settings,
             capabilities=replace(
                 CAPABILITIES,
                 continuous_detection=False,
@@ -107,19 +107,23 @@ adapter = EngineAdapter(
                 "angularDamping": "no damping, because scenes have no air",
             },
         ),
-        "tuned": tuned("only overlaps are solved, and never pushed apart, and fast discs are swept", _tuned),
+        "tuned": build_tuned_profile(
+            "only overlaps are solved, and never pushed apart, and fast discs are swept", _build_tuned_settings
+        ),
         # Bullet itself stops a swept disc inside the other disc. So there is no instant of an impact to find.
-        "located": located("Bullet's own collision detection", _no_ccd, but=" without sweeping"),
-        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
+        "located": build_located_profile(
+            "Bullet's own collision detection", _build_no_ccd_settings, but=" without sweeping"
+        ),
+        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _build_no_ccd_settings),
         "cylinder": Profile(
             "The tuned settings with cylinders instead of spheres. Infinite moments of inertia keep the "
             "cylinders from tipping over (Carom's own measurements).",
-            _cylinder,
+            _build_cylinder_settings,
             CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
             "The tuned settings with cylinders instead of spheres. The cylinders can turn, so they tip over.",
-            _cylinder_plain,
+            _build_plain_cylinder,
         ),
     },
     world=PybulletWorld,

@@ -15,7 +15,7 @@ Point = tuple[float, float]
 CYLINDER_TIPS = 7 / 12
 
 
-def capsule_of(a: Point, b: Point) -> tuple[float, Point, list[float]]:
+def compute_capsule(a: Point, b: Point) -> tuple[float, Point, list[float]]:
     """Return the length, the middle and the rotation of a capsule from a to b. Bullet builds capsules along z."""
     length = math.dist(a, b)
     x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
@@ -23,7 +23,7 @@ def capsule_of(a: Point, b: Point) -> tuple[float, Point, list[float]]:
     return length, (a[0] / 2 + b[0] / 2, a[1] / 2 + b[1] / 2), [-y * half, x * half, 0.0, half]
 
 
-def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
+def compute_moments(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
     """Return the moments of inertia of a movable disc; None if nothing can turn it and it keeps those of its shape."""
     cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
     if free and not turns:
@@ -36,7 +36,7 @@ def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> lis
     return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
 
 
-def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
+def build_dynamics(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
     """Return the settings of every body. A scene's damping replaces the damping in the settings.
 
     With maximal coordinates Bullet's number is the fraction of a speed that is lost in a second. A multibody's number
@@ -50,7 +50,7 @@ def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Sett
     return dynamics
 
 
-def resistance_of(scene: Scene, disc_friction: float) -> float:
+def compute_resistance(scene: Scene, disc_friction: float) -> float:
     """Return the rolling friction of a wall, metres, that limits the torque on a disc to c R times the push.
 
     Bullet multiplies the rolling friction of each body by the friction of the other body, and adds the two products.
@@ -63,7 +63,7 @@ def resistance_of(scene: Scene, disc_friction: float) -> float:
     )
 
 
-def structure_of(scene: Scene, settings: Mapping[str, Setting]) -> object:
+def build_structure_key(scene: Scene, settings: Mapping[str, Setting]) -> object:
     """Return a scene without the start states of its movable discs; None if the scene must be rebuilt.
 
     Bullet stores state that cannot be reset. With three bodies or more Bullet keeps the order in which pairs came near,

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 from carom.engines.api import Chain, Ring, Scene, Setting, Wall, is_fast
 from carom_adapters.pybullet.limits import WORLD_SETTINGS, require_usable
-from carom_adapters.pybullet.model import capsule_of, dynamics_of, moments_of, resistance_of
-from carom_adapters.shared.legs import Driven, first_velocity, legs_by_step, python_end
-from carom_adapters.shared.settings_code import arguments, comment, steps_of
-from carom_adapters.shared.walls import cut_chain, factored_walls, thickness_of
+from carom_adapters.pybullet.model import build_dynamics, compute_capsule, compute_moments, compute_resistance
+from carom_adapters.shared.legs import Driven, find_first_velocity, format_program_end, group_legs_by_step
+from carom_adapters.shared.settings_code import count_steps, format_arguments, format_comment
+from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls
 
 #: Bullet multiplies a wall's rolling friction, metres, by the disc's friction. Discs have no rolling friction.
 ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, metres\n"
@@ -19,27 +19,27 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     """Return a program that builds the same client as `PybulletWorld`."""
     require_usable(scene, settings)
     dt_s, turns = float(settings["dt_s"]), scene.arrays.turns
-    restitution, friction, of_walls = factored_walls(scene)
+    restitution, friction, of_walls = factor_walls(scene)
     ccd_fraction = float(settings.get("ccd_radius_fraction", 0.0))
     maximal = bool(settings.get("useMaximalCoordinates", False))
     world = {"fixedTimeStep": dt_s} | {name: settings[name] for name in WORLD_SETTINGS if name in settings}
-    dynamics = dynamics_of(scene, settings)
+    dynamics = build_dynamics(scene, settings)
     lines = []
     starts: list[Driven] = []  # in the order of the program
     for disc in scene.discs:
         given: dict[str, object] = {}
         if disc.driven:
-            given = {"velocity": first_velocity(disc), "spin": disc.spin_rad_s, "driven": True}
+            given = {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s, "driven": True}
         if not disc.immovable:
             given = {"mass": disc.mass_kg, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
-            if (moments := moments_of(scene, settings, disc)) is not None:
+            if (moments := compute_moments(scene, settings, disc)) is not None:
                 given["inertia"] = moments
             if ccd_fraction > 0 and is_fast(disc, dt_s):  # the disc moves by more than its radius in a step
                 given["swept_radius"] = ccd_fraction * disc.radius_m
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{format_arguments(given)})")
         starts += [disc] if disc.driven or not disc.immovable else []
     for wall, material in zip(scene.walls, of_walls, strict=True):
-        made = _lines_of_wall(scene, wall, material, resistance_of(scene, friction))
+        made = _format_wall_lines(scene, wall, material, compute_resistance(scene, friction))
         lines += made
         starts += [wall] * len(made) if wall.driven else []
     if turns and maximal:
@@ -50,14 +50,14 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     shape = "CYLINDER" if settings.get("shape", "sphere") == "cylinder" else "SPHERE"
     state = "*place(body), *pybullet.getBaseVelocity(body)[0][:2], pybullet.getBaseVelocity(body)[1][2]"
     change = "pybullet.resetBaseVelocity(starts[k][0], [*velocity, 0.0], [0.0, 0.0, starts[k][4]])"
-    end = python_end(scene, "pybullet.stepSimulation()", state, legs_by_step(starts, dt_s), change)
+    end = format_program_end(scene, "pybullet.stepSimulation()", state, group_legs_by_step(starts, dt_s), change)
     bodies = "\n".join(lines)
-    return f"""{comment(heading)}
+    return f"""{format_comment(heading)}
 import pybullet
 
-dt, steps = {dt_s!r}, {steps_of(scene, settings)}
+dt, steps = {dt_s!r}, {count_steps(scene, settings)}
 pybullet.connect(pybullet.DIRECT)  # GUI shows a window
-pybullet.setPhysicsEngineParameter({arguments(world)})
+pybullet.setPhysicsEngineParameter({format_arguments(world)})
 discs, starts = [], []
 
 
@@ -67,7 +67,7 @@ def add(mass, shape, position, restitution, friction, turn=(0, 0, 0, 1), driven=
     body = pybullet.createMultiBody(mass, shape, -1, [*position, 0.0], turn, useMaximalCoordinates=maximal)
     # Bullet multiplies the two coefficients of a pair.
     pybullet.changeDynamics(body, -1, restitution=restitution, lateralFriction=friction)
-    pybullet.changeDynamics(body, -1, {arguments(dynamics)})
+    pybullet.changeDynamics(body, -1, {format_arguments(dynamics)})
     return body
 
 
@@ -100,20 +100,22 @@ for body, position, turn, velocity, spin in starts:
 {end}"""
 
 
-def _lines_of_wall(scene: Scene, wall: Wall | Chain | Ring, material: tuple[float, float], rolling: float) -> list[str]:
+def _format_wall_lines(
+    scene: Scene, wall: Wall | Chain | Ring, material: tuple[float, float], rolling: float
+) -> list[str]:
     """Return a line for each body of a wall."""
-    driven = f", velocity={first_velocity(wall)!r}" if wall.driven else ""
+    driven = f", velocity={find_first_velocity(wall)!r}" if wall.driven else ""
     own = f"restitution={material[0]!r}, friction={material[1]!r}"
     own += f", rolling={rolling!r}" if rolling else ""
 
-    def line(kind: str, shape: dict[str, object], place: tuple[float, float], turn: str = "") -> str:
-        made = f"pybullet.createCollisionShape(pybullet.GEOM_{kind}, {arguments(shape)})"
+    def format_line(kind: str, shape: dict[str, object], place: tuple[float, float], turn: str = "") -> str:
+        made = f"pybullet.createCollisionShape(pybullet.GEOM_{kind}, {format_arguments(shape)})"
         return f"add_wall({made}, {place!r}, {own}{turn}{driven})"
 
     if isinstance(wall, Wall):
-        return [line("PLANE", {"planeNormal": [*wall.normal, 0.0]}, wall.point_m)]
-    radius = thickness_of(scene, wall)
+        return [format_line("PLANE", {"planeNormal": [*wall.normal, 0.0]}, wall.point_m)]
+    radius = compute_thickness(scene, wall)
     if isinstance(wall, Ring):
-        return [line("SPHERE", {"radius": radius}, wall.centre_m)]
-    capsules = (capsule_of(a, b) for a, b in cut_chain(wall))
-    return [line("CAPSULE", {"radius": radius, "height": h}, at, f", turn={turn!r}") for h, at, turn in capsules]
+        return [format_line("SPHERE", {"radius": radius}, wall.centre_m)]
+    capsules = (compute_capsule(a, b) for a, b in cut_chain(wall))
+    return [format_line("CAPSULE", {"radius": radius, "height": h}, at, f", turn={turn!r}") for h, at, turn in capsules]

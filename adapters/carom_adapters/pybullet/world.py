@@ -34,10 +34,17 @@ from carom_adapters.pybullet.limits import (
     WORLD_SETTINGS,
     require_usable,
 )
-from carom_adapters.pybullet.model import Point, capsule_of, dynamics_of, moments_of, resistance_of, structure_of
-from carom_adapters.shared.legs import Driven, Legs, first_velocity
-from carom_adapters.shared.quiet_steps import QuietSteps, as_numbers
-from carom_adapters.shared.walls import cut_chain, factored_walls, find_walls_in_pieces, sum_contacts, thickness_of
+from carom_adapters.pybullet.model import (
+    Point,
+    build_dynamics,
+    build_structure_key,
+    compute_capsule,
+    compute_moments,
+    compute_resistance,
+)
+from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
+from carom_adapters.shared.quiet_steps import QuietSteps, to_rows
+from carom_adapters.shared.walls import compute_thickness, cut_chain, factor_walls, find_walls_in_pieces, sum_contacts
 
 #: Type of a body with maximal coordinates, the second to last value of `getDynamicsInfo`. A multibody has type 2.
 RIGID_BODY = 1
@@ -54,7 +61,7 @@ class PybulletWorld(QuietSteps):
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
-        self._asked = dict(settings) | dynamics_of(scene, settings)
+        self._asked = dict(settings) | build_dynamics(scene, settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
         # Cylinders turn out of the plane. If a sphere is deep in a box, GJK's normals point out of the plane.
@@ -69,7 +76,7 @@ class PybulletWorld(QuietSteps):
         self._place, self._motion = self._bullet.getBasePositionAndOrientation, self._bullet.getBaseVelocity
         if not self._asked.get("useMaximalCoordinates", False):
             self.size_without_warning = min(SHIPPED_SPEED_CLAMP_M_S, SHIPPED_SPIN_CLAMP_RAD_S)
-        self._key = structure_of(scene, settings)
+        self._key = build_structure_key(scene, settings)
         self._discs: list[int] = []
         self._movable: list[int] = []
         self._number: dict[int, int] = {}
@@ -107,7 +114,7 @@ class PybulletWorld(QuietSteps):
                 bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, disc.spin_rad_s], client)
         for body, of in self._driven:
             spin = of.spin_rad_s if isinstance(of, Disc) else 0.0
-            bullet.resetBaseVelocity(body, [*first_velocity(of), 0.0], [0, 0, spin], client)
+            bullet.resetBaseVelocity(body, [*find_first_velocity(of), 0.0], [0, 0, spin], client)
             self._legs.add((body, spin), of)
         self._seen = ()
 
@@ -115,7 +122,7 @@ class PybulletWorld(QuietSteps):
         bullet, client, asked = self._bullet, self._client, self._asked
         world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
-        disc_restitution, disc_friction, of_walls = factored_walls(scene)  # the default friction is 0.5
+        disc_restitution, disc_friction, of_walls = factor_walls(scene)  # the default friction is 0.5
         ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
             kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
@@ -135,9 +142,9 @@ class PybulletWorld(QuietSteps):
             self._discs.append(body)
             self._number[body] = i
         for k, (wall, material) in enumerate(zip(scene.walls, of_walls, strict=True)):
-            for shape, place, turn in self._shapes_of(scene, wall):
+            for shape, place, turn in self._build_shapes(scene, wall):
                 body = self._add(shape, 0.0, place, *material, turn, driven=wall.driven)
-                if resists := resistance_of(scene, disc_friction):
+                if resists := compute_resistance(scene, disc_friction):
                     bullet.changeDynamics(body, -1, rollingFriction=resists, physicsClientId=client)
                 self._number[body] = wall_body(k)
                 if wall.driven:
@@ -149,19 +156,19 @@ class PybulletWorld(QuietSteps):
         if scene.gravity_m_s2 != (0.0, 0.0):
             bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
 
-    def _shapes_of(self, scene: Scene, wall: Wall | Chain | Ring) -> list[tuple[int, Point, Sequence[float]]]:
+    def _build_shapes(self, scene: Scene, wall: Wall | Chain | Ring) -> list[tuple[int, Point, Sequence[float]]]:
         """Return the shapes of a wall, with positions and rotations: a plane, a sphere, or a capsule for each piece."""
         bullet, client = self._bullet, self._client
         if isinstance(wall, Wall):
             normal = [*wall.normal, 0.0]
             plane = bullet.createCollisionShape(bullet.GEOM_PLANE, planeNormal=normal, physicsClientId=client)
             return [(plane, wall.point_m, NOT_TURNED)]
-        radius = thickness_of(scene, wall)
+        radius = compute_thickness(scene, wall)
         if isinstance(wall, Ring):
             sphere = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=radius, physicsClientId=client)
             return [(sphere, wall.centre_m, NOT_TURNED)]
         made: list[tuple[int, Point, Sequence[float]]] = []
-        for length, middle, turn in (capsule_of(a, b) for a, b in cut_chain(wall)):
+        for length, middle, turn in (compute_capsule(a, b) for a, b in cut_chain(wall)):
             capsule = bullet.createCollisionShape(
                 bullet.GEOM_CAPSULE, radius=radius, height=length, physicsClientId=client
             )
@@ -169,7 +176,7 @@ class PybulletWorld(QuietSteps):
         return made
 
     def _set_inertia(self, scene: Scene, body: int, disc: Disc) -> None:
-        if (moments := moments_of(scene, self._asked, disc)) is not None:
+        if (moments := compute_moments(scene, self._asked, disc)) is not None:
             self._bullet.changeDynamics(
                 body,
                 -1,
@@ -221,7 +228,7 @@ class PybulletWorld(QuietSteps):
     def advance(self, steps: int) -> None:
         """Call `stepSimulation` this many times. Between steps driven bodies start their legs."""
         step, client = self._bullet.stepSimulation, self._client
-        for count in self._legs.step_counts(steps):
+        for count in self._legs.split_steps(steps):
             for (body, spin), velocity in self._legs.start_due(self._clock.now_s):
                 self._bullet.resetBaseVelocity(body, [*velocity, 0.0], [0, 0, spin], client)
             for _ in range(count):
@@ -234,10 +241,10 @@ class PybulletWorld(QuietSteps):
 
         Bullet finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``.
         """
-        numbers = as_numbers(self.read())
+        numbers = to_rows(self.read())
         velocity, spin = numbers[:, 2:4], numbers[:, 4] if self._turns else None
-        contacts = self._contacts_of_step()
-        return Observation(numbers[:, :2], velocity, contacts, self._warning(velocity, spin), spin)
+        contacts = self._read_step_contacts()
+        return Observation(numbers[:, :2], velocity, contacts, self._find_warning(velocity, spin), spin)
 
     def read(self) -> list[tuple[float, ...]]:
         """Return position, velocity and spin of each disc."""
@@ -253,7 +260,7 @@ class PybulletWorld(QuietSteps):
         """Whether a contact point has a force after the last step."""
         return any(point[9] > 0.0 for point in self._bullet.getContactPoints(physicsClientId=self._client))
 
-    def _warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
+    def _find_warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
         # When an impact or a fall has made a body too fast, it is too late to refuse the scene. Bullet clamps x and y
         # separately.
         if self._asked.get("useMaximalCoordinates", False):
@@ -272,12 +279,12 @@ class PybulletWorld(QuietSteps):
             return f"PyBullet clamps a multibody's spin to {limit}, and disc {int(clamped.argmax())} has reached that"
         return ""
 
-    def _contacts_of_step(self) -> tuple[Contact, ...]:
+    def _read_step_contacts(self) -> tuple[Contact, ...]:
         if self._seen is None:
-            self._seen = sum_contacts(self._contacts(), self._pieced)
+            self._seen = sum_contacts(self._read_contacts(), self._pieced)
         return self._seen
 
-    def _contacts(self) -> list[Contact]:
+    def _read_contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
         # Bullet solves the contacts that are closer than this. Bullet's default is beyond any distance.
         solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
@@ -291,13 +298,13 @@ class PybulletWorld(QuietSteps):
             normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s
             if self._leans:
                 normal, impulse = flattened(normal, impulse)
-            tangential = self._tangential_impulse(point, normal) if self._turns else None
+            tangential = self._compute_tangential_impulse(point, normal) if self._turns else None
             found.append(
                 oriented_contact(self._number[body_b], self._number[body_a], at_s, normal, impulse, tangential)
             )
         return found
 
-    def _tangential_impulse(self, point: Sequence[Any], normal: tuple[float, float]) -> float:
+    def _compute_tangential_impulse(self, point: Sequence[Any], normal: tuple[float, float]) -> float:
         """Return friction's impulse on body A, along the normal (from B to A) turned by +90 degrees."""
         (nx, ny), (force, along), (force_2, along_2) = normal, point[10:12], point[12:14]
         x, y = (force * along[axis] + force_2 * along_2[axis] for axis in (0, 1))
@@ -310,7 +317,7 @@ class PybulletWorld(QuietSteps):
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that overlap by Bullet's own collision detection, at the present positions."""
-        self._contacts_of_step()  # the detection would overwrite these contacts
+        self._read_step_contacts()  # the detection would overwrite these contacts
         self._bullet.performCollisionDetection(self._client)
         found = set()
         for point in self._bullet.getContactPoints(physicsClientId=self._client):

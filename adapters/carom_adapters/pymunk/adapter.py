@@ -7,14 +7,20 @@ from carom_adapters.pymunk.limits import CAPABILITIES, NEIGHBORS
 from carom_adapters.pymunk.reader import read_scene
 from carom_adapters.pymunk.settings_code import write_code
 from carom_adapters.pymunk.world import PymunkWorld
-from carom_adapters.shared.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.shared.engine_adapter import (
+    NOT_TURNED,
+    OF_THE_SCENE,
+    EngineAdapter,
+    build_located_profile,
+    build_tuned_profile,
+)
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s}
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
         # Simultaneous contacts are solved by iteration. A break of ten discs gains 2e-7 of its energy with pymunk's
@@ -50,11 +56,11 @@ adapter = EngineAdapter(
     profiles={
         "default": Profile(
             "pymunk's defaults (without damping), with the scene's restitution and friction.",
-            _default,
+            _build_default_settings,
             changed={"elasticity": OF_THE_SCENE, "friction": OF_THE_SCENE, "moment": NOT_TURNED},
         ),
-        "tuned": tuned("overlapping bodies are never pushed apart", _tuned),
-        "located": located("Chipmunk's own collision test", _tuned),
+        "tuned": build_tuned_profile("overlapping bodies are never pushed apart", _build_tuned_settings),
+        "located": build_located_profile("Chipmunk's own collision test", _build_tuned_settings),
     },
     world=PymunkWorld,
     code=write_code,

@@ -73,7 +73,7 @@ def read_scene(content: bytes, name: str, duration_s: float) -> Imported:
         raise AdapterError(f"it is not a pickle of a pymunk.Space: {type(error).__name__}: {error}") from error
     if not isinstance(space, pymunk.Space):
         raise AdapterError(f"it contains a {type(space).__name__} instead of a pymunk.Space")
-    return _Reading(space).scene(name, duration_s)
+    return _Reading(space).build_scene(name, duration_s)
 
 
 class _Reading:
@@ -85,14 +85,14 @@ class _Reading:
         self.discs: list[tuple[pymunk.Circle, Disc]] = []
         self.walls: list[tuple[pymunk.Shape, Wall]] = []
 
-    def scene(self, name: str, duration_s: float) -> Imported:
+    def build_scene(self, name: str, duration_s: float) -> Imported:
         import pymunk
 
         for k, shape in enumerate(self.space.shapes):
-            if isinstance(shape, pymunk.Circle) and self._stays(shape, k):
+            if isinstance(shape, pymunk.Circle) and self._can_keep(shape, k):
                 self._read_circle(shape, k)
         for k, shape in enumerate(self.space.shapes):
-            if not isinstance(shape, pymunk.Circle) and self._stays(shape, k):
+            if not isinstance(shape, pymunk.Circle) and self._can_keep(shape, k):
                 self._read_wall(shape, k)
         self._drop_rest()
         return Imported(
@@ -102,13 +102,13 @@ class _Reading:
                 walls=[wall for _, wall in self.walls],
                 gravity_m_s2=tuple(self.space.gravity),
                 duration_s=duration_s,
-                **self._coefficients("restitution", "elasticity", 1.0),
-                **self._coefficients("friction", "friction", math.inf),
+                **self._find_coefficients("restitution", "elasticity", 1.0),
+                **self._find_coefficients("friction", "friction", math.inf),
             ),
             tuple(self.dropped),
         )
 
-    def _stays(self, shape: pymunk.Shape, k: int) -> bool:
+    def _can_keep(self, shape: pymunk.Shape, k: int) -> bool:
         """Whether scenes support the body of a shape. If not, report the shape as dropped."""
         body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
         if body is None or shape.sensor:
@@ -123,7 +123,7 @@ class _Reading:
 
     def _read_circle(self, shape: pymunk.Circle, k: int) -> None:
         body = shape.body
-        assert body is not None  # noqa: S101 - `_stays` has checked this
+        assert body is not None  # noqa: S101 - `_can_keep` has checked this
         place = tuple(body.local_to_world(shape.offset))
         if body.body_type != body.DYNAMIC:
             self.discs.append((shape, Disc(position_m=place, radius_m=shape.radius, mass_kg=math.inf)))
@@ -151,18 +151,18 @@ class _Reading:
 
     def _read_wall(self, shape: pymunk.Shape, k: int) -> None:
         body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
-        assert body is not None  # noqa: S101 - `_stays` has checked this
+        assert body is not None  # noqa: S101 - `_can_keep` has checked this
         if body.body_type == body.DYNAMIC:
             self.dropped.append(f"{what}: it moves, and only discs can move in scenes")
             return
-        wall = wall_towards([disc for _, disc in self.discs], _faces(shape))
+        wall = wall_towards([disc for _, disc in self.discs], _list_faces(shape))
         if wall is None:
             self.dropped.append(f"{what}: a disc is inside it or behind each of its faces, and a wall is a half-plane")
             return
         self.walls.append((shape, wall))
         self.dropped.append(f"{what}: only its face towards the discs is kept, without its ends")
 
-    def _coefficients(self, name: str, attribute: str, most: float) -> dict[str, float]:
+    def _find_coefficients(self, name: str, attribute: str, most: float) -> dict[str, float]:
         """Return the coefficients of pairs of discs and of discs with walls, which are products in pymunk."""
         of_discs = [float(getattr(shape, attribute)) for shape, _ in self.discs]
         of_walls = [float(getattr(shape, attribute)) for shape, _ in self.walls]
@@ -179,10 +179,10 @@ class _Reading:
         if space.damping != 1.0:
             self.dropped.append(f"the damping of the space, {space.damping:g}")
         for k, (shape, _) in enumerate(self.discs):
-            self.dropped += [f"disc {k}: {reason}" for reason in _unsupported_properties(shape)]
+            self.dropped += [f"disc {k}: {reason}" for reason in _list_unsupported_properties(shape)]
 
 
-def _unsupported_properties(shape: pymunk.Circle) -> Iterator[str]:
+def _list_unsupported_properties(shape: pymunk.Circle) -> Iterator[str]:
     """Yield properties of a disc that scenes do not support."""
     body, passing = shape.body, type(shape.filter)()
     if shape.filter != passing:
@@ -193,7 +193,7 @@ def _unsupported_properties(shape: pymunk.Circle) -> Iterator[str]:
         yield "the force on it"
 
 
-def _faces(shape: pymunk.Shape) -> Iterator[tuple[Point, Point]]:
+def _list_faces(shape: pymunk.Shape) -> Iterator[tuple[Point, Point]]:
     """Yield a point and the outward normal of each face of a segment or a polygon, in the world."""
     import pymunk
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 from carom.engines.api import Chain, Ring, Scene, Setting, Wall
 from carom_adapters.pymunk.limits import NEIGHBORS, SPACE_SETTINGS, check_inputs
-from carom_adapters.pymunk.walls import Post, WallShape, shapes_of_walls, surface_velocity
-from carom_adapters.shared.legs import first_velocity, has_legs, legs_by_step, python_end
-from carom_adapters.shared.settings_code import arguments, assignments, comment, steps_of
-from carom_adapters.shared.walls import factored_walls
+from carom_adapters.pymunk.walls import Post, WallShape, build_wall_shapes, compute_surface_velocity
+from carom_adapters.shared.legs import find_first_velocity, format_program_end, group_legs_by_step, has_legs
+from carom_adapters.shared.settings_code import count_steps, format_arguments, format_assignments, format_comment
+from carom_adapters.shared.walls import factor_walls
 
 _ADD_WALL = """def add_wall(corners, elasticity, friction, velocity=None):  # a deep polygon has no far side
     body = held_body(velocity)
@@ -51,9 +51,9 @@ def _write_wall(
 ) -> list[str]:
     """Return the lines that add a wall."""
     properties = f"elasticity={material[0]!r}, friction={material[1]!r}"
-    properties += f", velocity={first_velocity(wall)!r}" if wall.driven else ""
+    properties += f", velocity={find_first_velocity(wall)!r}" if wall.driven else ""
     if isinstance(wall, Wall) and wall.surface_speed_m_s:
-        return [f"add_belt({shape!r}, {surface_velocity(wall)!r}, {properties})"]
+        return [f"add_belt({shape!r}, {compute_surface_velocity(wall)!r}, {properties})"]
     if isinstance(shape, list):
         return [f"add_wall({shape!r}, {properties})"]
     if isinstance(shape, Post):
@@ -80,40 +80,44 @@ def _write_table(scene: Scene) -> str:
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return a program that builds the same space as `PymunkWorld`."""
     dt_s, turns = check_inputs(scene, settings), scene.arrays.turns
-    elasticity, friction, wall_materials = factored_walls(scene)
+    elasticity, friction, wall_materials = factor_walls(scene)
     lines = []
     for disc in scene.discs:
         moment = (disc.inertia_factor if turns else math.inf) * disc.mass_kg * disc.radius_m**2
         options: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg, "moment": moment}
         if not disc.immovable or disc.driven:
-            options |= {"velocity": first_velocity(disc), "spin": disc.spin_rad_s}
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(options)}{arguments(options)})")
-    shapes = shapes_of_walls(scene, dt_s)
+            options |= {"velocity": find_first_velocity(disc), "spin": disc.spin_rad_s}
+        lines.append(
+            f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(options)}{format_arguments(options)})"
+        )
+    shapes = build_wall_shapes(scene, dt_s)
     walls = list(zip(scene.walls, shapes, strict=True))
     lines += [
         line
         for wall_and_shape, material in zip(walls, wall_materials, strict=True)
         for line in _write_wall(*wall_and_shape, material, settings)
     ]
-    set_up = assignments("space", settings, SPACE_SETTINGS)
+    set_up = format_assignments("space", settings, SPACE_SETTINGS)
     if scene.damping_per_s:
         set_up += f"space.damping = {math.exp(-scene.damping_per_s)!r}  # the fraction of a speed left after a second\n"
     state = "*body.position, *body.velocity, body.angular_velocity"
     pieces = [[wall] * (1 if isinstance(shape, list | Post) else len(shape[0])) for wall, shape in walls]
     driven = [body for body in (*scene.discs, *(one for each in pieces for one in each)) if body.driven]
-    end = python_end(scene, "space.step(dt)", state, legs_by_step(driven, dt_s), "driven[k].velocity = velocity")
+    end = format_program_end(
+        scene, "space.step(dt)", state, group_legs_by_step(driven, dt_s), "driven[k].velocity = velocity"
+    )
     bodies = "\n".join(lines)
     belts = [bool(wall.surface_speed_m_s) for wall in scene.walls]
     plain = (isinstance(shape, list) and not belt for shape, belt in zip(shapes, belts, strict=True))
     functions = (_ADD_WALL if any(plain) else "") + (_ADD_BELT if any(belts) else "")
     functions += _ADD_CIRCLE if any(isinstance(shape, Post) for shape in shapes) else ""
     functions += _ADD_SEGMENT if any(type(shape) is tuple for shape in shapes) else ""
-    return f"""{comment(heading)}
+    return f"""{format_comment(heading)}
 from math import inf
 
 import pymunk
 
-dt, steps = {dt_s!r}, {steps_of(scene, settings)}
+dt, steps = {dt_s!r}, {count_steps(scene, settings)}
 space = pymunk.Space()
 space.gravity = {scene.gravity_m_s2!r}
 {set_up}discs = []

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from carom.engines.api import AdapterError, Chain, Ring, Scene, Wall, reach
-from carom_adapters.shared.walls import points_of, thickness_of
+from carom_adapters.shared.walls import compute_thickness, list_points
 
 Point = tuple[float, float]
 
 
-def _half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
+def _build_half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
     """Return the corners of a rectangle that acts on the scene's discs like a half-plane.
 
     Chipmunk has no half-plane. Fast discs pass through a thin segment, and the normal of a thick segment depends on the
@@ -39,9 +39,9 @@ class _Segment(NamedTuple):
     after: Point
 
 
-def _segments(chain: Chain) -> list[_Segment]:
+def _build_segments(chain: Chain) -> list[_Segment]:
     """Return the straight segments of a chain. At an open end the neighbour is the end itself, as pymunk requires."""
-    points = points_of(chain)
+    points = list_points(chain)
     last = len(points) - 1
     return [
         _Segment(
@@ -65,13 +65,13 @@ class Post(NamedTuple):
 WallShape = list[Point] | tuple[list[_Segment], float] | Post
 
 
-def _shape_of(scene: Scene, wall: Chain | Ring) -> WallShape:
+def _build_shape(scene: Scene, wall: Chain | Ring) -> WallShape:
     if isinstance(wall, Ring):
-        return Post(wall.centre_m, thickness_of(scene, wall))
-    return _segments(wall), wall.half_width_m
+        return Post(wall.centre_m, compute_thickness(scene, wall))
+    return _build_segments(wall), wall.half_width_m
 
 
-def shapes_of_walls(scene: Scene, dt_s: float) -> list[WallShape]:
+def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
     """Return the shapes of the scene's walls, in order.
 
     Raises:
@@ -79,7 +79,8 @@ def shapes_of_walls(scene: Scene, dt_s: float) -> list[WallShape]:
     """
     centre, radius = reach(scene, dt_s)
     shapes: list[WallShape] = [
-        _half_plane(wall, centre, radius) if isinstance(wall, Wall) else _shape_of(scene, wall) for wall in scene.walls
+        _build_half_plane(wall, centre, radius) if isinstance(wall, Wall) else _build_shape(scene, wall)
+        for wall in scene.walls
     ]
     # The position of a face has the rounding of its farthest corner.
     corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
@@ -93,7 +94,7 @@ def shapes_of_walls(scene: Scene, dt_s: float) -> list[WallShape]:
     return shapes
 
 
-def surface_velocity(wall: Wall) -> tuple[float, float]:
-    """Return the `surface_velocity` of a conveyor wall. A positive speed runs to the left of the normal."""
+def compute_surface_velocity(wall: Wall) -> tuple[float, float]:
+    """Return the `compute_surface_velocity` of a conveyor wall. A positive speed runs to the left of the normal."""
     nx, ny = wall.normal
     return (-wall.surface_speed_m_s * ny, wall.surface_speed_m_s * nx)

@@ -18,10 +18,10 @@ from carom.engines.api import (
     wall_body,
 )
 from carom_adapters.pymunk.limits import NEIGHBORS, SPACE_SETTINGS, check_inputs
-from carom_adapters.pymunk.walls import Post, shapes_of_walls, surface_velocity
-from carom_adapters.shared.legs import Driven, Legs, first_velocity
-from carom_adapters.shared.quiet_steps import QuietSteps, as_numbers
-from carom_adapters.shared.walls import factored_walls
+from carom_adapters.pymunk.walls import Post, build_wall_shapes, compute_surface_velocity
+from carom_adapters.shared.legs import Driven, Legs, find_first_velocity
+from carom_adapters.shared.quiet_steps import QuietSteps, to_rows
+from carom_adapters.shared.walls import factor_walls
 
 if TYPE_CHECKING:
     import pymunk
@@ -52,7 +52,7 @@ class PymunkWorld(QuietSteps):
             self._space.damping = math.exp(-scene.damping_per_s)  # the fraction of a speed that is left after a second
         self._turns = scene.arrays.turns
         self._neighbors = bool(settings.get(NEIGHBORS, 0))
-        disc_elasticity, disc_friction, wall_materials = factored_walls(scene)
+        disc_elasticity, disc_friction, wall_materials = factor_walls(scene)
         self._bodies: list[pymunk.Body] = []
         self._movable: list[pymunk.Body] = []
         self._driven: list[pymunk.Body] = []
@@ -60,7 +60,7 @@ class PymunkWorld(QuietSteps):
         self._number: dict[pymunk.Shape, int] = {}
         for i, disc in enumerate(scene.discs):
             if disc.immovable:
-                body = self._immovable_body(disc, disc.spin_rad_s)
+                body = self._build_immovable_body(disc, disc.spin_rad_s)
             else:
                 # A disc that does not turn, or that nothing can turn, has an infinite moment.
                 factor = disc.inertia_factor if self._turns else math.inf
@@ -71,16 +71,16 @@ class PymunkWorld(QuietSteps):
             body.position = disc.position_m
             self._space.add(body)
             if scene.table_deceleration_m_s2 and not disc.immovable:
-                self._space.add(_table_joint(self._space, body, scene.table_deceleration_m_s2))
+                self._space.add(_build_table_joint(self._space, body, scene.table_deceleration_m_s2))
             self._add_shape(pymunk.Circle(body, disc.radius_m), disc_elasticity, disc_friction, i)
             self._bodies.append(body)
-        for k, (wall_shape, material) in enumerate(zip(shapes_of_walls(scene, dt_s), wall_materials, strict=True)):
-            body = self._immovable_body(wall := scene.walls[k])
+        for k, (wall_shape, material) in enumerate(zip(build_wall_shapes(scene, dt_s), wall_materials, strict=True)):
+            body = self._build_immovable_body(wall := scene.walls[k])
             self._space.add(body)
             if isinstance(wall_shape, list):
                 face = pymunk.Poly(body, wall_shape)
                 if isinstance(wall, Wall) and wall.surface_speed_m_s:
-                    face.surface_velocity = surface_velocity(wall)
+                    face.surface_velocity = compute_surface_velocity(wall)
                 self._add_shape(face, *material, wall_body(k))
                 continue
             if isinstance(wall_shape, Post):
@@ -92,14 +92,14 @@ class PymunkWorld(QuietSteps):
                     shape.set_neighbors(segment.before, segment.after)
                 self._add_shape(shape, *material, wall_body(k))
 
-    def _immovable_body(self, disc_or_wall: Driven, spin: float = 0.0) -> pymunk.Body:
+    def _build_immovable_body(self, disc_or_wall: Driven, spin: float = 0.0) -> pymunk.Body:
         """Return a body that no impact moves: static, or kinematic for a driven disc or wall."""
         import pymunk
 
         if not disc_or_wall.driven:
             return pymunk.Body(body_type=pymunk.Body.STATIC)
         body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-        body.velocity, body.angular_velocity = first_velocity(disc_or_wall), spin
+        body.velocity, body.angular_velocity = find_first_velocity(disc_or_wall), spin
         self._driven.append(body)
         self._legs.add(body, disc_or_wall)
         return body
@@ -119,7 +119,7 @@ class PymunkWorld(QuietSteps):
     def advance(self, steps: int) -> None:
         """Call `Space.step` this many times. Between steps, driven bodies get the velocities of their legs."""
         step, dt_s = self._space.step, self._clock.dt_s
-        for count in self._legs.step_counts(steps):
+        for count in self._legs.split_steps(steps):
             for body, velocity in self._legs.start_due(self._clock.now_s):
                 body.velocity = velocity
             for _ in range(count):
@@ -137,7 +137,7 @@ class PymunkWorld(QuietSteps):
         for body in self._movable:
             body.each_arbiter(self._collect_impulse, impulses)
         contacts = [self._build_contact(pair, pair_impulses) for pair, pair_impulses in impulses.items()]
-        numbers = as_numbers(self.read())
+        numbers = to_rows(self.read())
         spins = numbers[:, 4] if self._turns else None
         return Observation(numbers[:, :2], numbers[:, 2:4], tuple(contacts), spin_rad_s=spins)
 
@@ -149,7 +149,7 @@ class PymunkWorld(QuietSteps):
 
     def has_contacts(self) -> bool:
         """Whether there is an arbiter after the last step."""
-        return bool(self._in_contact())
+        return bool(self._list_contact_pairs())
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
         """Add the impulse of an arbiter. The arbiter's first body is the one whose arbiters are being read."""
@@ -185,7 +185,7 @@ class PymunkWorld(QuietSteps):
         make arbitrarily large. Shapes in contact are removed and added again, which resets that impulse.
         """
         self._clock.cut(dt_s)
-        touching = {shape for pair in self._in_contact() for shape in pair}
+        touching = {shape for pair in self._list_contact_pairs() for shape in pair}
         # The segments of a chain have the same number, and keep the order in which they were created.
         shapes = sorted((shape for shape in self._number if shape in touching), key=self._number.__getitem__)
         if shapes:
@@ -194,9 +194,9 @@ class PymunkWorld(QuietSteps):
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs with an arbiter after the last step. Chipmunk tests for contacts at the end of a step."""
-        return frozenset(pair_of(self._number[a], self._number[b]) for a, b in self._in_contact())
+        return frozenset(pair_of(self._number[a], self._number[b]) for a, b in self._list_contact_pairs())
 
-    def _in_contact(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
+    def _list_contact_pairs(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
         if self._arbiters is None:
             shapes: list[tuple[pymunk.Shape, pymunk.Shape]] = []
             for body in self._movable:
@@ -226,7 +226,7 @@ class PymunkWorld(QuietSteps):
         del self._space, self._bodies, self._movable, self._driven, self._legs, self._number
 
 
-def _table_joint(space: pymunk.Space, body: pymunk.Body, deceleration_m_s2: float) -> pymunk.PivotJoint:
+def _build_table_joint(space: pymunk.Space, body: pymunk.Body, deceleration_m_s2: float) -> pymunk.PivotJoint:
     """Return a joint that brakes a body like a table: its force is limited to mass times deceleration."""
     import pymunk
 

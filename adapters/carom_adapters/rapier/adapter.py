@@ -9,7 +9,13 @@ from carom.engines.api import Accuracy, Engine, Knob, Profile, Scene, Setting
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
 from carom_adapters.rapier.settings_code import write_code
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
-from carom_adapters.shared.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.shared.engine_adapter import (
+    NOT_TURNED,
+    OF_THE_SCENE,
+    EngineAdapter,
+    build_located_profile,
+    build_tuned_profile,
+)
 
 #: Default of `normalized_prediction_distance`, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
@@ -19,14 +25,14 @@ SHIPPED_MARGIN_M = 0.02
 TURNS_LATE = 0.5
 
 
-def _default(dt_s: float) -> dict[str, Setting]:
+def _build_default_settings(dt_s: float) -> dict[str, Setting]:
     # By default a body at 8 cm/s is put to rest after half a second, which is damping.
     return {"dt_s": dt_s, "can_sleep": False}
 
 
-def _tuned(dt_s: float) -> dict[str, Setting]:
+def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
     return {
-        **_default(dt_s),
+        **_build_default_settings(dt_s),
         # By default contacts are solved at distances of up to 2 cm, along the line of centres there.
         "normalized_prediction_distance": 0.0,
         # Overlapping bodies are not pushed apart.
@@ -37,15 +43,15 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     }
 
 
-def _swept(dt_s: float) -> dict[str, Setting]:
+def _build_swept_settings(dt_s: float) -> dict[str, Setting]:
     # This distance is farther than any body moves in a step. Rapier searches no farther than two bodies approach in a
     # step.
-    return {**_tuned(dt_s), "soft_ccd_prediction": 1e3}
+    return {**_build_tuned_settings(dt_s), "soft_ccd_prediction": 1e3}
 
 
-def _located(dt_s: float) -> dict[str, Setting]:
+def _build_located_settings(dt_s: float) -> dict[str, Setting]:
     return {
-        **_tuned(dt_s),
+        **_build_tuned_settings(dt_s),
         # With these two settings, a step depends only on positions and velocities, and can be undone.
         "contact_recycling": False,
         "warmstart_coefficient": 0.0,
@@ -55,7 +61,7 @@ def _located(dt_s: float) -> dict[str, Setting]:
     }
 
 
-def _world(scene: Scene, settings: Mapping[str, Setting]) -> RapierWorld:
+def _build_world(scene: Scene, settings: Mapping[str, Setting]) -> RapierWorld:
     return (RapierCuttableWorld if "first_part" in settings else RapierWorld)(scene, settings)
 
 
@@ -78,7 +84,7 @@ adapter = EngineAdapter(
         "default": Profile(
             "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
             "bodies never sleep, with the scene's restitution.",
-            _default,
+            _build_default_settings,
             # If no step begins near a contact, Rapier finds the contact in an overlap, as in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
@@ -90,23 +96,23 @@ adapter = EngineAdapter(
                 "enabled_translations": "discs stay in the plane",
             },
         ),
-        "tuned": tuned(
+        "tuned": build_tuned_profile(
             "contacts are solved when bodies overlap, and overlapping bodies are never pushed apart",
-            _tuned,
+            _build_tuned_settings,
             Accuracy(late_steps=TURNS_LATE),
         ),
         "swept": Profile(
             "The tuned settings with Rapier's soft continuous detection: contacts ahead are solved at the start of the "
             "step in which bodies would meet.",
-            _swept,
+            _build_swept_settings,
             capabilities=replace(CAPABILITIES, continuous_detection=True),
         ),
-        "located": located(
+        "located": build_located_profile(
             "Rapier's own narrow phase",
-            _located,
+            _build_located_settings,
             then=", and taken in two parts: touching bodies bounce in the first part and move in the second",
         ),
     },
-    world=_world,
+    world=_build_world,
     code=write_code,
 )

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from carom.engines.api import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
-from carom_adapters.shared.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
-from carom_adapters.shared.settings_code import arguments, assignments, comment, steps_of
-from carom_adapters.shared.walls import cut_chain, thickness_of
+from carom_adapters.shared.legs import Driven, find_first_velocity, format_program_end, group_legs_by_step, has_legs
+from carom_adapters.shared.settings_code import count_steps, format_arguments, format_assignments, format_comment
+from carom_adapters.shared.walls import compute_thickness, cut_chain
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -26,12 +26,12 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     for disc in scene.discs:
         given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
         if disc.driven or not disc.immovable:
-            given["velocity"] = first_velocity(disc)
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
+            given["velocity"] = find_first_velocity(disc)
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{format_arguments(given)})")
     for wall, material in zip(scene.walls, scene.arrays.materials, strict=True):
         wins = "MIN" if material.restitution < scene.restitution else "MAX"
-        moves = f", velocity={first_velocity(wall)!r}" if wall.driven else ""
-        properties, shapes = f"{material.restitution!r}, {wins!r}{moves}", _shapes_of(scene, wall)
+        moves = f", velocity={find_first_velocity(wall)!r}" if wall.driven else ""
+        properties, shapes = f"{material.restitution!r}, {wins!r}{moves}", _format_shapes(scene, wall)
         lines += [f"add_wall(rapier3d.Collider.{shape}, {properties})" for shape in shapes]
         driven += [wall] * len(shapes) if wall.driven else []
     soft = "".join(
@@ -44,19 +44,21 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     if "soft_ccd_prediction" in settings:
         swept = f"    body = body.soft_ccd_prediction({settings['soft_ccd_prediction']!r})  # continuous detection\n"
     state = "*body.translation.to_tuple()[:2], *body.linvel.to_tuple()[:2], 0.0"
-    legs = legs_by_step(driven, float(settings["dt_s"]))
-    end = python_end(scene, "world.step()", state, legs, "world.rigid_bodies[driven[k]].linvel = (*velocity, 0.0)")
+    legs = group_legs_by_step(driven, float(settings["dt_s"]))
+    end = format_program_end(
+        scene, "world.step()", state, legs, "world.rigid_bodies[driven[k]].linvel = (*velocity, 0.0)"
+    )
     kept = "    if {}velocity is not None:\n        driven.append({})\n" if has_legs(scene) else ""
     kept_disc, kept_wall = kept.format("mass is None and ", "handles[-1]"), kept.format("", "body")
     bodies = "\n".join(lines)
-    return f"""{comment(heading)}
+    return f"""{format_comment(heading)}
 import rapier3d
 
-dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
+dt, steps = {float(settings["dt_s"])!r}, {count_steps(scene, settings)}
 world = rapier3d.PhysicsWorld(gravity=({scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0))
 parameters = world.integration_parameters
 parameters.dt = dt
-{assignments("parameters", settings, PARAMETERS)}{soft}handles = []
+{format_assignments("parameters", settings, PARAMETERS)}{soft}handles = []
 {"driven = []" + chr(10) if kept else ""}
 
 def held(velocity):  # a body that no impact moves: it is at rest or driven
@@ -88,11 +90,11 @@ discs = [world.rigid_bodies[handle] for handle in handles]
 {end}"""
 
 
-def _shapes_of(scene: Scene, wall: Wall | Chain | Ring) -> list[str]:
+def _format_shapes(scene: Scene, wall: Wall | Chain | Ring) -> list[str]:
     """Return the calls that create the colliders of a wall."""
     if isinstance(wall, Wall):
         return [f"halfspace({(*wall.normal, 0.0)!r}).translation({(*wall.point_m, 0.0)!r})"]
-    radius = thickness_of(scene, wall)
+    radius = compute_thickness(scene, wall)
     if isinstance(wall, Ring):
         return [f"ball({radius!r}).translation({(*wall.centre_m, 0.0)!r})"]
     ends = ((*a, 0.0, *b, 0.0) for a, b in cut_chain(wall))

@@ -24,8 +24,8 @@ from carom.engines.api import (
     wall_body,
 )
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
-from carom_adapters.shared.legs import Legs, first_velocity
-from carom_adapters.shared.walls import cut_chain, find_walls_in_pieces, sum_contacts, thickness_of
+from carom_adapters.shared.legs import Legs, find_first_velocity
+from carom_adapters.shared.walls import compute_thickness, cut_chain, find_walls_in_pieces, sum_contacts
 
 #: Relative rounding of a 32-bit float.
 ROUNDING = 2.0**-23
@@ -45,17 +45,19 @@ class RapierWorld:
         self._legs = Legs[int]()  # bodies by their numbers in `_all`
         for body, of in enumerate((*scene.discs, *scene.walls)):
             self._legs.add(body, of)
-        discs = [(disc.position_m, first_velocity(disc)) for disc in scene.discs]
-        walls = [(wall.point_m if isinstance(wall, Wall) else (0.0, 0.0), first_velocity(wall)) for wall in scene.walls]
+        discs = [(disc.position_m, find_first_velocity(disc)) for disc in scene.discs]
+        walls = [
+            (wall.point_m if isinstance(wall, Wall) else (0.0, 0.0), find_first_velocity(wall)) for wall in scene.walls
+        ]
         self._build([*discs, *walls])
 
     def _build(self, states: Any) -> None:
         """Build a world with these positions and velocities of discs, then walls."""
-        self._world, handles, self._number = self._world_of(states)
+        self._world, handles, self._number = self._build_world(states)
         self._all = [self._world.rigid_bodies[handle] for handle in handles]
         self._bodies = self._all[: len(self._scene.discs)]
 
-    def _world_of(self, states: Any) -> tuple[Any, list[Any], dict[Any, int]]:
+    def _build_world(self, states: Any) -> tuple[Any, list[Any], dict[Any, int]]:
         rapier, scene, asked = self._rapier, self._scene, self._asked
         world = rapier.PhysicsWorld(gravity=(*scene.gravity_m_s2, 0.0))
         parameters = world.integration_parameters
@@ -92,7 +94,7 @@ class RapierWorld:
             )
             handles.append(body)
             wins = rule.MIN if material.restitution < scene.restitution else rule.MAX
-            for shape in self._shapes_of(wall):
+            for shape in self._build_shapes(wall):
                 made = shape.friction(0.0).restitution(material.restitution).restitution_combine_rule(wins)
                 number[world.add_collider(made, body)] = wall_body(k)
         return world, handles, number
@@ -101,12 +103,12 @@ class RapierWorld:
         """Return a body that no impact moves, at rest or driven."""
         return self._rapier.RigidBody.kinematic_velocity_based() if driven else self._rapier.RigidBody.fixed()
 
-    def _shapes_of(self, wall: Wall | Chain | Ring) -> list[Any]:
+    def _build_shapes(self, wall: Wall | Chain | Ring) -> list[Any]:
         """Return the shapes of a wall: a half-space around its body, or a ball or capsules in scene coordinates."""
         collider = self._rapier.Collider
         if isinstance(wall, Wall):
             return [collider.halfspace((*wall.normal, 0.0))]
-        radius = thickness_of(self._scene, wall)
+        radius = compute_thickness(self._scene, wall)
         if isinstance(wall, Ring):
             return [collider.ball(radius).translation((*wall.centre_m, 0.0))]
         return [collider.capsule_from_endpoints((*a, 0.0), (*b, 0.0), radius) for a, b in cut_chain(wall)]
@@ -115,7 +117,7 @@ class RapierWorld:
     def settings(self) -> Mapping[str, Setting]:
         """The settings, including Rapier's defaults. All except the adapter's own `first_part` are read back."""
         parameters = self._world.integration_parameters
-        read: dict[str, Setting] = {"dt_s": self._step_s()}
+        read: dict[str, Setting] = {"dt_s": self._read_step()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
         read |= {name: getattr(parameters, of).natural_frequency for name, of in SOFTNESSES.items()}
         body = self._bodies[0]
@@ -124,13 +126,13 @@ class RapierWorld:
         read["soft_ccd_prediction"] = body.soft_ccd_prediction
         return self._asked | read
 
-    def _step_s(self) -> float:
+    def _read_step(self) -> float:
         return float(self._world.integration_parameters.dt)
 
     def advance(self, steps: int) -> None:
         """Take steps. Between steps driven bodies start their legs."""
         step = self._world.step
-        for count in self._legs.step_counts(steps):
+        for count in self._legs.split_steps(steps):
             self._begin_legs()
             for _ in range(count):
                 step()
@@ -147,9 +149,9 @@ class RapierWorld:
         """
         position = np.array([body.translation.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
         velocity = np.array([body.linvel.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
-        return Observation(position, velocity, tuple(self._contacts()), self._warning(velocity))
+        return Observation(position, velocity, tuple(self._read_contacts()), self._find_warning(velocity))
 
-    def _contacts(self) -> list[Contact]:
+    def _read_contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
         found = []
         for pair in self._world.narrow_phase.contact_pairs():
@@ -163,7 +165,7 @@ class RapierWorld:
                 found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
         return list(sum_contacts(found, find_walls_in_pieces(self._scene)))
 
-    def _warning(self, velocity: Any) -> str:
+    def _find_warning(self, velocity: Any) -> str:
         # When an impact has made a body too fast, it is too late to refuse the scene.
         parameters = self._world.integration_parameters
         limit = parameters.normalized_max_linear_velocity * parameters.length_unit
@@ -201,12 +203,12 @@ class RapierCuttableWorld(RapierWorld):
             for part in (self._first_part, 1.0 - self._first_part):
                 parameters.dt = part * dt_s
                 step()
-                self._solved += super()._contacts()
+                self._solved += super()._read_contacts()
 
-    def _step_s(self) -> float:
+    def _read_step(self) -> float:
         return self._clock.dt_s
 
-    def _contacts(self) -> list[Contact]:
+    def _read_contacts(self) -> list[Contact]:
         return self._solved
 
     def cut(self, dt_s: float) -> None:
@@ -215,7 +217,7 @@ class RapierCuttableWorld(RapierWorld):
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that overlap by Rapier's narrow phase, in a separate world."""
-        world, _, number = self._world_of(self._states())
+        world, _, number = self._build_world(self._read_states())
         world.detect_collisions()
         found = set()
         for pair in world.narrow_phase.contact_pairs():
@@ -223,12 +225,12 @@ class RapierCuttableWorld(RapierWorld):
                 found.add(pair_of(number[pair.collider1], number[pair.collider2]))
         return frozenset(found)
 
-    def _states(self) -> list[tuple[Any, Any]]:
+    def _read_states(self) -> list[tuple[Any, Any]]:
         return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]
 
     def save(self) -> object:
         """Return positions and velocities. With the settings of `located`, they are the whole state."""
-        return (self._clock.now_s, self._legs.started, self._states(), self._solved)
+        return (self._clock.now_s, self._legs.started, self._read_states(), self._solved)
 
     def restore(self, state: Any) -> None:
         """Build a new world with these positions and velocities, because a used world keeps data of contacts."""

@@ -57,13 +57,13 @@ class EngineAdapter:
         return self.world(scene, settings)
 
 
-def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:
+def build_tuned_profile(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:
     """Return the profile `tuned`. `means` describes the effect of its settings."""
     said = f"The most exact fixed-step settings known, from Carom's own measurements: {means}."
     return Profile(said, settings, accuracy)
 
 
-def located(
+def build_located_profile(
     finder: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND, but: str = "", then: str = ""
 ) -> Profile:
     """Return the profile `located`. `but` describes its difference from `tuned`, and `then` the use of its steps."""

@@ -21,7 +21,7 @@ Vector = tuple[float, float]
 _REACHED = 1.0 + 2.0**-40
 
 
-def first_velocity(of: Driven) -> Vector:
+def find_first_velocity(of: Driven) -> Vector:
     """Return the velocity of a driven disc or wall at the start."""
     return of.drive.velocity_at(0.0)
 
@@ -39,11 +39,11 @@ class Legs(Generic[Body]):
         self._changes += [(leg.begin_s, body, leg.velocity) for leg in of.drive.legs[1:]]
         self._changes.sort(key=lambda one: one[0])
 
-    def step_counts(self, steps: int) -> Iterable[int]:
+    def split_steps(self, steps: int) -> Iterable[int]:
         """Return the numbers of steps between checks for legs: 1 while legs remain, then all remaining steps."""
-        return self._steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
+        return self._split_steps_to_legs(steps) if self.started < len(self._changes) else (steps,)
 
-    def _steps_to_legs(self, steps: int) -> Iterator[int]:
+    def _split_steps_to_legs(self, steps: int) -> Iterator[int]:
         taken = 0
         while taken < steps:
             count = 1 if self.started < len(self._changes) else steps - taken
@@ -65,7 +65,7 @@ def has_legs(scene: Scene) -> bool:
     return any(body.legs for body in (*scene.discs, *scene.walls))
 
 
-def legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[int, Vector]]]:
+def group_legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[int, Vector]]]:
     """Return the changes of velocity before each step, as pairs of body index and velocity. Steps count from 0."""
     changes: dict[int, list[tuple[int, Vector]]] = {}
     for number, body in enumerate(bodies):
@@ -77,7 +77,7 @@ def legs_by_step(bodies: Sequence[Driven], dt_s: float) -> dict[int, list[tuple[
     return dict(sorted(changes.items()))
 
 
-def python_end(
+def format_program_end(
     scene: Scene, step: str, state: str, legs: dict[int, list[tuple[int, Vector]]], set_velocity: str
 ) -> str:
     """Return the last lines of a Python program, which run all steps and set the velocities of driven bodies.
@@ -86,7 +86,7 @@ def python_end(
         scene: The scene.
         step: Code that takes a step.
         state: Code for the state to print of a disc, `body`.
-        legs: Result of `legs_by_step` for the bodies in the program's list `driven`.
+        legs: Result of `group_legs_by_step` for the bodies in the program's list `driven`.
         set_velocity: Code that sets the `velocity` of a driven body, `driven[k]`.
     """
     end = PYTHON_END.format(step=step, state=state)

@@ -50,13 +50,13 @@ class QuietSteps(ABC):
                 break
         discs: int = position_m.shape[1]
         taken = len(found) // discs
-        numbers = as_numbers(found).reshape(taken, discs, 5)
+        numbers = to_rows(found).reshape(taken, discs, 5)
         position_m[:taken], velocity_m_s[:taken] = numbers[..., :2], numbers[..., 2:4]
         spin_rad_s[:taken] = numbers[..., 4]
         return taken
 
 
-def as_numbers(states: Iterable[Iterable[float]]) -> Array:
+def to_rows(states: Iterable[Iterable[float]]) -> Array:
     """Return the numbers of some states as rows.
 
     The numbers are flattened into one array first, since NumPy takes twice as long for an array of small sequences.

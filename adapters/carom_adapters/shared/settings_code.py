@@ -11,7 +11,7 @@ from carom.engines.api import Scene, Setting
 PYTHON_END = "for _ in range(steps):\n    {step}\nfor body in discs:\n    print({state})\n"
 
 
-def comment(text: str, sign: str = "# ") -> str:
+def format_comment(text: str, sign: str = "# ") -> str:
     """Return a text as comment lines of at most 100 characters."""
     return "\n".join(
         f"{sign}{line}"
@@ -20,26 +20,26 @@ def comment(text: str, sign: str = "# ") -> str:
     )
 
 
-def arguments(values: Mapping[str, object]) -> str:
+def format_arguments(values: Mapping[str, object]) -> str:
     """Return values as keyword arguments. Floats keep all bits."""
     return ", ".join(f"{name}={value!r}" for name, value in values.items())
 
 
-def assignments(of: str, settings: Mapping[str, Setting], names: Sequence[str]) -> str:
+def format_assignments(of: str, settings: Mapping[str, Setting], names: Sequence[str]) -> str:
     """Return one line for each given setting, which sets the attribute of that name."""
     return "".join(f"{of}.{name} = {settings[name]!r}\n" for name in names if name in settings)
 
 
-def steps_of(scene: Scene, settings: Mapping[str, Setting]) -> int:
+def count_steps(scene: Scene, settings: Mapping[str, Setting]) -> int:
     """Return the number of steps of a scene."""
     return scene.step_count(float(settings["dt_s"]))
 
 
-def body_lines(scene: Scene) -> str:
+def format_body_lines(scene: Scene) -> str:
     """Return the lines that add discs that can't turn, with their masses if movable, and half-planes."""
     lines = []
     for disc in scene.discs:
         given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
         given["velocity"] = disc.velocity_m_s
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {arguments(given)})")
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {format_arguments(given)})")
     return "\n".join([*lines, *(f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes())])

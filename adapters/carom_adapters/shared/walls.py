@@ -15,19 +15,19 @@ Point = tuple[float, float]
 THINNEST = 1e-12
 
 
-def points_of(chain: Chain) -> list[Point]:
+def list_points(chain: Chain) -> list[Point]:
     """Return the ends of all pieces in order. The first point of a closed chain is not repeated at the end."""
-    points = [point for edge in chain.outline.edges for point in _cut(edge.a, edge.b, chain.pieces)]
+    points = [point for edge in chain.outline.edges for point in _cut_edge(edge.a, edge.b, chain.pieces)]
     return points if chain.closed else [*points, chain.points_m[-1]]
 
 
 def cut_chain(chain: Chain) -> list[tuple[Point, Point]]:
     """Cut a chain into its pieces, and return start and end of each."""
-    points = points_of(chain)
+    points = list_points(chain)
     return list(zip(points, [*points[1:], *points[:1]] if chain.closed else points[1:], strict=False))
 
 
-def thickness_of(scene: Scene, wall: Chain | Ring) -> float:
+def compute_thickness(scene: Scene, wall: Chain | Ring) -> float:
     """Return the radius of the solid that represents a wall: a chain's half width, or a circle's outer radius.
 
     For an engine that has only solids, a wall without width gets a width too small to affect a disc.
@@ -36,7 +36,7 @@ def thickness_of(scene: Scene, wall: Chain | Ring) -> float:
     return outer or THINNEST * min(disc.radius_m for disc in scene.discs)
 
 
-def factored_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
+def factor_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
     """Return restitution and friction of every disc and of each wall, for engines that multiply coefficients.
 
     Friction is 0 in a scene in which nothing turns.
@@ -80,7 +80,7 @@ def _sum_group(group: list[Contact]) -> list[Contact]:
     return [replace(group[0], normal=(nx, ny), impulse_n_s=x * nx + y * ny, tangential_impulse_n_s=tangential)]
 
 
-def _cut(a: Point, b: Point, pieces: int) -> list[Point]:
+def _cut_edge(a: Point, b: Point, pieces: int) -> list[Point]:
     """Return the starts of the pieces of an edge."""
     parts = [k / pieces for k in range(pieces)]
     return [(a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])) for part in parts]

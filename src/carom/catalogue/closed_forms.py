@@ -18,7 +18,7 @@ from carom.model.scene import Disc, Scene
 from carom.model.trace import Vector
 
 
-def vector(z: complex) -> Vector:
+def to_vector(z: complex) -> Vector:
     """Return a complex number as (x, y)."""
     return (float(z.real), float(z.imag))
 
@@ -33,18 +33,18 @@ def unit(a: complex) -> complex:
     return a / abs(a)
 
 
-def disc(position: complex, velocity: complex, radius_m: float, mass_kg: float = 1.0, **fields: Any) -> Disc:
+def build_disc(position: complex, velocity: complex, radius_m: float, mass_kg: float = 1.0, **fields: Any) -> Disc:
     """Return a disc. Units are metres, metres a second and kilograms."""
-    place, speed = vector(position), vector(velocity)
+    place, speed = to_vector(position), to_vector(velocity)
     return Disc(position_m=place, velocity_m_s=speed, radius_m=radius_m, mass_kg=mass_kg, **fields)
 
 
-def scene_of(discs: list[Disc], **fields: Any) -> Scene:
+def build_scene(discs: list[Disc], **fields: Any) -> Scene:
     """Return a scene. The catalogue adds the name."""
     return Scene(name="unnamed", discs=discs, **fields)
 
 
-def impact(
+def build_impact(
     time_s: float,
     first: int,
     second: int,
@@ -53,11 +53,11 @@ def impact(
     *spins_after: float,
 ) -> KnownImpact:
     """Return a known impact. A wall has no velocity after an impact."""
-    velocity_second = None if second_after is None else vector(second_after)
-    return KnownImpact(time_s, first, second, vector(first_after), velocity_second, *spins_after)
+    velocity_second = None if second_after is None else to_vector(second_after)
+    return KnownImpact(time_s, first, second, to_vector(first_after), velocity_second, *spins_after)
 
 
-def normal_of_offset(approach: complex, offset: float) -> complex:
+def compute_normal(approach: complex, offset: float) -> complex:
     """Return the normal, from first to second disc, of an impact at a given offset.
 
     Args:
@@ -68,7 +68,7 @@ def normal_of_offset(approach: complex, offset: float) -> complex:
     return unit(approach) * complex(math.sqrt(1.0 - offset * offset), offset)
 
 
-def after_impact(
+def compute_after_impact(
     m1: float, v1: complex, m2: float, v2: complex, normal: complex, restitution: float = 1.0
 ) -> tuple[complex, complex]:
     """Return both velocities after an impact.
@@ -89,13 +89,13 @@ def after_impact(
     return v1 + back * (centre - n1) * normal, v2 + back * (centre - n2) * normal
 
 
-def after_wall(velocity: complex, normal: complex, restitution: float = 1.0) -> complex:
+def compute_after_wall(velocity: complex, normal: complex, restitution: float = 1.0) -> complex:
     """Return the velocity after an impact on a wall: the component along the normal is multiplied by -e."""
     along = 1j * normal
     return dot(velocity, along) * along - restitution * dot(velocity, normal) * normal
 
 
-def meeting(
+def stage_meeting(
     velocity: tuple[complex, complex],
     radius_m: tuple[float, float],
     *,
@@ -108,10 +108,10 @@ def meeting(
 ) -> Staged:
     """Stage two discs that touch at the origin, the second centre `offset` contact distances left of the approach."""
     (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
-    normal = normal_of_offset(v0 - v1, offset)
-    discs = [disc(-r0 * normal - v0 * time_s, v0, r0, m0), disc(r1 * normal - v1 * time_s, v1, r1, m1)]
-    after = after_impact(m0, v0, m1, v1, normal, fields.get("restitution", 1.0))
-    return answered(scene_of(discs, **fields), [impact(time_s, 0, 1, *after)], source)
+    normal = compute_normal(v0 - v1, offset)
+    discs = [build_disc(-r0 * normal - v0 * time_s, v0, r0, m0), build_disc(r1 * normal - v1 * time_s, v1, r1, m1)]
+    after = compute_after_impact(m0, v0, m1, v1, normal, fields.get("restitution", 1.0))
+    return build_staged(build_scene(discs, **fields), [build_impact(time_s, 0, 1, *after)], source)
 
 
 class WedgeImpact(NamedTuple):
@@ -128,7 +128,7 @@ class WedgeImpact(NamedTuple):
     velocity: complex
 
 
-def wedge_impacts(start: complex, velocity: complex, angle: float) -> list[WedgeImpact]:
+def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> list[WedgeImpact]:
     """Return every impact of a point that moves in a wedge and is reflected by its two sides, by unfolding.
 
     Reflect the wedge over and over about its sides instead of reflecting the path: the path becomes a straight line,
@@ -153,7 +153,7 @@ def wedge_impacts(start: complex, velocity: complex, angle: float) -> list[Wedge
     return impacts
 
 
-def struck_row(
+def stage_struck_row(
     gaps_m: Sequence[float],
     convention: str = "",
     *,
@@ -167,19 +167,19 @@ def struck_row(
     `gaps_m` are the gaps between neighbours, from the striker on.
     """
     position, time = 0.0, 0.0
-    discs = [disc(0, speed, radius_m)]
+    discs = [build_disc(0, speed, radius_m)]
     impacts = []
     for k, gap in enumerate(gaps_m):
         position += 2 * radius_m + gap
         time += gap / speed
-        discs.append(disc(position, 0, radius_m))
-        impacts.append(impact(time, k, k + 1, 0, speed))
-    scene = scene_of(discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
+        discs.append(build_disc(position, 0, radius_m))
+        impacts.append(build_impact(time, k, k + 1, 0, speed))
+    scene = build_scene(discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
     source = "Equal masses exchange velocities: the velocity passes along the row, gap by gap"
-    return answered(scene, impacts, source, convention)
+    return build_staged(scene, impacts, source, convention)
 
 
-def answered(
+def build_staged(
     scene: Scene,
     impacts: Sequence[KnownImpact],
     source: str,
@@ -198,12 +198,12 @@ def answered(
             so that both can be computed.
         spins: Spin of each disc at the end, if known.
     """
-    ends = zip(*(_in_straight_lines(scene, impacts) if final is None else final), strict=True)
-    position, velocity = (tuple(map(vector, values)) for values in ends)
+    ends = zip(*(_compute_end_states(scene, impacts) if final is None else final), strict=True)
+    position, velocity = (tuple(map(to_vector, values)) for values in ends)
     return Staged(scene, KnownAnswer(source, tuple(impacts), len(impacts), velocity, position, None, convention, spins))
 
 
-def _in_straight_lines(scene: Scene, impacts: Sequence[KnownImpact]) -> list[tuple[complex, complex]]:
+def _compute_end_states(scene: Scene, impacts: Sequence[KnownImpact]) -> list[tuple[complex, complex]]:
     position = [complex(*body.position_m) for body in scene.discs]
     velocity = [complex(*body.velocity_m_s) for body in scene.discs]
     since = [0.0] * len(position)

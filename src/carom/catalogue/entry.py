@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Need, Scene, Wall
 from carom.model.trace import Trace, Vector
-from carom.model.walls import moved_by
+from carom.model.walls import move_wall
 
 
 class Tag(StrEnum):
@@ -165,7 +165,7 @@ class CatalogueScene:
 _MARKS: dict[Builder, tuple[Tag, ...]] = {}
 
 
-def marked(*marks: Tag) -> Callable[[Builder], Builder]:
+def add_tags(*marks: Tag) -> Callable[[Builder], Builder]:
     """Return a decorator that gives a scene tags that can't be derived from the scene and its answer."""
 
     def mark(build: Builder) -> Builder:
@@ -175,7 +175,7 @@ def marked(*marks: Tag) -> Callable[[Builder], Builder]:
     return mark
 
 
-def scenes_of(module: ModuleType) -> Iterator[CatalogueScene]:
+def list_scenes(module: ModuleType) -> Iterator[CatalogueScene]:
     """Yield the scenes of a module in the order of their definition, which reports use.
 
     Each private function without parameters that returns `Staged` is the builder of a scene. The first word of the
@@ -204,30 +204,32 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
         if (expected.first, expected.second) != (found["first"], found["second"]):
             return math.inf
-    return max(*_deviations(trace, known, scene), deepest_overlap(trace, scene) / _extent(scene), 0.0)
+    return max(
+        *_compute_deviations(trace, known, scene), compute_deepest_overlap(trace, scene) / _compute_extent(scene), 0.0
+    )
 
 
 _VELOCITIES = ("velocity_first_after", "velocity_second_after")
 
 
-def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[float]:
+def _compute_deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[float]:
     afters = [getattr(impact, name) for impact in known.impacts for name in _VELOCITIES]
     velocities = [*(disc.velocity_m_s for disc in scene.discs), *(after for after in afters if after is not None)]
     speed = max(math.hypot(*velocity) for velocity in velocities) or 1.0
     values: list[tuple[ArrayLike, ArrayLike | None, float]] = [
         (trace.final_velocity_m_s, known.final_velocity_m_s, speed),
-        (trace.final_position_m, known.final_position_m, _extent(scene)),
+        (trace.final_position_m, known.final_position_m, _compute_extent(scene)),
     ]
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
         values.append((found["time_s"], expected.time_s, scene.duration_s))
         values += [(found[name], getattr(expected, name), speed) for name in _VELOCITIES]
     if (energy := known.final_kinetic_energy_j) is not None:
         values.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
-    values += _spins_to_compare(trace, known, scene, speed)
-    return (_apart(found, expected, scale) for found, expected, scale in values if expected is not None)
+    values += _list_spin_pairs(trace, known, scene, speed)
+    return (_compute_difference(found, expected, scale) for found, expected, scale in values if expected is not None)
 
 
-def _spins_to_compare(
+def _list_spin_pairs(
     trace: Trace, known: KnownAnswer, scene: Scene, speed: float
 ) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
     """Yield found and known spins, and their scale; infinity if a method does not report a known spin."""
@@ -243,17 +245,17 @@ def _spins_to_compare(
         yield radius * spins, radius * known.final_spin_rad_s, speed
 
 
-def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
+def _compute_difference(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
     difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
     # A comparison with NaN is always false, so NaN would otherwise count as no deviation.
     return math.inf if math.isnan(difference) else difference
 
 
-def _extent(scene: Scene) -> float:
+def _compute_extent(scene: Scene) -> float:
     return max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m)
 
 
-def deepest_overlap(trace: Trace, scene: Scene) -> float:
+def compute_deepest_overlap(trace: Trace, scene: Scene) -> float:
     """Return the deepest overlap of two bodies at the end, metres; infinite if a position is NaN."""
     position = np.asarray(trace.final_position_m, dtype=np.float64)
     if not np.all(np.isfinite(position)):
@@ -266,11 +268,13 @@ def deepest_overlap(trace: Trace, scene: Scene) -> float:
         overlap = np.where(movable[i] | movable[rest], radius[i] + radius[rest] - distance, 0.0)
         deepest = max(deepest, float(np.max(overlap)))
     for begun in scene.walls:
-        wall = moved_by(begun, *begun.drive.moved_at(trace.end_time_s)) if begun.driven else begun
+        wall = move_wall(begun, *begun.drive.moved_at(trace.end_time_s)) if begun.driven else begun
         if isinstance(wall, Wall):
             reach = radius - (position - wall.point_m) @ np.array(wall.normal)
         else:
-            gap = [wall.outline.gap(x, y, r) for (x, y), r in zip(position.tolist(), radius.tolist(), strict=True)]
+            gap = [
+                wall.outline.compute_gap(x, y, r) for (x, y), r in zip(position.tolist(), radius.tolist(), strict=True)
+            ]
             reach = -np.array(gap)
         deepest = max(deepest, float(np.max(np.where(movable, reach, 0.0))))
     return deepest

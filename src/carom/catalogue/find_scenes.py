@@ -10,7 +10,7 @@ from itertools import chain
 from types import MappingProxyType
 
 from carom.catalogue.bug_reports.complaint import load_complaints
-from carom.catalogue.entry import CatalogueScene, Tag, scenes_of
+from carom.catalogue.entry import CatalogueScene, Tag, list_scenes
 from carom.catalogue.groups import (
     classics_collinear,
     classics_many_discs,
@@ -38,13 +38,13 @@ _ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
     """Return the catalogue's suite by full name, in the order of reports. The suite runs by default."""
-    return MappingProxyType({entry.name: entry for module in _SUITE for entry in scenes_of(module)})
+    return MappingProxyType({entry.name: entry for module in _SUITE for entry in list_scenes(module)})
 
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return all scenes by name: the suite, and the groups that run only when named."""
-    others = (entry for module in _ON_REQUEST for entry in scenes_of(module))
+    others = (entry for module in _ON_REQUEST for entry in list_scenes(module))
     return MappingProxyType({**catalogue(), **{entry.name: entry for entry in chain(load_complaints(), others)}})
 
 
@@ -60,9 +60,9 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
     everything = all_scenes()
     found: dict[str, CatalogueScene] = {}
     for pattern in patterns:
-        matches = [entry for entry in everything.values() if _matches(entry, pattern)]
+        matches = [entry for entry in everything.values() if _is_match(entry, pattern)]
         if not matches:
-            raise UnknownNameError(f"no scene is named {pattern!r}", hints=[_hint(pattern)])
+            raise UnknownNameError(f"no scene is named {pattern!r}", hints=[_format_hint(pattern)])
         found.update((entry.name, entry) for entry in matches)
     return list(found.values())
 
@@ -80,7 +80,7 @@ def scene_named(name: str) -> Scene:
     raise UnknownNameError(f"{name!r} is not the name of a single scene", hints=[f"it matches: {several}"])
 
 
-def _matches(entry: CatalogueScene, pattern: str) -> bool:
+def _is_match(entry: CatalogueScene, pattern: str) -> bool:
     if entry.name not in catalogue() and not pattern.startswith(entry.group):
         return False  # tags and patterns for all groups select from the suite only
     if pattern.startswith(_TAG_PREFIX):
@@ -88,7 +88,7 @@ def _matches(entry: CatalogueScene, pattern: str) -> bool:
     return fnmatchcase(entry.name, pattern) or entry.group == pattern
 
 
-def _hint(pattern: str) -> str:
+def _format_hint(pattern: str) -> str:
     entries = all_scenes().values()
     # Names are also compared without their groups, since the length of a group would hide the likeness.
     named = {candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])}

@@ -19,7 +19,7 @@ from carom.cli import address_space, commands, common
 from carom.cli.command_line import Command
 from carom.errors import CaromError
 
-__all__ = ["app", "app_of", "command"]
+__all__ = ["app", "build_app", "run_command_line"]
 
 #: Commands by purpose, in the order of `carom --help`.
 GROUPS = {
@@ -51,7 +51,7 @@ class CommandGroup(TyperGroup):
                     formatter.write_dl(listed)
 
 
-def app_of(names: Sequence[str]) -> typer.Typer:
+def build_app(names: Sequence[str]) -> typer.Typer:
     """Return the command line with the given commands.
 
     A command line with fewer commands starts faster, because Typer reads the options of each command.
@@ -78,7 +78,7 @@ def app_of(names: Sequence[str]) -> typer.Typer:
 
 def __getattr__(name: str) -> Any:
     if name == "app":  # all commands
-        globals()["app"] = whole = app_of(COMMANDS)
+        globals()["app"] = whole = build_app(COMMANDS)
         return whole
     message = f"module {__name__!r} has no attribute {name!r}"
     raise AttributeError(message)
@@ -100,7 +100,7 @@ def _options(
     del version  # the callback of the option has printed the version
 
 
-def command() -> str | int | None:
+def run_command_line() -> str | int | None:
     """Run the command and return its exit code, also if the output can't be written.
 
     Raises:
@@ -112,16 +112,16 @@ def command() -> str | int | None:
             if not {"-h", "--help", "--version"} & {*sys.argv}:  # these options do not load NumPy
                 address_space.require_address_space()
             asked = sys.argv[1:2]
-            app_of(asked if asked and asked[0] in COMMANDS else COMMANDS)()
+            build_app(asked if asked and asked[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
                 raise signal from None  # Typer handles every signal as Ctrl-C
             code = end.code if sys.stdout is out else 0  # Typer replaces `stdout` if the pipe is closed
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
-            if not isinstance(error, CaromError) and not address_space.limit_mb():
+            if not isinstance(error, CaromError) and not address_space.read_limit_mb():
                 raise
-            common.say_error(address_space.limit_error(error))
+            common.say_error(address_space.build_limit_error(error))
             code = common.EXIT_BAD_INPUT
         out.flush()  # now, because an error can still be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe

@@ -11,7 +11,7 @@ from carom.errors import CaromError, InputError
 LOADED = 0.75
 
 
-def limit_mb() -> float:
+def read_limit_mb() -> float:
     """Return the limit on this process's address space, megabytes; 0 if there is none."""
     try:
         import resource
@@ -21,11 +21,11 @@ def limit_mb() -> float:
     return 0.0 if limit == resource.RLIM_INFINITY else limit / 1e6
 
 
-def limit_error(error: BaseException) -> CaromError:
+def build_limit_error(error: BaseException) -> CaromError:
     """Return an error with a message that names the limit."""
     if isinstance(error, CaromError):
         return error
-    within = f"within {limit_mb():.0f} MB of address space (ulimit -v)"
+    within = f"within {read_limit_mb():.0f} MB of address space (ulimit -v)"
     return CaromError(f"{type(error).__name__}: {error}, {within}", hints=["raise the limit"])
 
 
@@ -38,7 +38,7 @@ def require_address_space() -> None:
     Raises:
         InputError: NumPy can't be loaded within the limit.
     """
-    if not limit_mb() or "numpy" in sys.modules:
+    if not read_limit_mb() or "numpy" in sys.modules:
         return
     child = os.fork()
     if not child:
@@ -46,7 +46,7 @@ def require_address_space() -> None:
         try:
             import resource
 
-            resource.setrlimit(resource.RLIMIT_AS, (round(LOADED * 1e6 * limit_mb()),) * 2)
+            resource.setrlimit(resource.RLIMIT_AS, (round(LOADED * 1e6 * read_limit_mb()),) * 2)
             null = os.open(os.devnull, os.O_RDWR)
             os.dup2(null, 1)
             os.dup2(null, 2)
@@ -60,5 +60,5 @@ def require_address_space() -> None:
             os._exit(code)
     _, status = os.waitpid(child, 0)
     if status:
-        within = f"{limit_mb():.0f} MB of address space (ulimit -v)"
+        within = f"{read_limit_mb():.0f} MB of address space (ulimit -v)"
         raise InputError(f"NumPy can't be loaded within {within}; raise the limit")

@@ -34,17 +34,17 @@ _SIGNS = {
 }
 
 
-def _plain(error: UnicodeError) -> tuple[str, int]:
+def _replace_characters(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    found = "".join(_SIGNS.get(sign) or _nearest(sign) for sign in error.object[error.start : error.end])
+    found = "".join(_SIGNS.get(sign) or _find_nearest(sign) for sign in error.object[error.start : error.end])
     return found, error.end
 
 
-def _nearest(sign: str) -> str:
+def _find_nearest(sign: str) -> str:
     """Return a letter without its accent, a dash for a box-drawing character, and a question mark for others."""
     bare = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode()
     return bare or ("-" if unicodedata.name(sign, "").startswith("BOX DRAWINGS") else "?")
 
 
-codecs.register_error(ERRORS, _plain)
+codecs.register_error(ERRORS, _replace_characters)

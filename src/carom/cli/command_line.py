@@ -20,18 +20,18 @@ _WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "i
 _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
 
-def command_line() -> str:
+def get_command_line() -> str:
     """Return the running command line, with the first name of each option; ``carom`` outside a command."""
     return _ASKED.get()
 
 
-def _plain_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
+def _format_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
     """Return the type of an option for ``--help``: a word such as ``NUMBER``, or the choices."""
     named = typed(ctx=ctx).strip("<>").removeprefix("list[").removesuffix("]")
     return "" if argument and "|" not in named else _WORDS.get(named, named)
 
 
-def with_default(text: str, default: str, span: str = "") -> str:
+def insert_default(text: str, default: str, span: str = "") -> str:
     """Insert default and range at the end of a help text's first sentence."""
     facts = "; ".join(filter(None, (default and f"default: {default}", span)))
     if not facts:
@@ -47,7 +47,7 @@ class Command(TyperCommand):
         super().__init__(*args, **more)
         for one in self.params:
             if typed := getattr(one, "display_type", None):  # older versions of Typer use plain words already
-                one.display_type = partial(_plain_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
+                one.display_type = partial(_format_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the command line. Remove Typer's prefix "Value error" from error messages."""

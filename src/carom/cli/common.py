@@ -16,8 +16,8 @@ import typer
 
 from carom.cli.ascii import ERRORS
 from carom.errors import AdapterError, CaromError
-from carom.support.escaping import visible
-from carom.support.options import step
+from carom.support.escaping import escape_controls
+from carom.support.options import build_step_kind
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,12 +37,12 @@ EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 Parameters = ParamSpec("Parameters")
 
 
-def out_option(text: str) -> Any:
+def declare_out_option(text: str) -> Any:
     """Return the option that names the output folder. `text` is its description, with the default if there is one."""
     return typer.Option("--out", "-o", show_default=False, help=text)
 
 
-def scenes_argument(default: str) -> Any:
+def declare_scenes_argument(default: str) -> Any:
     """Return the argument that names scenes. `default` describes the scenes without it."""
     text = f"Scene files, or names, groups or patterns of catalogue scenes (default: {default})."
     return typer.Argument(help=text)
@@ -51,7 +51,7 @@ def scenes_argument(default: str) -> Any:
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes.")
 
 
-def engines_named(words: list[str] | None) -> list[str] | None:
+def resolve_engines(words: list[str] | None) -> list[str] | None:
     """Resolve engine names and manifest paths to engine names. Engines of manifests are registered."""
     from carom.engines.registry import resolve_engine
 
@@ -74,11 +74,11 @@ Retry = Annotated[
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, not only the summary.")]
 
 
-def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
+def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
     """Wrap a command so that Carom's errors and signals become a message and an exit code."""
 
     @functools.wraps(command)
-    def guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+    def run_guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
         try:
             command(*args, **kwargs)
         except CaromError as error:
@@ -87,7 +87,7 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
             say_error(error)
             raise typer.Exit(EXIT_UNAVAILABLE if isinstance(error, UnavailableError) else EXIT_BAD_INPUT) from None
         except KeyboardInterrupt as error:
-            word, code = _ended(error)
+            word, code = _describe_signal(error)
             say(f"carom: {word}; no report was written", apart=True)
             raise typer.Exit(code) from None
         except BrokenPipeError:  # a reader such as `head` has closed the pipe
@@ -100,7 +100,7 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
             say("carom: not enough memory", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
 
-    return guarded
+    return run_guarded
 
 
 def drop_unwritten(*streams: TextIO) -> None:
@@ -117,8 +117,8 @@ def drop_unwritten(*streams: TextIO) -> None:
 
 def say(text: str, *, apart: bool = False) -> None:
     """Print text with control characters escaped. Text that is `apart` from the results goes to standard error."""
-    plain_where_needed()
-    typer.echo(visible(text), err=apart)
+    replace_missing_characters()
+    typer.echo(escape_controls(text), err=apart)
 
 
 def say_error(error: CaromError) -> None:
@@ -128,13 +128,13 @@ def say_error(error: CaromError) -> None:
 
 def say_lines(lines: Iterable[str]) -> None:
     """Print lines without wrapping. On a terminal, lines are cut at the width of the terminal."""
-    out = console()
-    for line in map(visible, lines):
+    out = build_console()
+    for line in map(escape_controls, lines):
         cut = out.is_terminal and len(line) > out.width
         typer.echo(f"{line[: out.width - 3].rstrip()}..." if cut else line)
 
 
-def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
+def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
     """Return message and exit code for the signal that ended a command. An error without a signal means Ctrl-C."""
     if hasattr(signal, "setitimer"):  # stop the timer that repeats the signal
         signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -143,7 +143,7 @@ def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
 
 
 @contextmanager
-def resumable(journal: Path, *others: Path) -> Iterator[None]:
+def guard_journals(journal: Path, *others: Path) -> Iterator[None]:
     """Guard work on journals. After a signal, print how to resume, and remove new journals that are still empty."""
     from carom.execution.journal import remove_unused
 
@@ -155,22 +155,22 @@ def resumable(journal: Path, *others: Path) -> Iterator[None]:
             remove_unused(path)
         if not journal.exists():  # no result was finished
             raise
-        word, code = _ended(error)
+        word, code = _describe_signal(error)
         say(f"carom: {word}; finished results are in {journal}, and --resume continues from them", apart=True)
         raise typer.Exit(code) from None
 
 
 @contextmanager
-def studied(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[Progress]:
+def run_study(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[Progress]:
     """Claim the output folder of a study with its journals, and show progress."""
-    from carom.support.folders import claimed
+    from carom.support.folders import claim_while_writing
 
-    with claimed(out, purpose, "--out"), resumable(journal, *others), progress_bar() as progress:
+    with claim_while_writing(out, purpose, "--out"), guard_journals(journal, *others), show_progress_bar() as progress:
         yield progress
 
 
 @contextmanager
-def progress_bar() -> Iterator[Progress]:
+def show_progress_bar() -> Iterator[Progress]:
     """Show the progress of a long command on a terminal, with an estimate of the remaining time."""
     if not sys.stderr.isatty():
         yield lambda _done, _total, _what: None
@@ -184,12 +184,12 @@ def progress_bar() -> Iterator[Progress]:
         task = bar.add_task("", total=None)
 
         def show(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=visible(what))
+            bar.update(task, completed=done, total=total, description=escape_controls(what))
 
         yield show
 
 
-def console() -> Console:
+def build_console() -> Console:
     """Return the console for results."""
     from rich.console import Console
 
@@ -197,44 +197,44 @@ def console() -> Console:
         def on_broken_pipe(self) -> None:
             raise  # noqa: PLE0704 - called during error handling; Rich would exit with code 1
 
-    plain_where_needed()
+    replace_missing_characters()
     # Disable markup, because names and messages of engines may contain brackets and colons. For a pipe, the variable
     # COLUMNS sets the width.
     return Out(highlight=False, markup=False, emoji=False)
 
 
-def plain_where_needed() -> None:
+def replace_missing_characters() -> None:
     """Let standard output and standard error replace characters that their encoding lacks."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ERRORS)
 
 
-def say_place(what: str, path: Path) -> None:
+def say_path(what: str, path: Path) -> None:
     """Print the path of a written file on one line, without control characters."""
-    console().print(f"{what}: {visible(str(path))}", soft_wrap=True)
+    build_console().print(f"{what}: {escape_controls(str(path))}", soft_wrap=True)
 
 
 def print_document(document: Document, *, full: bool = False, **places: Path | None) -> None:
     """Print a document's summary (with `full` all of it), and the paths of written files."""
-    from carom.report.render.terminal import terminal
+    from carom.report.render.terminal import render_terminal
 
-    out = console()
-    for item in terminal(document, out.width, full=full):
+    out = build_console()
+    for item in render_terminal(document, out.width, full=full):
         out.print(item)
     for what, path in places.items():
         if path is not None:
-            say_place(what, path)
+            say_path(what, path)
 
 
-def hand_over(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
+def write_report(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
     """Write a document to HTML and Markdown files, if given, and print it. For ``-`` print only the Markdown."""
-    from carom.report.render.html import html
-    from carom.report.render.markdown import markdown as markdown_of
+    from carom.report.render.html import render_html
+    from carom.report.render.markdown import render_markdown as markdown_of
     from carom.support.folders import write_file
 
     if page is not None:
-        write_file(page, html(document))
+        write_file(page, render_html(document))
     if markdown == Path("-"):
         say(markdown_of(document).removesuffix("\n"))
         return
@@ -243,17 +243,17 @@ def hand_over(document: Document, page: Path | None, markdown: Path | None, *, f
     print_document(document, full=full)
 
 
-def seconds(text: str) -> float:
+def parse_step(text: str) -> float:
     """Parse a step such as ``1/240`` or ``0.004``."""
-    kind = step()
+    kind = build_step_kind()
     try:
         found: float = kind.take(kind.read(text))
     except (ValueError, OverflowError):
-        raise kind.refusal("--dt", text) from None
+        raise kind.build_error("--dt", text) from None
     return found
 
 
-def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
+def load_scenes(names: list[str]) -> list[Scene | CatalogueScene]:
     """Load scene files, and find catalogue scenes by name (default: the whole catalogue)."""
     from carom.catalogue import catalogue, find_scenes
     from carom.model.scene_file import load_scene
@@ -267,8 +267,8 @@ def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
     return found
 
 
-def plain_scenes_named(names: list[str]) -> list[Scene]:
-    """Return the scenes that `scenes_named` finds, without their known answers."""
+def load_plain_scenes(names: list[str]) -> list[Scene]:
+    """Return the scenes that `load_scenes` finds, without their known answers."""
     from carom.model.scene import Scene
 
-    return [entry if isinstance(entry, Scene) else entry.scene for entry in scenes_named(names)]
+    return [entry if isinstance(entry, Scene) else entry.scene for entry in load_scenes(names)]

@@ -10,54 +10,54 @@ from typing import Annotated, Any, Concatenate, ParamSpec, TypeVar, get_type_hin
 
 import typer
 
-from carom.cli.command_line import with_default
-from carom.cli.common import guarded
-from carom.support.options import DeclaredOptions, Option, declared_options, format_bound
+from carom.cli.command_line import insert_default
+from carom.cli.common import handle_errors
+from carom.support.options import DeclaredOptions, Option, format_bound, list_declared_options
 
 Asked = TypeVar("Asked", bound=DeclaredOptions)
 Parameters = ParamSpec("Parameters")
 
 
-def asking(
+def add_options(
     kind: type[Asked],
 ) -> Callable[[Callable[Concatenate[Asked, Parameters], None]], Callable[..., None]]:
     """Return a decorator that adds a study's declared options to a command, which gets them as its first argument."""
 
-    def decorated(body: Callable[Concatenate[Asked, Parameters], None]) -> Callable[..., None]:
+    def decorate(body: Callable[Concatenate[Asked, Parameters], None]) -> Callable[..., None]:
         made = [
             inspect.Parameter(
                 name,
                 inspect.Parameter.KEYWORD_ONLY,
                 default=None,
-                annotation=Annotated[_type(one), shown_option(kind, name)],
+                annotation=Annotated[_type_of(one), build_typer_option(kind, name)],
             )
-            for name, one in declared_options(kind).items()
+            for name, one in list_declared_options(kind).items()
             if one.flags
         ]
 
         @wraps(body)
-        def command(*args: Any, **given: Any) -> None:
-            body(kind.said({one.name: given.pop(one.name, None) for one in made}), *args, **given)
+        def run_command(*args: Any, **given: Any) -> None:
+            body(kind.parse_command_line({one.name: given.pop(one.name, None) for one in made}), *args, **given)
 
         hints = get_type_hints(body, include_extras=True)
         _, *own = inspect.signature(body).parameters.values()
         own = [one.replace(annotation=hints[one.name], kind=inspect.Parameter.KEYWORD_ONLY) for one in own]
-        command.__signature__ = inspect.Signature([*own, *made])  # type: ignore[attr-defined] # Typer reads it
-        command.__annotations__ = {one.name: one.annotation for one in (*own, *made)}
-        return guarded(command)
+        run_command.__signature__ = inspect.Signature([*own, *made])  # type: ignore[attr-defined] # Typer reads it
+        run_command.__annotations__ = {one.name: one.annotation for one in (*own, *made)}
+        return handle_errors(run_command)
 
-    return decorated
+    return decorate
 
 
-def shown_option(kind: type[DeclaredOptions], name: str) -> Any:
+def build_typer_option(kind: type[DeclaredOptions], name: str) -> Any:
     """Return a declared option for Typer, with description, default and range."""
-    one = declared_options(kind)[name]
+    one = list_declared_options(kind)[name]
     (default,) = (field.default for field in dataclasses.fields(kind) if field.name == name)
-    text = with_default(one.what, one.default or _default(one, default), one.kind.range)
+    text = insert_default(one.what, one.default or _format_default(one, default), one.kind.range)
     return typer.Option(*one.flags, metavar=one.kind.word or None, help=text)
 
 
-def _default(one: Option, default: Any) -> str:
+def _format_default(one: Option, default: Any) -> str:
     if default is None or default is False or default == ():
         return ""
     if default is True:
@@ -67,7 +67,7 @@ def _default(one: Option, default: Any) -> str:
     return format_bound(default) if isinstance(default, int | float) else str(default)
 
 
-def _type(one: Option) -> Any:
+def _type_of(one: Option) -> Any:
     if not one.kind.word:
         return bool | None
     return list[str] | None if one.many or one.kind.gather else str | None

@@ -2,11 +2,11 @@
 
 from carom.comparator.compare import Score, Scorer, compare
 from carom.comparator.grades import Grade
-from carom.comparator.horizon import Horizon, horizon, horizon_of
+from carom.comparator.horizon import Horizon, compute_horizon, horizon
 from carom.comparator.measure.errors import Errors, ImpactError
 from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.scales import Scales
-from carom.comparator.stepwise import local_truth
+from carom.comparator.stepwise import compute_local_truth
 from carom.comparator.verdict import Finding, Verdict
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "Scorer",
     "Verdict",
     "compare",
+    "compute_horizon",
+    "compute_local_truth",
     "horizon",
-    "horizon_of",
-    "local_truth",
 ]

@@ -56,7 +56,7 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
     edits, inverted = compare_order(reference, observed, alignment)
     pit_alignment = against_pit = pit_parted_s = None
     if pit is not None:
-        pit_alignment = compared.baseline.once(_align_pit, compared.compared)
+        pit_alignment = compared.baseline.compute_once(_align_pit, compared.compared)
         against_pit = match_impacts(pit, observed, compared.pit_range)
         if pit_alignment is not None:
             pit_parted_s = _find_parting(reference, pit, pit_alignment, ())
@@ -98,9 +98,9 @@ def _find_shown_by_states(
     windows = truth.windows[meetings["window"]]
     kept = windows["entangled"] & ~meetings["missed"] & ~np.isnan(meetings["due_s"])
     begin_s, end_s = windows["begin_s"][kept] - dt_s, windows["end_s"][kept] + dt_s
-    bodies = _sorted_bodies(meetings[kept])
+    bodies = _sort_bodies(meetings[kept])
     impacts = reference.impacts[list(missed)]
-    found = zip(missed, impacts["time_s"], _sorted_bodies(impacts), strict=True)
+    found = zip(missed, impacts["time_s"], _sort_bodies(impacts), strict=True)
     return frozenset(
         number
         for number, time_s, pair in found
@@ -108,7 +108,7 @@ def _find_shown_by_states(
     )
 
 
-def _sorted_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
+def _sort_bodies(rows: NDArray[np.void]) -> NDArray[np.int64]:
     return np.sort(np.stack([rows["first"], rows["second"]], axis=1))
 
 
@@ -139,7 +139,7 @@ def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tu
     sequence = sorted([*to_reference, *alignment.spurious])
     expected = sorted([*to_reference.values(), *alignment.missed])
     inverted = _sort_by_reference(sequence, to_reference, reference, observed)
-    edits = edit_distance(_pairs(reference, expected), _pairs(observed, sequence))
+    edits = compute_edit_distance(_list_pairs(reference, expected), _list_pairs(observed, sequence))
     return edits, tuple(sorted(inverted))
 
 
@@ -173,12 +173,12 @@ def _sort_by_reference(
     return inverted
 
 
-def _pairs(trace: Trace, indices: Sequence[int]) -> list[Pair]:
+def _list_pairs(trace: Trace, indices: Sequence[int]) -> list[Pair]:
     first, second = trace.impacts["first"].tolist(), trace.impacts["second"].tolist()
     return [(first[k], second[k]) for k in indices]
 
 
-def edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
+def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
     """Return the smallest number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
 
     This is the restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate
@@ -194,13 +194,13 @@ def edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
     a, b = a[start : len(a) - end], b[start : len(b) - end]
     band = 4
     while True:
-        found = _edit_distance_within(a, b, band) if abs(len(a) - len(b)) <= band else band + 1
+        found = _compute_edit_distance_within(a, b, band) if abs(len(a) - len(b)) <= band else band + 1
         if found <= band or band >= MOST_EDITS:
             return min(found, MOST_EDITS)
         band *= 2
 
 
-def _edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
+def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
     """Return the distance if it is at most `band`, otherwise a larger number."""
     beyond = band + 1
     width = 2 * band + 1

@@ -28,7 +28,7 @@ from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.derive_verdicts import derive_verdicts
 from carom.errors import InputError
 from carom.model.trace import Trace
-from carom.support.checks import instance
+from carom.support.checks import check_instance
 from carom.support.display import Shown
 
 
@@ -169,9 +169,9 @@ class Scorer:
     """Scores many runs against one reference and PIT at one step. The arguments are those of `compare`."""
 
     def __init__(self, reference: Trace, sampling: Trace | None, horizon: float | None) -> None:
-        instance("reference", reference, Trace)
+        check_instance("reference", reference, Trace)
         if sampling is not None:
-            instance("sampling", sampling, Trace)
+            check_instance("sampling", sampling, Trace)
             _require_scene(reference, "sampling", sampling)
             require_possible_trace(sampling)
         require_possible_trace(reference)
@@ -183,7 +183,7 @@ class Scorer:
 
     def score(self, observed: Trace) -> Score:
         """Score an observed trace."""
-        instance("observed", observed, Trace)
+        check_instance("observed", observed, Trace)
         reference, step_s, pit_s = self._baseline.reference, observed.dt_s, self._pit_s
         _require_scene(reference, "the observed trace", observed)
         require_possible_trace(observed)
@@ -194,7 +194,7 @@ class Scorer:
             )
         # NaN and infinities have a verdict. NumPy's warnings would only repeat it.
         with np.errstate(all="ignore"):
-            return _score_of(_run_stages(self._baseline, observed, self._horizon))
+            return _build_score(_run_stages(self._baseline, observed, self._horizon))
 
 
 def _require_scene(reference: Trace, what: str, trace: Trace) -> None:
@@ -204,7 +204,7 @@ def _require_scene(reference: Trace, what: str, trace: Trace) -> None:
         raise InputError(f"{message} or of another version of it: only traces of one scene can be compared")
 
 
-def _score_of(graded: GradedRun) -> Score:
+def _build_score(graded: GradedRun) -> Score:
     return Score(
         expected=graded.compared.impacts,
         errors=graded.measured.errors,

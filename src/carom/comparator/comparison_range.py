@@ -47,7 +47,7 @@ class Baseline:
         """The baseline without instants at which the reference has no unique answer."""
         return Baseline(replace(self.reference, ambiguous=()), self.pit)
 
-    def once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
+    def compute_once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
         """Return the result of a function of this baseline and some arguments. Only the first call computes it."""
         key = (function, arguments)
         if key not in self._known:
@@ -139,7 +139,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
     compared = clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit)
     truth, tie_s = observed.local_truth, None
     if reference.outcome is Outcome.CRUSHED and truth is not None:  # after it is crushed, a disc has no possible state
-        truth = truth.before(compared.until_s)
+        truth = truth.clip_to(compared.until_s)
     if reference.ambiguous:
         times = reference.impacts["time_s"]
         # Impacts that are so close to the instant without a unique answer may belong to it.
@@ -147,10 +147,12 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
         if not (tie_s < compared.until_s and np.any(times < tie_s)):
             tie_s = None
     pit_range = None if pit is None else comparison_range(pit, compared.until_s)
-    return ComparedRun(baseline, reference, observed, pit, baseline.once(_scales_of), compared, pit_range, truth, tie_s)
+    return ComparedRun(
+        baseline, reference, observed, pit, baseline.compute_once(_compute_scales), compared, pit_range, truth, tie_s
+    )
 
 
-def _scales_of(baseline: Baseline) -> Scales:
+def _compute_scales(baseline: Baseline) -> Scales:
     return compute_scales(baseline.reference.scene, baseline.reference)
 
 
@@ -195,7 +197,7 @@ def clip_before_rest(
         ends_s = [reference.contact_s, *np.nextafter(times[weak][:1], -math.inf).tolist()]
         if pit is not None and bounces:
             alignment = match_impacts(reference, pit)
-            ends_s += [_pit_follows_until(reference, pair, bounces[pair][0], pit, alignment) for pair in bounces]
+            ends_s += [_find_end_of_pit_bounces(reference, pair, bounces[pair][0], pit, alignment) for pair in bounces]
         until_s = min(ends_s)
     count = int(np.searchsorted(times, until_s, side="right"))
     return compared if compared.until_s <= until_s else ComparisonRange(min(count, compared.impacts), until_s)
@@ -241,7 +243,7 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
     return found
 
 
-def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
+def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
     """Return the last frame at which PIT still has the final bounces of a pair; infinity if PIT has all of them.
 
     PIT finds each bounce late, so the following hops are slightly shorter or longer. Hops get ever shorter. So at some
@@ -251,7 +253,7 @@ def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace,
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]
     found = group_by_pair(pit.impacts).get(pair, [])
-    stuck = _falls_back(pit, found)
+    stuck = _find_falling_back(pit, found)
     begin_s, reference_of = float(expected_s[first_row]), {o: r for r, o in alignment.matched}
     for nth, k in enumerate(found):
         if found_s[k] <= begin_s:
@@ -266,7 +268,7 @@ def _pit_follows_until(reference: Trace, pair: Pair, first_row: int, pit: Trace,
     return math.inf
 
 
-def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
+def _find_falling_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
     """Return, for each given impact of one pair, whether gravity pulls the disc back before it has separated.
 
     The pair overlaps by `depth` when the impact is found, and separates at the speed `parting`. The disc gets out only
@@ -279,7 +281,7 @@ def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
     for flight in free_flights(trace):
         if flight.impact == len(trace.impacts):
             break
-        place[flight.disc] = flight.at(flight.end_s)
+        place[flight.disc] = flight.position_at(flight.end_s)
         if (nth := wanted.get(flight.impact)) is None:
             continue
         impact = trace.impacts[flight.impact]
@@ -290,7 +292,7 @@ def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
         else:
             pull = pulled[first] @ normal
             x, y = place[first].tolist()
-            depth = radius[first] - bodies.side_of(wall_index(second), x, y, flight.end_s)[0]
+            depth = radius[first] - bodies.measure_wall_distance(wall_index(second), x, y, flight.end_s)[0]
         parting = (impact["velocity_second_after"] - impact["velocity_first_after"]) @ normal
         back[nth] = parting**2 <= 2.0 * pull * max(depth, 0.0)
     return back

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carom.comparator.grades import Grade, worst_grade
+from carom.comparator.grades import Grade, find_worst_grade
 from carom.comparator.measure.errors import Errors, Measured
 from carom.comparator.measure.sampling_cost import SamplingCost
 from carom.comparator.measure.stepwise_score import LocalScore
-from carom.comparator.scales import largest
+from carom.comparator.scales import find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.judged_run import JudgedRun
@@ -82,7 +82,7 @@ def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
         return contact.grade if is_alone and contact.grade is Grade.WRONG else flight_grade
     if flight_grade is Grade.UNGRADED or not judged.compared.impacts:
         return contact.grade if judged.convention is None else flight_grade
-    return worst_grade(flight_grade, contact.grade)
+    return find_worst_grade(flight_grade, contact.grade)
 
 
 def _grade_flight(judged: JudgedRun) -> Grade:
@@ -99,7 +99,7 @@ def _grade_flight(judged: JudgedRun) -> Grade:
     agrees_alone = local.agrees_alone and local.grade is not Grade.WRONG
     if trajectory_grade is Grade.EXACT and judged.compared.is_whole_run and agrees_alone:
         return trajectory_grade if judged.compared.impacts else Grade.UNGRADED
-    return worst_grade(trajectory_grade, local.grade)
+    return find_worst_grade(trajectory_grade, local.grade)
 
 
 def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
@@ -128,7 +128,7 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         is_certain = judged.grade_before_tie in {Grade.WRONG, Grade.INACCURATE}
         return judged.grade_before_tie if judged.grade_before_tie is not None and is_certain else Grade.UNGRADED
     undecided = bool(judged.alignment.undecided)
-    to_rounding = _agrees_to_rounding(judged, judged.measured, judged.rounding_s)
+    to_rounding = _is_within_rounding(judged, judged.measured, judged.rounding_s)
     if to_rounding and not undecided and _is_consistent(judged, allow_sampling=False):
         return Grade.EXACT
     if judged.sampling is None or judged.sampling_cost is None:
@@ -144,7 +144,7 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
     # If all steps are sampled or better, sampling alone explains the final state. If so, PIT's worst phase is the
     # limit.
     local = judged.local_truth
-    is_only_sampled = local is not None and worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
+    is_only_sampled = local is not None and find_worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
     has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
     return Grade.SAMPLED if sampled and has_good_end else Grade.INACCURATE
 
@@ -157,7 +157,7 @@ def _has_pit_results(judged: JudgedRun) -> bool:
     return (
         not (alignment.missed or alignment.spurious or alignment.undecided)
         and _is_consistent(judged)
-        and _agrees_to_rounding(judged, judged.measured_against_pit, judged.rounding * judged.scales.time_s)
+        and _is_within_rounding(judged, judged.measured_against_pit, judged.rounding * judged.scales.time_s)
     )
 
 
@@ -174,7 +174,7 @@ def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
     return is_rounding and not judged.contradictions
 
 
-def _agrees_to_rounding(judged: JudgedRun, measured: Measured, rounding_s: float) -> bool:
+def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float) -> bool:
     """Whether all measured errors are within rounding.
 
     NaN marks what is not measured: final states beyond a horizon, and spins if no disc spins.
@@ -183,7 +183,7 @@ def _agrees_to_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
     return (
         all(abs(error.time_s) <= rounding_s and judged.is_rounding(error, measured) for error in errors)
         and abs(largest.energy) <= min(judged.rounding, THRESHOLDS.energy)
-        and not (measured.ends > judged.end_rounding(measured, exactly=True)).any()
+        and not (measured.ends > judged.compute_end_rounding(measured, exactly=True)).any()
     )
 
 
@@ -260,7 +260,9 @@ def _has_good_end(judged: JudgedRun, cost: SamplingCost | Errors, part: float = 
     )
     scales = judged.scales
     allowed = np.array([position * scales.length_m, velocity * scales.speed_m_s, spin * scales.rim_m_s])[:, None]
-    return not bool(np.any(judged.measured.ends > allowed + judged.end_rounding(judged.measured, exactly=False)))
+    return not bool(
+        np.any(judged.measured.ends > allowed + judged.compute_end_rounding(judged.measured, exactly=False))
+    )
 
 
 def _compute_price_paid(judged: JudgedRun) -> float:
@@ -284,6 +286,6 @@ def _compute_price_paid(judged: JudgedRun) -> float:
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
         # In this case, late detection changes times only, not velocities. PIT is late by up to a step per impact, and
         # lateness adds up.
-        late_s = abs(largest((error.time_s for error in errors), default=0.0))
+        late_s = abs(find_largest((error.time_s for error in errors), default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

@@ -26,6 +26,6 @@ class Grade(Enum):
         return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
 
 
-def worst_grade(*grades: Grade) -> Grade:
+def find_worst_grade(*grades: Grade) -> Grade:
     """Return the worst of some grades; UNGRADED counts as worse than any."""
     return max(grades, key=list(Grade).index)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.impact_matching import group_by_pair
-from carom.comparator.scales import largest
+from carom.comparator.scales import find_largest
 from carom.errors import InputError, SceneError
-from carom.model.scene import Disc, Scene, as_scene
+from carom.model.scene import Disc, Scene, to_scene
 from carom.model.trace import Mode, Outcome, Trace, rim_speeds, velocities
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
@@ -92,15 +92,15 @@ def horizon(
         >>> carom.horizon("classics/gas").agreed
         45
     """
-    scene = as_scene(scene)
+    scene = to_scene(scene)
     trace = solve_pic(scene, max_impacts=max_impacts)
     if trace.outcome is Outcome.CRUSHED:  # the certified run may not end there by itself
         max_impacts = len(trace.impacts)
     certified = certify(scene, max_impacts=max_impacts, time_budget_s=time_budget_s)
-    return horizon_of(certified, trace, tolerance=tolerance)
+    return compute_horizon(certified, trace, tolerance=tolerance)
 
 
-def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RELIABLE_ERROR) -> Horizon:
+def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RELIABLE_ERROR) -> Horizon:
     """Return the part of a trace that agrees with a certified run of the same scene.
 
     Two impacts may be in either order if their order makes no difference.
@@ -113,7 +113,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RE
     if not 0 < tolerance < math.inf:
         raise InputError(f"tolerance must be above 0, got {tolerance}")
     scene, truth = trace.scene, certified.trace.impacts
-    order = _certified_order(certified, trace, tolerance * scene.duration_s)
+    order = _sort_as_certified(certified, trace, tolerance * scene.duration_s)
     found = trace.impacts[order]
     complete = certified.trace.end_time_s == scene.duration_s
     common = min(len(found), len(truth))
@@ -124,7 +124,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RE
     # The error includes the radii of certified numbers: an impact agrees only if it was proven to the tolerance.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # discs that start at rest can gain speed
-        speed = largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
+        speed = find_largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
     end = common if order_differs is None else order_differs
     rims = np.zeros(end)
     if trace.spins is not None and certified.trace.spins is not None and certified.spin_radii is not None:
@@ -135,7 +135,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RE
             off = np.abs(spins[0] - spins[1]) + certified.spin_radii[f"{side}_after"][:end]
             rims = np.maximum(rims, radius * off / speed)
     error = np.maximum(
-        _largest_difference(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end]), rims
+        _compute_largest_differences(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end]), rims
     )
     beyond = np.flatnonzero(~(error <= tolerance))
     agreed = int(beyond[0]) if len(beyond) else end
@@ -144,7 +144,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RE
     return Horizon(tolerance, agreed, order_differs, len(truth), complete, end_s)
 
 
-def _largest_difference(
+def _compute_largest_differences(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
     """Return the largest relative difference of each two impacts, in time and in velocities after; NaN stays NaN."""
@@ -155,12 +155,12 @@ def _largest_difference(
     return found
 
 
-def _certified_order(certified: CertifiedTrace, trace: Trace, alike_s: float) -> NDArray[np.intp]:
+def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) -> NDArray[np.intp]:
     """Return a trace's impacts as indices in the order of the certified run; only impacts that commute are swapped.
 
     Bounces that the certified run replaces by a landing at nearly the same time are omitted.
     """
-    truth, order = certified.trace.impacts, np.flatnonzero(~_belongs_to_landing(certified.trace, trace, alike_s))
+    truth, order = certified.trace.impacts, np.flatnonzero(~_find_landing_bounces(certified.trace, trace, alike_s))
     found = trace.impacts[order]
     bodies = ["first", "second"]
     for a, b in certified.commuted:
@@ -170,7 +170,7 @@ def _certified_order(certified: CertifiedTrace, trace: Trace, alike_s: float) ->
     return order
 
 
-def _belongs_to_landing(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
+def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
     """Return which impacts of a trace the certified run replaces by a landing at nearly the same time."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
@@ -216,7 +216,7 @@ def estimate_horizon(reference: Trace) -> float | None:
     matched = np.maximum(same, 0)
     rims = rim_speeds(reference, "after"), rim_speeds(other, "after")[:, matched]
     speed = max(speed, float(np.max(np.abs(rims))))
-    error = _largest_difference(one, other.impacts[matched], scene.duration_s, speed)
+    error = _compute_largest_differences(one, other.impacts[matched], scene.duration_s, speed)
     error = np.maximum(error, np.max(np.abs(rims[0] - rims[1]), axis=0) / speed)
     differs = ~(error <= RELIABLE_ERROR)
     diverged = np.where(same < 0, ~last, differs)

@@ -68,7 +68,7 @@ class Alignment:
 def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange | None = None) -> Alignment:
     """Align the impacts of two traces of one scene, and return the part within a range (default: all)."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
-    windows = _windows(reference, slack)
+    windows = _compute_time_windows(reference, slack)
     timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
     observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in group_by_pair(observed.impacts).items()}
     times = (reference.impacts["time_s"], observed.impacts["time_s"])
@@ -119,7 +119,7 @@ def group_by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
     return indices
 
 
-def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
+def _compute_time_windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
     """Return the earliest and latest time at which each reference impact may be observed."""
     impacts = reference.impacts
     rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))

@@ -15,17 +15,17 @@ _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name]
 _SPINS = SPIN_DTYPE.names or ()
 
 
-def finite_impacts(trace: Trace) -> NDArray[np.bool_]:
+def find_finite_impacts(trace: Trace) -> NDArray[np.bool_]:
     """Return whether all numbers of each impact are finite, shape ``(m,)``."""
     numbers = [trace.impacts[name] for name in _NUMBERS]
     numbers += [] if trace.spins is None else [trace.spins[name] for name in _SPINS]
     if all(np.isfinite(values).all() for values in numbers):  # the usual case
         return np.ones(len(trace.impacts), dtype=np.bool_)
-    sound: NDArray[np.bool_] = np.all([_finite_rows(values) for values in numbers], axis=0)
+    sound: NDArray[np.bool_] = np.all([_find_finite_rows(values) for values in numbers], axis=0)
     return sound
 
 
-def turned(before: NDArray[np.float64], after: NDArray[np.float64], float_bits: int) -> NDArray[np.bool_]:
+def find_turned_impacts(before: NDArray[np.float64], after: NDArray[np.float64], float_bits: int) -> NDArray[np.bool_]:
     """Return whether each impact changed a velocity by more than rounding, shape ``(m,)``.
 
     Args:
@@ -51,43 +51,45 @@ def find_non_finite(trace: Trace) -> str:
 def _iterate_non_finite(trace: Trace) -> Iterator[str]:
     impacts, state, effective, samples = trace.impacts, trace.state_before, trace.effective_time_s, trace.samples
     for name in _NUMBERS:
-        yield from _first_non_finite(f"{name} of impact", impacts[name])
+        yield from _describe_first_non_finite(f"{name} of impact", impacts[name])
     if trace.spins is not None:
         for name in _SPINS:
-            yield from _first_non_finite(f"spin {name} of impact", trace.spins[name])
+            yield from _describe_first_non_finite(f"spin {name} of impact", trace.spins[name])
     unknown = np.zeros(len(impacts), dtype=np.bool_)
     if state is not None:
         places = np.concatenate([state["position_first"], state["position_second"]], axis=1)
         unknown = np.isnan(places).all(axis=1) & ~np.isinf(state["time_s"])
         for name in state.dtype.names or ():
-            yield from _first_non_finite(f"{name} of the state before impact", state[name], unknown)
+            yield from _describe_first_non_finite(f"{name} of the state before impact", state[name], unknown)
     if effective is not None:
-        changed = turned(velocities(impacts, "before"), velocities(impacts, "after"), trace.float_bits)
-        yield from _first_non_finite(
+        changed = find_turned_impacts(velocities(impacts, "before"), velocities(impacts, "after"), trace.float_bits)
+        yield from _describe_first_non_finite(
             "effective_time_s of impact", effective, np.isnan(effective) & (unknown | ~changed)
         )
-    yield from _first_non_finite("final_position_m of disc", trace.final_position_m)
-    yield from _first_non_finite("final_velocity_m_s of disc", trace.final_velocity_m_s)
+    yield from _describe_first_non_finite("final_position_m of disc", trace.final_position_m)
+    yield from _describe_first_non_finite("final_velocity_m_s of disc", trace.final_velocity_m_s)
     if trace.final_spin_rad_s is not None:
-        yield from _first_non_finite("final_spin_rad_s of disc", trace.final_spin_rad_s)
+        yield from _describe_first_non_finite("final_spin_rad_s of disc", trace.final_spin_rad_s)
     for name in ("end_time_s", "dt_s"):
         if not math.isfinite(getattr(trace, name)):
             yield f"{name} is {getattr(trace, name)}"
     if samples is not None:
-        yield from _first_non_finite("time_s of sample", samples.time_s)
-        yield from _first_non_finite("position_m of sample", samples.position_m)
+        yield from _describe_first_non_finite("time_s of sample", samples.time_s)
+        yield from _describe_first_non_finite("position_m of sample", samples.position_m)
 
 
-def _finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
+def _find_finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
     """Return whether each row of an array is finite."""
     array = np.asarray(values, dtype=np.float64)
     return np.asarray(np.isfinite(array).all(axis=tuple(range(1, array.ndim))), dtype=np.bool_)
 
 
-def _first_non_finite(what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False) -> Iterator[str]:
+def _describe_first_non_finite(
+    what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False
+) -> Iterator[str]:
     """Yield a description of the first row that is not finite, except for rows that are allowed to be."""
     if np.isfinite(values).all():
         return
-    for row in np.flatnonzero(~(_finite_rows(values) | allowed))[:1].tolist():
+    for row in np.flatnonzero(~(_find_finite_rows(values) | allowed))[:1].tolist():
         shown = ", ".join(f"{value:g}" for value in np.ravel(np.asarray(values)[row])[:2].tolist())
         yield f"{what} {row} is {shown}"

@@ -115,19 +115,19 @@ def compute_own_scales(trace: Trace) -> OwnScales:
     )
 
 
-def median(values: Array) -> float:
+def compute_median(values: Array) -> float:
     """Return the median of one or more values; NaN if a value is NaN. NumPy's median would load masked arrays first."""
     ordered = np.sort(values)  # NaN is last
     one, other = ordered[[(len(ordered) - 1) // 2, len(ordered) // 2]].tolist()
     return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2
 
 
-def largest_of(values: Array) -> float:
+def find_largest_in_array(values: Array) -> float:
     """Return the value of the largest magnitude, like `largest`; NaN for an empty array."""
     return float(values[np.abs(values).argmax()]) if len(values) else math.nan  # the first NaN counts as largest
 
 
-def largest(values: Iterable[float], default: float = math.nan) -> float:
+def find_largest(values: Iterable[float], default: float = math.nan) -> float:
     """Return the value of the largest magnitude, with its sign; NaN if one of them is NaN, which `max` ignores.
 
     Args:

@@ -15,12 +15,12 @@ from carom.comparator.slowing import Slowing
 from carom.errors import InputError, SceneError
 from carom.model.scene import Scene
 from carom.model.trace import Trace, Vector
-from carom.model.walls import AnyWall, Leg, begun_at, driven_back, moved_by
+from carom.model.walls import AnyWall, Leg, move_wall, reverse_motion, shift_legs
 from carom.solvers.pic import solve_pic
-from carom.support.formatting import seconds
+from carom.support.formatting import format_seconds
 
 
-def even_phases(count: int) -> tuple[float, ...]:
+def list_even_phases(count: int) -> tuple[float, ...]:
     """Return `count` phases that are evenly spread over a step, beginning with 0.
 
     Raises:
@@ -31,7 +31,7 @@ def even_phases(count: int) -> tuple[float, ...]:
     return tuple(k / count for k in range(count))
 
 
-def shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> Iterator[Scene]:
+def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> Iterator[Scene]:
     """Yield a scene shifted along its own motion to each phase, except for phases to which it can't be shifted.
 
     All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by the same time. If an
@@ -47,20 +47,21 @@ def shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> It
     for phase in phases:
         ahead = phase * dt_s
         try:
-            yield _shifted(scene, ahead if ahead < min(first, scene.duration_s) else ahead - dt_s)
+            yield _shift_scene(scene, ahead if ahead < min(first, scene.duration_s) else ahead - dt_s)
         except SceneError:
             continue
 
 
-def shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
-    """Return the references of the scenes of `shifted_scenes`.
+def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
+    """Return the references of the scenes of `build_shifted_scenes`.
 
     Shifts that change the impacts of the scene are omitted: the way back may lead through another body, or the last
     impact may be after the end.
     """
     bodies = ["first", "second"]
     traces = (
-        solve_pic(moved, max_impacts=len(reference.impacts) + 1) for moved in shifted_scenes(reference, dt_s, phases)
+        solve_pic(moved, max_impacts=len(reference.impacts) + 1)
+        for moved in build_shifted_scenes(reference, dt_s, phases)
     )
     return tuple(
         trace
@@ -85,51 +86,51 @@ def shift_start(scene: Scene, by_s: float) -> Scene:
     if by_s == 0.0:
         return scene
     for shift_s in (-by_s, by_s):
-        if shift_s < scene.duration_s and _nothing_meets(scene, shift_s):
-            return _shifted(scene, shift_s)
+        if shift_s < scene.duration_s and _is_free_of_impacts(scene, shift_s):
+            return _shift_scene(scene, shift_s)
     raise InputError(
-        f"the scene can't begin {seconds(by_s)} earlier or later: bodies meet within that time before and after "
+        f"the scene can't begin {format_seconds(by_s)} earlier or later: bodies meet within that time before and after "
         "its start"
     )
 
 
-def _nothing_meets(scene: Scene, shift_s: float) -> bool:
+def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
     """Whether no bodies meet between the start and the time `shift_s`, which may be negative."""
     slowing = Slowing.of(scene)
     if slowing.table_m_s2 and shift_s < 0.0:  # can't be solved backwards, so solve forwards from the earlier start
         try:
-            return _nothing_meets(_shifted(scene, shift_s), -shift_s)
+            return _is_free_of_impacts(_shift_scene(scene, shift_s), -shift_s)
         except SceneError:  # bodies overlap at the earlier start
             return False
     # A damped path is a part of the undamped path, so a damped path can also be solved backwards.
-    flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.undamped(shift_s), scene.undamped
+    flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.to_undamped(shift_s), scene.undamped
     if flown_s < 0:  # solve the path before the start backwards; parabolas are symmetric in time
         begun = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
         back = [(disc.position_m, (-u, -v), disc.spin_rad_s, ()) for disc, (u, v) in begun]
-        scene = _with_states(scene, back, [driven_back(wall) for wall in scene.walls])
+        scene = _replace_states(scene, back, [reverse_motion(wall) for wall in scene.walls])
     return len(solve_pic(scene, max_impacts=1, until_s=abs(flown_s)).impacts) == 0
 
 
-def _shifted(scene: Scene, shift_s: float) -> Scene:
+def _shift_scene(scene: Scene, shift_s: float) -> Scene:
     """Return the scene as it is `shift_s` after its start if no bodies meet before, with the same end."""
     slowing = Slowing.of(scene)
     states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
     for disc in scene.discs:
         if disc.legs:
             (x, y), (dx, dy) = disc.position_m, disc.drive.moved_at(shift_s)
-            states.append(((x + dx, y + dy), (0.0, 0.0), disc.spin_rad_s, begun_at(disc, shift_s).legs))
+            states.append(((x + dx, y + dy), (0.0, 0.0), disc.spin_rad_s, shift_legs(disc, shift_s).legs))
             continue
         (x, y), (u, v) = disc.position_m, disc.velocity_m_s
         speed = math.hypot(u, v)
-        flown_s, kept = slowing.flown(shift_s, speed), slowing.kept(shift_s, speed)
+        flown_s, kept = slowing.compute_flown_time(shift_s, speed), slowing.compute_kept_fraction(shift_s, speed)
         gx, gy = (0.0, 0.0) if disc.immovable else scene.gravity_m_s2
         place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
         states.append((place, (u * kept + gx * shift_s, v * kept + gy * shift_s), disc.spin_rad_s * kept, ()))
-    walls = [begun_at(moved_by(w, *w.drive.moved_at(shift_s)), shift_s) if w.driven else w for w in scene.walls]
-    return _with_states(scene, states, walls, duration_s=scene.duration_s - shift_s)
+    walls = [shift_legs(move_wall(w, *w.drive.moved_at(shift_s)), shift_s) if w.driven else w for w in scene.walls]
+    return _replace_states(scene, states, walls, duration_s=scene.duration_s - shift_s)
 
 
-def _with_states(
+def _replace_states(
     scene: Scene, states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]], walls: list[AnyWall], **fields: float
 ) -> Scene:
     """Return the scene with new positions, velocities, spins and legs of moving discs, new walls and fields."""

@@ -43,45 +43,45 @@ class Slowing:
         """Whether anything slows discs down."""
         return bool(self.damping.per_s or self.table_m_s2)
 
-    def kept(self, seconds: float, speed: float) -> float:
+    def compute_kept_fraction(self, seconds: float, speed: float) -> float:
         """Return the fraction of a speed that is left after some seconds; above 1 for negative seconds."""
         if not self.table_m_s2:
-            return self.damping.kept(seconds)
+            return self.damping.compute_kept_fraction(seconds)
         if not speed:
             return 1.0
-        return 0.0 if seconds >= self.stops_s(speed) else 1.0 - self.table_m_s2 * seconds / speed
+        return 0.0 if seconds >= self.compute_stop_time(speed) else 1.0 - self.table_m_s2 * seconds / speed
 
-    def flown(self, seconds: float, speed: float) -> float:
+    def compute_flown_time(self, seconds: float, speed: float) -> float:
         """Return the displacement in some seconds over the velocity. Negative seconds lead to earlier positions."""
         if not self.table_m_s2:
-            return self.damping.undamped(seconds)
-        lasts = min(seconds, self.stops_s(speed))
+            return self.damping.to_undamped(seconds)
+        lasts = min(seconds, self.compute_stop_time(speed))
         return lasts - 0.5 * lasts * (self.table_m_s2 * lasts / speed) if speed else 0.0
 
-    def stops_s(self, speed: float) -> float:
+    def compute_stop_time(self, speed: float) -> float:
         """Return the seconds until a disc with this speed stops; infinite if it never stops or is at rest."""
         return speed / self.table_m_s2 if self.table_m_s2 and speed else math.inf
 
-    def all_kept(self, seconds: Array, speed: Array) -> Array:
+    def compute_kept_fractions(self, seconds: Array, speed: Array) -> Array:
         """Return `kept` for arrays of times and speeds that broadcast."""
         if not self.table_m_s2:
-            return self.damping.all_kept(seconds)
+            return self.damping.compute_kept_fractions(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
             left = np.maximum(1.0 - self.table_m_s2 * seconds / speed, 0.0)
         kept: Array = np.where(speed > 0.0, left, 1.0)
         return kept
 
-    def all_flown(self, seconds: Array, speed: Array) -> Array:
+    def compute_flown_times(self, seconds: Array, speed: Array) -> Array:
         """Return `flown` for arrays of times and speeds that broadcast. With damping, times must be 0 or more."""
         if not self.table_m_s2:
-            return self.damping.all_undamped(seconds)
+            return self.damping.to_undamped_array(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
             lasts = np.minimum(seconds, speed / self.table_m_s2)
             way = lasts - 0.5 * lasts * (self.table_m_s2 * lasts / speed)
         flown: Array = np.where(speed > 0.0, way, 0.0)
         return flown
 
-    def bends(self, speed: _Speed) -> _Speed:
+    def compute_deceleration(self, speed: _Speed) -> _Speed:
         """Return the deceleration at a speed, or at each speed of an array, metres per second squared."""
         return self.damping.per_s * speed + self.table_m_s2
 
@@ -90,7 +90,7 @@ class Slowing:
 _NEWTON = 6
 
 
-def nearest_s(apart: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
+def find_nearest_time(apart: Callable[[float], tuple[Array, Array]], begin_s: float) -> float:
     """Return when two paths are nearest, by least squares; NaN if they do not separate.
 
     Paths that meet are nearest when they meet.

@@ -13,13 +13,13 @@ import numpy as np
 from carom.catalogue import all_scenes
 from carom.comparator import Score, compare
 from carom.comparator.thresholds import THRESHOLDS
-from carom.conformance.contact_margin import thickened_trace
-from carom.conformance.known_answers import known_trace
+from carom.conformance.contact_margin import solve_thickened
+from carom.conformance.known_answers import build_known_trace
 from carom.conformance.probes import Make, Raised, Watch, Watched
 from carom.conformance.violation import Setup, Violation
 from carom.engines.api import Adapter, Capabilities, Observation, unsupported_reason
 from carom.engines.registry import load_adapter
-from carom.execution.adapter_profile import capabilities_of, profile_settings
+from carom.execution.adapter_profile import capabilities_of, prepare_settings
 from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Job, Method, Status, Task
 from carom.execution.journal import MemoryJournal
@@ -56,9 +56,9 @@ class Subject(Closeable):
 
     @cached_property
     def _pool(self) -> LocalPool:
-        return self._limits.local_pool(1)
+        return self._limits.open_local_pool(1)
 
-    def another(self) -> Subject:
+    def create_fresh_copy(self) -> Subject:
         """Return the same adapter with a new worker process."""
         return Subject(self.name, self._limits)
 
@@ -71,14 +71,14 @@ class Subject(Closeable):
         """Return the capabilities of a profile: its own if declared, otherwise the adapter's."""
         return capabilities_of(self.adapter, profile)
 
-    def unsupported(self, setup: Setup) -> str:
+    def find_unsupported_reason(self, setup: Setup) -> str:
         """Return why the declared capabilities exclude a run; an empty text if they don't."""
         located = self.adapter.profiles[setup.profile].located
         return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s, located=located)
 
     def settings(self, profile: str, dt_s: float) -> Mapping[str, Setting]:
         """Return the settings of a profile."""
-        return profile_settings(self.adapter, profile, dt_s)
+        return prepare_settings(self.adapter, profile, dt_s)
 
     def watch(self, setup: Setup, *, looks: int = 1) -> Watched:
         """Run a scene and return every observation."""
@@ -90,7 +90,7 @@ class Subject(Closeable):
             )
         return answer
 
-    def seen(self, setup: Setup) -> Watched:
+    def watch_cached(self, setup: Setup) -> Watched:
         """Return the cached result of `watch` for this run."""
         key = (setup.scene.name, setup.profile, setup.dt_s)
         if key not in self._seen:
@@ -120,7 +120,7 @@ class Subject(Closeable):
         cut_s = setup.dt_s if cut else None
         return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
 
-    def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
+    def measure_growth(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
         """Create and close worlds one after another. Return the growth of memory, bytes; None if unknown."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
@@ -133,27 +133,27 @@ class Subject(Closeable):
     def score(self, profile: str, name: str) -> tuple[Setup, Trace, Score, Score]:
         """Return a run of a catalogue scene, its score against the known answer, and PIT's score at the same step."""
         if (profile, name) not in self._scores:
-            setup = catalogue_setup(name, profile)
+            setup = build_catalogue_setup(name, profile)
             trace = self._ask(ObserveTask(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
-            reference, pit, pit_score = _sampling(name)
+            reference, pit, pit_score = _compute_pit_score(name)
             self._scores[profile, name] = (setup, trace, compare(reference, trace, sampling=pit), pit_score)
         return self._scores[profile, name]
 
-    def margin(self, profile: str, name: str) -> Score | None:
+    def compute_margin_score(self, profile: str, name: str) -> Score | None:
         """Return the score of PIC with bodies thickened by the profile's promised margin; None without a margin.
 
         The errors in this score are those that the margin allows.
         """
         margin_m = self.adapter.profiles[profile].accuracy.margin_m
-        return _margin(name, margin_m) if margin_m else None
+        return _compute_margin_score(name, margin_m) if margin_m else None
 
-    def printed(self) -> str:
+    def read_output(self) -> str:
         """Return the output of the worker process so far."""
-        return self._pool.worker(self.name).printed()
+        return self._pool.worker_of(self.name).read_output()
 
-    def files(self) -> list[str]:
+    def list_files(self) -> list[str]:
         """Return the files that the engine has left in its working folder."""
-        return self._pool.worker(self.name).files()
+        return self._pool.worker_of(self.name).list_files()
 
     def _ask(self, task: Task[T], setup: Setup) -> T:
         ((_, answer),) = run_tasks([TaskRequest(None, None, task)], self._pool, MemoryJournal[None, T](), alone=True)
@@ -170,37 +170,37 @@ STEPS_A_FRAME = 4
 
 
 @cache
-def _sampling(name: str) -> tuple[Trace, Trace, Score]:
+def _compute_pit_score(name: str) -> tuple[Trace, Trace, Score]:
     """Return the known answer of a catalogue scene, the trace of PIT at the suite's step, and PIT's score."""
-    setup = catalogue_setup(name, "tuned")
-    reference = known_trace(setup.scene, all_scenes()[name].known)
+    setup = build_catalogue_setup(name, "tuned")
+    reference = build_known_trace(setup.scene, all_scenes()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
     return reference, pit, compare(reference, pit, sampling=pit)
 
 
 @cache
-def _margin(name: str, margin_m: float) -> Score:
+def _compute_margin_score(name: str, margin_m: float) -> Score:
     scene = all_scenes()[name].scene
-    return compare(known_trace(scene, all_scenes()[name].known), thickened_trace(scene, margin_m))
+    return compare(build_known_trace(scene, all_scenes()[name].known), solve_thickened(scene, margin_m))
 
 
-def catalogue_setup(name: str, profile: str) -> Setup:
+def build_catalogue_setup(name: str, profile: str) -> Setup:
     """Return the setup in which the suite runs a catalogue scene."""
     scene = all_scenes()[name].scene
     return Setup(scene, profile, 1.0 / (scene.frame_rate_hz * STEPS_A_FRAME), catalogued=True)
 
 
-def greatest_speed(scene: Scene) -> float:
+def find_greatest_speed(scene: Scene) -> float:
     """Return the greatest speed at the start, metres a second; 1 if nothing moves."""
     return max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
 
 
-def masses(scene: Scene) -> list[float]:
+def list_masses(scene: Scene) -> list[float]:
     """Return the masses of discs, kg; 0 for an immovable disc, which takes no part in the momentum."""
     return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]
 
 
-def momentum(scene: Scene, seen: Observation) -> tuple[float, float]:
+def compute_momentum(scene: Scene, seen: Observation) -> tuple[float, float]:
     """Return the momentum of the movable discs, kg m/s."""
-    x, y = np.array(masses(scene)) @ seen.velocity_m_s
+    x, y = np.array(list_masses(scene)) @ seen.velocity_m_s
     return float(x), float(y)

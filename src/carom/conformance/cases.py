@@ -9,7 +9,7 @@ from itertools import product
 from typing import Any
 
 from carom.catalogue import all_scenes
-from carom.conformance.adapter_under_test import Subject, catalogue_setup
+from carom.conformance.adapter_under_test import Subject, build_catalogue_setup
 from carom.conformance.checks import (
     accuracy,
     capability,
@@ -110,33 +110,33 @@ _OF_SCENE = {
 _OF_TURNING_SCENE = {**_OF_SCENE, "spins": accuracy.spins_are_right}
 
 
-def cases(subject: Subject) -> Iterator[Case]:
+def list_cases(subject: Subject) -> Iterator[Case]:
     """Yield all cases for an adapter in the order of execution. Cases on which others depend come first."""
 
-    def case(name: str, check: Callable[..., None], /, *, skip: str = "", **parameters: Any) -> Case:
+    def build_case(name: str, check: Callable[..., None], /, *, skip: str = "", **parameters: Any) -> Case:
         meaning = (check.__doc__ or "").strip().splitlines()[0]
         return Case(name, partial(check, **parameters), meaning, skip, parameters.get("profile", ""))
 
     for name, check in _OF_ADAPTER.items():
-        yield case(name, check)
+        yield build_case(name, check)
     for what in capability.REFUSALS:
-        yield case(f"refuses[{what.replace(' ', '-')}]", capability.refuses, what=what)
+        yield build_case(f"refuses[{what.replace(' ', '-')}]", capability.refuses, what=what)
     for order in ("first", "second"):
-        yield case(f"immovable-disc[{order}]", capability.immovable_stays, order=order)
+        yield build_case(f"immovable-disc[{order}]", capability.immovable_stays, order=order)
     for share, wall_share in product(RESTITUTION_SHARES, repeat=2):
         e, wall_e = RESTITUTION_SHARES[share], RESTITUTION_SHARES[wall_share]
         name = f"restitution[{share}-{wall_share}]"
-        yield case(name, capability.restitution_as_declared, share=e, wall_share=wall_e)
+        yield build_case(name, capability.restitution_as_declared, share=e, wall_share=wall_e)
     for share, wall_share in product(turning.FRICTIONS, repeat=2):
         name = f"friction[{share}-{wall_share}]"
-        yield case(name, turning.friction_as_declared, share=share, wall_share=wall_share)
+        yield build_case(name, turning.friction_as_declared, share=share, wall_share=wall_share)
     for inertia in turning.INERTIAS:
-        yield case(f"inertia[{inertia}]", turning.inertia_as_declared, inertia=inertia)
+        yield build_case(f"inertia[{inertia}]", turning.inertia_as_declared, inertia=inertia)
     for profile, described in subject.adapter.profiles.items():
         for name, of_profile in (_OF_LOCATED if described.located else _OF_PROFILE).items():
-            yield case(f"{name}[{profile}]", of_profile, profile=profile)
+            yield build_case(f"{name}[{profile}]", of_profile, profile=profile)
         for scene in LOCATED_SCENES if described.located else CATALOGUE_SCENES:
-            skip = subject.unsupported(catalogue_setup(scene, profile))
+            skip = subject.find_unsupported_reason(build_catalogue_setup(scene, profile))
             turns = all_scenes()[scene].scene.arrays.turns
             for name, of_scene in (_OF_TURNING_SCENE if turns else _OF_SCENE).items():
-                yield case(f"{name}[{profile}-{scene}]", of_scene, skip=skip, profile=profile, name=scene)
+                yield build_case(f"{name}[{profile}-{scene}]", of_scene, skip=skip, profile=profile, name=scene)

@@ -20,28 +20,28 @@ from carom.model.trace import Trace
 from carom.solvers.pic import solve_pic
 
 
-def thickened(scene: Scene, margin_m: float) -> Scene:
+def thicken_scene(scene: Scene, margin_m: float) -> Scene:
     """Return a scene whose bodies are thicker, so that they meet at a distance of `margin_m`.
 
     Moments of inertia don't change.
     """
     half = margin_m / 2
 
-    def disc(one: Disc) -> Disc:
+    def thicken_disc(one: Disc) -> Disc:
         radius = one.radius_m + half
         factor = one.inertia_factor * (one.radius_m / radius) ** 2
         return one.model_copy(update={"radius_m": radius, "inertia_factor": factor})
 
-    def wall(one: Wall) -> Wall:
+    def thicken_wall(one: Wall) -> Wall:
         (x, y), (nx, ny) = one.point_m, one.normal
         return one.model_copy(update={"point_m": (x + half * nx, y + half * ny)})
 
     # Copy without validation, because bodies that start within the margin now overlap.
     return scene.model_copy(
-        update={"discs": tuple(map(disc, scene.discs)), "walls": tuple(map(wall, scene.half_planes()))}
+        update={"discs": tuple(map(thicken_disc, scene.discs)), "walls": tuple(map(thicken_wall, scene.half_planes()))}
     )
 
 
-def thickened_trace(scene: Scene, margin_m: float) -> Trace:
+def solve_thickened(scene: Scene, margin_m: float) -> Trace:
     """Return the PIC trace of thicker bodies as a trace of the original scene."""
-    return replace(solve_pic(thickened(scene, margin_m)), scene=scene)
+    return replace(solve_pic(thicken_scene(scene, margin_m)), scene=scene)

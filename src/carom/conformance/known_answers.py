@@ -12,7 +12,7 @@ import numpy as np
 from carom.catalogue import KnownAnswer
 from carom.errors import InputError
 from carom.model.scene import Scene
-from carom.model.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
+from carom.model.trace import ImpactRecord, Trace, build_impact_array, build_spin_array, wall_index
 
 #: Catalogue scenes of the suite. The names are listed here, so that a new catalogue scene does not add cases to
 #: people's suites. Scenes without a unique answer, or with rounding errors that grow from impact to impact, are
@@ -64,7 +64,7 @@ LOCATED_SCENES = (
 )
 
 
-def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
+def build_known_trace(scene: Scene, known: KnownAnswer) -> Trace:
     """Return the trace of a complete known answer. Discs must move in straight lines between impacts.
 
     Raises:
@@ -105,10 +105,10 @@ def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
     return Trace(
         method="known answer",
         scene=scene,
-        impacts=impact_array(records),
+        impacts=build_impact_array(records),
         final_position_m=position + velocity * (scene.duration_s - now_s),
         final_velocity_m_s=velocity,
         end_time_s=scene.duration_s,
-        spins=spin_array(records) if turns else None,
+        spins=build_spin_array(records) if turns else None,
         final_spin_rad_s=spin if turns else None,
     )

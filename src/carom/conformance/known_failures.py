@@ -25,11 +25,11 @@ from pathlib import Path
 import tomli_w
 
 from carom.errors import InputError
-from carom.support.checks import shown
+from carom.support.checks import format_value
 from carom.support.data_files import read_data
-from carom.support.escaping import named_hints, near, release_numbers, visible
+from carom.support.escaping import build_name_hints, escape_controls, parse_release_numbers, suggest_name
 from carom.support.folders import write_file
-from carom.support.versions import version_conditions
+from carom.support.versions import parse_version_conditions
 
 FILE_NAME = "carom-known-failures.toml"
 
@@ -56,7 +56,7 @@ class KnownFailure:
     versions: str = ""
     platform: str = ""
 
-    def applies(self, version: str, platform_: str) -> bool:
+    def is_valid_for(self, version: str, platform_: str) -> bool:
         """Return whether the entry is valid for a release on a platform.
 
         Raises:
@@ -67,12 +67,14 @@ class KnownFailure:
         if not self.versions:
             return True
         if not version[:1].isdigit():
-            raise InputError(f"versions = {self.versions!r} can't be judged: the engine's version is {shown(version)}")
-        numbers = release_numbers(version)
-        return all(condition(numbers) for condition in version_conditions(self.versions))
+            raise InputError(
+                f"versions = {self.versions!r} can't be judged: the engine's version is {format_value(version)}"
+            )
+        numbers = parse_release_numbers(version)
+        return all(condition(numbers) for condition in parse_version_conditions(self.versions))
 
 
-def here() -> str:
+def find_platform_name() -> str:
     """Return the name of this platform as used in entries."""
     return f"{sys.platform.rstrip('0123456789')}-{platform.machine()}".lower()
 
@@ -89,61 +91,63 @@ def load_known_failures(path: Path) -> tuple[KnownFailure, ...]:
         raise InputError(f"{path}: {error}") from None
     entries = data.pop("known_failure", [])
     if data:
-        raise InputError(f"{path}: {shown(next(iter(data)))} is unknown: only [[known_failure]] is allowed")
+        raise InputError(f"{path}: {format_value(next(iter(data)))} is unknown: only [[known_failure]] is allowed")
     if not isinstance(entries, list):
         raise InputError(f"{path}: known_failure must be a list of tables, each under [[known_failure]]")
     found: list[KnownFailure] = []
     seen: set[tuple[str, str, str]] = set()
     for number, data_of_entry in enumerate(entries, start=1):
         where = f"{path}: known_failure {number}"
-        entry = _entry(data_of_entry, where)
+        entry = _parse_entry(data_of_entry, where)
         for name in entry.cases:
             if (place := (name, entry.versions, entry.platform)) in seen:
-                raise InputError(f"{where}: {shown(name)} is listed twice")
+                raise InputError(f"{where}: {format_value(name)} is listed twice")
             seen.add(place)
         found.append(entry)
     return tuple(found)
 
 
-def _entry(entry: object, where: str) -> KnownFailure:
+def _parse_entry(entry: object, where: str) -> KnownFailure:
     if not isinstance(entry, dict):
-        raise InputError(f"{where}: must be a table with `reason` and `cases`, got {shown(entry)}")
+        raise InputError(f"{where}: must be a table with `reason` and `cases`, got {format_value(entry)}")
     unknown = sorted(set(entry) - set(_FIELDS))
     if unknown:
-        raise InputError(f"{where}: {shown(unknown[0])} is unknown; there are: {', '.join(_FIELDS)}")
+        raise InputError(f"{where}: {format_value(unknown[0])} is unknown; there are: {', '.join(_FIELDS)}")
     reason, names = entry.get("reason"), entry.get("cases")
     if not (isinstance(reason, str) and reason.strip()):
-        raise InputError(f"{where}: reason must be a sentence, got {shown(reason)}")
+        raise InputError(f"{where}: reason must be a sentence, got {format_value(reason)}")
     if not (isinstance(names, list) and names and all(isinstance(name, str) for name in names)):
-        raise InputError(f"{where}: cases must be a list of names such as 'penalty::energy[tuned]', got {shown(names)}")
-    versions = _versions(entry["versions"], where) if "versions" in entry else ""
-    place = _platform(entry["platform"], where) if "platform" in entry else ""
+        raise InputError(
+            f"{where}: cases must be a list of names such as 'penalty::energy[tuned]', got {format_value(names)}"
+        )
+    versions = _parse_versions(entry["versions"], where) if "versions" in entry else ""
+    place = _parse_platform(entry["platform"], where) if "platform" in entry else ""
     return KnownFailure(reason.strip(), tuple(names), versions, place)
 
 
-def _versions(value: object, where: str) -> str:
+def _parse_versions(value: object, where: str) -> str:
     try:
         if isinstance(value, str):
-            version_conditions(value)
+            parse_version_conditions(value)
             return value
     except InputError as error:
         raise InputError(f"{where}: versions: {error}") from None
-    raise InputError(f"{where}: versions must be a range such as '>=7,<8', got {shown(value)}")
+    raise InputError(f"{where}: versions must be a range such as '>=7,<8', got {format_value(value)}")
 
 
-def _platform(value: object, where: str) -> str:
+def _parse_platform(value: object, where: str) -> str:
     system, dash, machine = value.partition("-") if isinstance(value, str) else ("", "", "")
     for part, names in ((system, _SYSTEMS), *([(machine, _MACHINES)] if dash else [])):
         if part not in names:
             raise InputError(
                 f"{where}: platform must be a system, or a system and a machine, such as 'linux-aarch64', "
-                f"got {shown(value)}",
-                hints=named_hints(part, names, f"there are: {', '.join(names)}; this is {here()}"),
+                f"got {format_value(value)}",
+                hints=build_name_hints(part, names, f"there are: {', '.join(names)}; this is {find_platform_name()}"),
             )
     return f"{system}{dash}{machine}"
 
 
-def known_reasons(
+def list_known_reasons(
     entries: Iterable[KnownFailure], versions: Mapping[str, str], platform_: str, path: Path
 ) -> dict[str, str]:
     """Return the reasons of the known failures for some releases and a platform, by full name of the case.
@@ -162,13 +166,14 @@ def known_reasons(
         for name in entry.cases:
             engine = name.partition("::")[0]
             try:
-                if engine not in versions or not entry.applies(versions[engine], platform_):
+                if engine not in versions or not entry.is_valid_for(versions[engine], platform_):
                     continue
             except InputError as error:
                 raise InputError(f"{path}: known_failure {number}: {error}") from None
             if name in found:
                 raise InputError(
-                    f"{path}: known_failure {number}: {shown(name)} is listed twice for release {versions[engine]} "
+                    f"{path}: known_failure {number}: {format_value(name)} is listed twice for release "
+                    f"{versions[engine]} "
                     f"on {platform_}"
                 )
             found[name] = entry.reason
@@ -202,8 +207,8 @@ def check_names(
         if engine in installed and engine not in run:
             continue
         if name not in names:
-            hint = near(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
-            raise InputError(f"{path}: there is no case {shown(name)}", hints=[hint])
+            hint = suggest_name(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
+            raise InputError(f"{path}: there is no case {format_value(name)}", hints=[hint])
         if name in skipped and name in known:
             raise InputError(
                 f"{path}: {name!r} can't fail, because it is skipped: {skipped[name]}", hints=["remove it"]
@@ -262,51 +267,53 @@ def write_known_failures(
         text = path.read_text(encoding="utf-8") if path.is_file() else ""
     except OSError as error:
         raise InputError(f"{path}: can't be read: {error.strerror}") from None
-    before, chunks = _parted(text, entries)
-    kept = [_without(entry, passed, versions, platform) for entry in entries]
+    before, chunks = _split_entries(text, entries)
+    kept = [_drop_passing_cases(entry, passed, versions, platform) for entry in entries]
     stay = [
-        (entry, chunk if entry == old else f"{_comments(chunk)}{_rendered(entry)}")
+        (entry, chunk if entry == old else f"{_extract_comments(chunk)}{_render_entry(entry)}")
         for old, entry, chunk in zip(entries, kept, chunks, strict=True)
         if entry.cases
     ]
-    joined = list(_joining(failed, entries, versions, platform))
+    joined = list(_build_new_entries(failed, entries, versions, platform))
     wanted = [*(entry for entry, _ in stay), *joined]
-    parts = [before, *(chunk for _, chunk in stay), *map(_rendered, joined)]
+    parts = [before, *(chunk for _, chunk in stay), *map(_render_entry, joined)]
     new = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
-    if _read(new) != [_table(entry) for entry in wanted]:
-        new = "\n".join(map(_rendered, wanted))  # an unusual form of TOML is rewritten and loses its comments
+    if _parse_entries(new) != [_build_table(entry) for entry in wanted]:
+        new = "\n".join(map(_render_entry, wanted))  # an unusual form of TOML is rewritten and loses its comments
     if failed or passed:
         write_file(path, new)
     bare = (name for entry in wanted if entry.reason.startswith(TO_BE_WRITTEN) for name in entry.cases)
     return WrittenFailures(tuple(failed), tuple(sorted(passed)), tuple(bare))
 
 
-def _parted(text: str, entries: Sequence[KnownFailure]) -> tuple[str, list[str]]:
+def _split_entries(text: str, entries: Sequence[KnownFailure]) -> tuple[str, list[str]]:
     """Return the text before the first entry, and each entry's text."""
     heads = [found.start() for found in _HEAD.finditer(text)]
     if len(heads) != len(entries):
-        return "", [_rendered(entry) for entry in entries]
+        return "", [_render_entry(entry) for entry in entries]
     if not heads:
         return text, []
     ends = [*heads[1:], len(text)]
     return text[: heads[0]], [text[a:b] for a, b in zip(heads, ends, strict=True)]
 
 
-def _comments(chunk: str) -> str:
+def _extract_comments(chunk: str) -> str:
     return "".join(line for line in chunk[: chunk.index("[[")].splitlines(keepends=True) if line.startswith("#"))
 
 
-def _without(entry: KnownFailure, passed: Collection[str], versions: Mapping[str, str], platform: str) -> KnownFailure:
+def _drop_passing_cases(
+    entry: KnownFailure, passed: Collection[str], versions: Mapping[str, str], platform: str
+) -> KnownFailure:
     """Return an entry without its passing cases, if the entry is valid for this release and platform."""
     stay = [
         name
         for name in entry.cases
-        if name not in passed or not entry.applies(versions[name.partition("::")[0]], platform)
+        if name not in passed or not entry.is_valid_for(versions[name.partition("::")[0]], platform)
     ]
     return entry if len(stay) == len(entry.cases) else replace(entry, cases=tuple(stay))
 
 
-def _joining(
+def _build_new_entries(
     failed: Mapping[str, str], entries: Sequence[KnownFailure], versions: Mapping[str, str], platform: str
 ) -> Iterator[KnownFailure]:
     """Yield an entry for each kind of failure with its cases.
@@ -319,20 +326,20 @@ def _joining(
         engine = name.partition("::")[0]
         groups.setdefault((engine, _NUMBER.sub("#", what), name in elsewhere), []).append(name)
     for (engine, _, scoped), names in groups.items():
-        entry = KnownFailure(f"{TO_BE_WRITTEN}; {visible(failed[names[0]])}", tuple(names))
+        entry = KnownFailure(f"{TO_BE_WRITTEN}; {escape_controls(failed[names[0]])}", tuple(names))
         yield replace(entry, versions=versions[engine], platform=platform) if scoped else entry
 
 
-def _table(entry: KnownFailure) -> dict[str, object]:
+def _build_table(entry: KnownFailure) -> dict[str, object]:
     table = {"reason": entry.reason, "versions": entry.versions, "platform": entry.platform}
     return {name: value for name, value in table.items() if value} | {"cases": list(entry.cases)}
 
 
-def _read(text: str) -> list[dict[str, object]]:
-    """Parse the entries of a text as tables like those of `_table`."""
+def _parse_entries(text: str) -> list[dict[str, object]]:
+    """Parse the entries of a text as tables like those of `_build_table`."""
     tables = tomllib.loads(text).get("known_failure", [])
     return [{**one, "reason": one["reason"].strip()} for one in tables]
 
 
-def _rendered(entry: KnownFailure) -> str:
-    return f"[[known_failure]]\n{tomli_w.dumps(_table(entry))}"
+def _render_entry(entry: KnownFailure) -> str:
+    return f"[[known_failure]]\n{tomli_w.dumps(_build_table(entry))}"

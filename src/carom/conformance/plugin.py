@@ -75,7 +75,7 @@ def pytest_configure(config: pytest.Config) -> None:
             config.getoption("carom_profile"),
             None if is_new else file,
             () if is_new else (config.rootpath, config.invocation_params.dir),
-            LimitOptions.said(limits, before="--carom-"),
+            LimitOptions.parse_command_line(limits, before="--carom-"),
         )
     except CaromError as error:
         raise pytest.UsageError(f"--carom-engine: {error}") from error

@@ -18,7 +18,7 @@ from carom.engines.api import AdapterError, CuttableWorld, Observation, World
 from carom.engines.registry import load_adapter
 from carom.errors import CaromError
 from carom.execution.codec import CarriedObservation
-from carom.execution.environment import resident_bytes
+from carom.execution.environment import measure_resident_bytes
 from carom.model.scene import Scene
 from carom.model.trace import Setting
 
@@ -80,7 +80,7 @@ class _AdapterRaised(Exception):  # noqa: N818 - the suite decides whether this 
 
 
 @contextmanager
-def _calling(where: str) -> Iterator[None]:
+def _catch_adapter_errors(where: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
@@ -88,17 +88,17 @@ def _calling(where: str) -> Iterator[None]:
         raise _AdapterRaised(raised) from error
 
 
-def _or_raised(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe], Seen | Raised]:
+def _return_adapter_error(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe], Seen | Raised]:
     """Wrap a function so that it returns the adapter's error as its result."""
 
     @wraps(carry_out)
-    def carried_out(probe: Probe) -> Seen | Raised:
+    def call_probe(probe: Probe) -> Seen | Raised:
         try:
             return carry_out(probe)
         except _AdapterRaised as error:
             return error.raised
 
-    return carried_out
+    return call_probe
 
 
 @dataclass(frozen=True)
@@ -116,22 +116,22 @@ class _Probe:
     settings: Mapping[str, Setting]
 
     @contextmanager
-    def _world(self) -> Iterator[World]:
-        with _calling("prepare"):
+    def _open_world(self) -> Iterator[World]:
+        with _catch_adapter_errors("prepare"):
             world = load_adapter(self.engine).prepare(self.scene, self.settings)
         try:
             yield world
         finally:
-            with _calling("close"):
+            with _catch_adapter_errors("close"):
                 world.close()
 
 
 def _observe(world: World) -> Observation:
-    with _calling("observe"):
+    with _catch_adapter_errors("observe"):
         return world.observe()
 
 
-def _copy(seen: Observation) -> Observation:
+def _copy_observation(seen: Observation) -> Observation:
     return replace(seen, position_m=seen.position_m.copy(), velocity_m_s=seen.velocity_m_s.copy())
 
 
@@ -152,23 +152,23 @@ class Watch(_Probe):
     cut_s: float | None = None
     disturbed: bool = False
 
-    @_or_raised
+    @_return_adapter_error
     def carry_out(self) -> Watched | Raised:
         """Return the observations."""
-        with self._world() as world:
+        with self._open_world() as world:
             given = [_observe(world)]
-            copies = [_copy(given[0])]
+            copies = [_copy_observation(given[0])]
             for _ in range(self.steps if self.looks else 1):
                 if self.cut_s is None:
-                    with _calling("advance"):
+                    with _catch_adapter_errors("advance"):
                         world.advance(1 if self.looks else self.steps)
                 else:
                     self._cut(world, self.cut_s)
                 given.append(_observe(world))
-                copies.append(_copy(given[-1]))
+                copies.append(_copy_observation(given[-1]))
                 for _ in range(self.looks - 1):
                     _observe(world)
-            with _calling("settings"):
+            with _catch_adapter_errors("settings"):
                 settings = dict(world.settings)
         changed = (
             k
@@ -179,10 +179,10 @@ class Watch(_Probe):
         return Watched(settings, tuple(copies), next(changed, None))
 
     def _cut(self, world: World, length_s: float) -> None:
-        with _calling("prepare"):
+        with _catch_adapter_errors("prepare"):
             if not isinstance(world, CuttableWorld):
                 raise AdapterError(f"{type(world).__name__} lacks one of cut, touching, save and restore")
-        with _calling("cut"):
+        with _catch_adapter_errors("cut"):
             if self.disturbed:
                 state = world.save()
                 world.cut(3 * length_s)
@@ -209,25 +209,25 @@ class Make(_Probe):
     worlds: int
     step: bool = True
 
-    @_or_raised
+    @_return_adapter_error
     def carry_out(self) -> Leftover | Raised:
         """Return the growth of the memory."""
         before = None
         for k in range(self.worlds):
             if k == min(WARM_UP_WORLDS, self.worlds - 1):
                 gc.collect()
-                before = _held_bytes()
-            with self._world() as world:
+                before = _measure_memory()
+            with self._open_world() as world:
                 if self.step:
-                    with _calling("advance"):
+                    with _catch_adapter_errors("advance"):
                         world.advance(1)
                     _observe(world)
         gc.collect()
-        after = _held_bytes()
+        after = _measure_memory()
         return Leftover(None if before is None or after is None else after - before)
 
 
-def _held_bytes() -> int | None:
+def _measure_memory() -> int | None:
     """Return the resident memory of this process and its children; None where the system does not report it.
 
     Before the measurement, the C library is asked to return free memory to the system. glibc keeps up to 20 MB of it.
@@ -236,5 +236,5 @@ def _held_bytes() -> int | None:
     if give_back is not None:
         give_back(0)
     started = [pid for file in Path("/proc/self/task").glob("*/children") for pid in file.read_text().split()]
-    held = [resident_bytes(process=pid) for pid in ("self", *started)]
+    held = [measure_resident_bytes(process=pid) for pid in ("self", *started)]
     return None if held[0] is None else sum(filter(None, held))

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from carom.conformance.cases import Case
-from carom.conformance.known_failures import here, write_known_failures
+from carom.conformance.known_failures import find_platform_name, write_known_failures
 from carom.conformance.suite import EnginePlan, Suite
-from carom.conformance.violation import NotApplicable, Setup, Violation, step_text
-from carom.engines.registry import engine_argument
+from carom.conformance.violation import NotApplicable, Setup, Violation, format_step
+from carom.engines.registry import format_engine_argument
 from carom.errors import CaromError
 from carom.model.scene_file import save_scene
 
@@ -69,8 +69,8 @@ class CaseItem(pytest.Item):
         if isinstance(error, Violation):
             lines += [f"  expected   {error.expected}", f"  got        {error.found}"]
             if error.setup is not None:
-                lines += [f"  scene      {error.setup}", f"  reproduce  {self._command(error.setup)}"]
-        again = ["pytest", "--carom-engine", engine_argument(self.engine.info.name), "-k", self.case.name]
+                lines += [f"  scene      {error.setup}", f"  reproduce  {self._format_command(error.setup)}"]
+        again = ["pytest", "--carom-engine", format_engine_argument(self.engine.info.name), "-k", self.case.name]
         lines.append(f"  again      {shlex.join(again)}")
         return "\n".join(lines)
 
@@ -78,7 +78,7 @@ class CaseItem(pytest.Item):
         """Return the heading of a failure."""
         return self.path, 0, f"{self.engine.info.name}::{self.case.name}"
 
-    def _command(self, setup: Setup) -> str:
+    def _format_command(self, setup: Setup) -> str:
         scene = setup.scene.name
         if not setup.catalogued:
             cache = getattr(self.config, "cache", None)  # missing with -p no:cacheprovider
@@ -87,11 +87,11 @@ class CaseItem(pytest.Item):
             path = cache.mkdir("carom") / f"{scene}.toml"
             save_scene(setup.scene, path)
             scene = str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
-        on = ["-e", engine_argument(self.engine.info.name), "-p", setup.profile, "--dt", step_text(setup.dt_s)]
+        on = ["-e", format_engine_argument(self.engine.info.name), "-p", setup.profile, "--dt", format_step(setup.dt_s)]
         return shlex.join(["carom", "run", scene, *on])
 
 
-def _what(error: CaromError) -> str:
+def _format_failure(error: CaromError) -> str:
     """Return the failure in one line."""
     return (error.what if isinstance(error, Violation) else str(error)).partition("\n")[0]
 
@@ -131,7 +131,7 @@ class ConformanceRun:
         reason = self._plan.known.get(name)
         # pytest-xdist sends this attribute to its controller, which writes the file.
         if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
-            vars(report)["carom_failed"] = [name, _what(call.excinfo.value)]
+            vars(report)["carom_failed"] = [name, _format_failure(call.excinfo.value)]
         elif reason is not None and not hasattr(report, "wasxfail"):
             vars(report)["carom_passed"] = name
         if reason is not None and not hasattr(report, "wasxfail") and not item.config.option.runxfail:
@@ -176,13 +176,13 @@ class ConformanceRun:
             brought = f" ({info.distribution})" if info.distribution else ""  # empty for a manifest
             write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")
         if self._write_to is not None:
-            write(self._written(self._write_to))
+            write(self._update_known_failures(self._write_to))
 
-    def _written(self, path: Path) -> str:
+    def _update_known_failures(self, path: Path) -> str:
         """Update the file of known failures, and return a line that describes the changes."""
         try:
             done = write_known_failures(
-                path, self._plan.entries, self._failed, self._passed, self._plan.versions, here()
+                path, self._plan.entries, self._failed, self._passed, self._plan.versions, find_platform_name()
             )
         except CaromError as error:
             return f"known failures were not written: {error}"

@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from carom.conformance.adapter_under_test import Subject
-from carom.conformance.cases import Case, cases
+from carom.conformance.cases import Case, list_cases
 from carom.conformance.known_failures import (
     FILE_NAME,
     KnownFailure,
     check_names,
-    here,
-    known_reasons,
+    find_platform_name,
+    list_known_reasons,
     load_known_failures,
 )
-from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, resolve_engine
+from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, distribution_of, list_adapter_points, resolve_engine
 from carom.errors import InputError, UnknownNameError
 from carom.execution.describe_engines import describe_engines
 from carom.execution.plan import DEFAULT_PROFILES
@@ -86,14 +86,14 @@ def make_suite(
         CaromError: A name is unknown, an adapter can't be loaded, or the file of known failures is invalid.
     """
     planned, everything = [], dict[str, str]()
-    with limits.pool() as pool:
-        infos = selected_engines(wanted, pool)
+    with limits.open_pool() as pool:
+        infos = select_engines(wanted, pool)
     for info in infos:
         if info.unavailable:
             planned.append(EnginePlan(info, None, ()))
         else:
             subject = Subject(info.name, limits)
-            of_engine = tuple(cases(subject))
+            of_engine = tuple(list_cases(subject))
             # The file may also name cases of profiles that are not run. Known failures of such cases are ignored.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
             chosen = tuple(case for case in of_engine if not case.profile or _is_run(info, case.profile, profiles))
@@ -107,13 +107,13 @@ def make_suite(
     if known_file is None:
         return Suite(tuple(planned), {}, None)
     suite = Suite(tuple(planned), {}, known_file, load_known_failures(known_file))
-    known = known_reasons(suite.entries, suite.versions, here(), known_file)
+    known = list_known_reasons(suite.entries, suite.versions, find_platform_name(), known_file)
     skipped = {name: skip for name, skip in everything.items() if skip}
-    check_names(suite.entries, known, everything, skipped, {*adapter_points()}, known_file)
+    check_names(suite.entries, known, everything, skipped, {*list_adapter_points()}, known_file)
     return replace(suite, known=known)
 
 
-def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
+def select_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
     """Return the adapters that the given words select, without duplicates.
 
     Args:
@@ -126,7 +126,7 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
         AdapterError: A manifest can't be read.
     """
     wanted = [resolve_engine(word) for word in wanted]
-    points = adapter_points()
+    points = list_adapter_points()
     chosen: dict[str, None] = {}
     for word in wanted:
         found = (
@@ -135,7 +135,8 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
             else [
                 name
                 for name, point in points.items()
-                if word in (ALL, point.module.partition(".")[0]) or _normal(distribution_of(name)) == _normal(word)
+                if word in (ALL, point.module.partition(".")[0])
+                or _normalize_name(distribution_of(name)) == _normalize_name(word)
             ]
         )
         if not found:
@@ -152,7 +153,7 @@ def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
     return [infos[name] for name in chosen]
 
 
-def _normal(name: str) -> str:
+def _normalize_name(name: str) -> str:
     """Return the name of a distribution, normalised by PEP 503."""
     return re.sub(r"[-_.]+", "-", name).lower()
 

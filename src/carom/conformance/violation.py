@@ -9,7 +9,7 @@ from carom.errors import CaromError
 from carom.model.scene import Scene
 
 
-def step_text(dt_s: float) -> str:
+def format_step(dt_s: float) -> str:
     """Return a step as text: ``1/240`` if it is the inverse of a whole number."""
     rate = round(1 / dt_s)
     return f"1/{rate}" if rate > 0 and 1 / rate == dt_s else repr(dt_s)
@@ -32,7 +32,7 @@ class Setup:
     catalogued: bool = False
 
     def __str__(self) -> str:
-        return f"{self.scene.name!r}, profile {self.profile!r}, dt = {step_text(self.dt_s)} s"
+        return f"{self.scene.name!r}, profile {self.profile!r}, dt = {format_step(self.dt_s)} s"
 
 
 class Violation(CaromError):  # noqa: N818 - the result of a check, not an error of the suite

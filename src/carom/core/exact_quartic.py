@@ -76,19 +76,22 @@ def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
     low, high, scale = 0, 1, 0  # the interval is from low to high, over 2^scale
     before = _count_changes([q[0] for q in chain])
     while before != at_infinity:
-        while _count_changes([_value_at(q, high, scale) for q in chain]) == before or _value_at(p, high, scale) == 0:
+        while (
+            _count_changes([_compute_value(q, high, scale) for q in chain]) == before
+            or _compute_value(p, high, scale) == 0
+        ):
             high *= 2
-        while (before - (after := _count_changes([_value_at(q, high, scale) for q in chain]))) > 1:
+        while (before - (after := _count_changes([_compute_value(q, high, scale) for q in chain]))) > 1:
             low, high, scale = 2 * low, 2 * high, scale + 1
             middle = (low + high) // 2
-            while _value_at(p, middle, scale) == 0:  # an end of an interval must not be a root
+            while _compute_value(p, middle, scale) == 0:  # an end of an interval must not be a root
                 low, high, middle, scale = 2 * low, 2 * high, 2 * middle + 1, scale + 1
-            halfway = _count_changes([_value_at(q, middle, scale) for q in chain])
+            halfway = _count_changes([_compute_value(q, middle, scale) for q in chain])
             if halfway == before:
                 low = middle
             else:
                 high = middle
-        if _value_at(p, low, scale) > 0 > _value_at(p, high, scale):  # p falls through 0
+        if _compute_value(p, low, scale) > 0 > _compute_value(p, high, scale):  # p falls through 0
             yield _bisect(p, low, high, scale)
         low, before, high = high, after, 2 * high
 
@@ -98,14 +101,14 @@ def _bisect(p: Polynomial, low: int, high: int, scale: int) -> float:
     while (high - low) << _BITS > high:
         low, high, scale = 2 * low, 2 * high, scale + 1
         middle = (low + high) // 2
-        if _value_at(p, middle, scale) < 0:
+        if _compute_value(p, middle, scale) < 0:
             high = middle
         else:
             low = middle
     return (low + high) / (1 << (scale + 1))
 
 
-def _value_at(p: Polynomial, t: int, scale: int) -> int:
+def _compute_value(p: Polynomial, t: int, scale: int) -> int:
     """Return a positive multiple of the polynomial at ``t / 2^scale``."""
     value, shift = p[-1], 0
     for coefficient in p[-2::-1]:
@@ -123,14 +126,14 @@ def _count_changes(values: Sequence[int]) -> int:
 def _build_sturm_chain(p: Polynomial) -> list[Polynomial]:
     chain = [p, [k * c for k, c in enumerate(p)][1:]]
     while len(chain[-1]) > 1:
-        rest = _negative_remainder(chain[-2], chain[-1])
+        rest = _compute_remainder(chain[-2], chain[-1])
         if not rest:
             break
         chain.append(rest)
     return [q for q in chain if q]
 
 
-def _negative_remainder(a: Polynomial, b: Polynomial) -> Polynomial:
+def _compute_remainder(a: Polynomial, b: Polynomial) -> Polynomial:
     """Return a positive multiple of minus the remainder of a by b."""
     rest, lead = list(a), b[-1]
     while len(rest) >= len(b):

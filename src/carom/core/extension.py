@@ -56,13 +56,13 @@ def compute_sources_digest() -> str:
 
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for path in _sources(package):
+    for path in _list_sources(package):
         source = path.read_bytes().replace(b"\r\n", b"\n")  # git may check sources out with these line ends on Windows
         digest.update(f"{path.relative_to(package).as_posix()} {len(source)}\n".encode() + source)
     return digest.hexdigest()
 
 
-def _sources(package: Path) -> list[Path]:
+def _list_sources(package: Path) -> list[Path]:
     """Return all sources of the extension."""
     kinds = (".pyx", ".pxd", ".h", ".c")  # one walk only, since each process that runs a scene calls this
     found = [Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds)]
@@ -85,7 +85,10 @@ def _find_staleness() -> str:
         return ""
     built = importlib.import_module("carom.core.built")
     built_s = os.stat(str(built.__file__)).st_mtime
-    if all(path.stat().st_mtime <= built_s for path in _sources(package)) or compute_sources_digest() == built.DIGEST:
+    if (
+        all(path.stat().st_mtime <= built_s for path in _list_sources(package))
+        or compute_sources_digest() == built.DIGEST
+    ):
         return ""
     return (
         f"the compiled extension was built from other sources than those in {package}, one of which has changed since: "

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from carom.errors import InputError
-from carom.support.checks import floats, vectors
+from carom.support.checks import check_floats, check_vectors
 from carom.support.limits import LARGEST, SMALLEST, require_within
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ def resolve_impact(
         >>> print(v1, v2)
         [0. 0.] [1. 0.]
     """
-    velocity1, velocity2, direction = vectors("v1", v1), vectors("v2", v2), vectors("normal", normal)
-    mass1, mass2, e = floats("m1", m1), floats("m2", m2), floats("restitution", restitution)
+    velocity1, velocity2, direction = check_vectors("v1", v1), check_vectors("v2", v2), check_vectors("normal", normal)
+    mass1, mass2, e = check_floats("m1", m1), check_floats("m2", m2), check_floats("restitution", restitution)
     for name, velocity in (("v1", velocity1), ("v2", velocity2)):
         require_within(name, velocity, 0.0, LARGEST)
     for name, mass in (("m1", mass1), ("m2", mass2)):
@@ -142,7 +142,7 @@ class Branches(NamedTuple):
         return np.where(np.abs(self.sticking) > np.abs(self.sliding), self.sliding, self.sticking)
 
 
-def branches(
+def compute_branches(
     first: RoughBodies,
     second: RoughBodies,
     tangent: NDArray[np.float64],
@@ -177,7 +177,7 @@ def resolve_rough_impact(
     tangent = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
     approach = np.sum((first.velocity - second.velocity) * unit, axis=1)
     pressed = (1.0 + restitution) * np.maximum(approach, 0.0) / (1.0 / first.mass + 1.0 / second.mass)
-    tangential = branches(first, second, tangent, pressed, contacts).law
+    tangential = compute_branches(first, second, tangent, pressed, contacts).law
     return (
         first._replace(
             velocity=v1 - (tangential / first.mass)[:, None] * tangent,

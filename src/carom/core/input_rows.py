@@ -28,7 +28,7 @@ _PLANE, _FACE, _VERTEX, _OUTER_ARC, _INNER_ARC = range(5)
 _NONE = (0.0, 0.0)
 
 
-def feature_row(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
+def build_feature_row(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
     """Return a feature of a wall, or a half-plane, as the row of numbers that `feature_from` reads."""
     pairs: tuple[Pair, ...]
     normal, half_width, fits_below, whole, reflex = _NONE, 0.0, 0.0, False, False
@@ -49,7 +49,7 @@ def feature_row(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
     return (kind, wall, whole, reflex, half_width, fits_below, *normal, *parts)
 
 
-def chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:
+def build_chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:
     """Return the rows of walls and of the edges of finite walls: `RunInput.chains` and `RunInput.edges`."""
     chains: list[tuple[float, ...]] = []
     edges: list[tuple[float, ...]] = []
@@ -65,7 +65,7 @@ def chain_rows(walls: Iterable[HalfPlane | Outline]) -> tuple[list[tuple[float, 
     return chains, edges
 
 
-def driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def build_driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the rows of driven bodies, and the rows of the legs of their paths, as the core reads them.
 
     The first array has a row for each driven body and each conveyor wall, with body number (wall k is -1 - k), number

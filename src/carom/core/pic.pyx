@@ -65,7 +65,7 @@ cdef class Kernel:
             given.exact = exact_solver()
         given.law.contact_duration, given.until = contact_duration, until
         given.cell_factor, given.standstill, given.solves_all_pairs = cell_factor, standstill, all_pairs
-        self.is_order_free = None if obstacles is None else obstacles.decides
+        self.is_order_free = None if obstacles is None else obstacles.is_order_free
         given.corners.is_order_free, given.corners.context = is_order_free, <void *>self.is_order_free
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:

@@ -6,7 +6,7 @@ from libc.stdlib cimport free
 
 import numpy as np
 
-from carom.core.input_rows import chain_rows, driven_rows
+from carom.core.input_rows import build_chain_rows, build_driven_rows
 from carom.core.resolution import too_far_out
 
 from carom.core.carom_core cimport Index, Record, Turning
@@ -61,8 +61,8 @@ cdef class FrameLoop:
     def __cinit__(self, start, clock, bint skips, double max_waste, double damping_per_s=0.0):
         arrays, kept = start.arrays, []
         cdef RunInput given = input_of(arrays, start, kept)
-        chains, edges = chain_rows(arrays.walls)
-        driven, legs = driven_rows(arrays)
+        chains, edges = build_chain_rows(arrays.walls)
+        driven, legs = build_driven_rows(arrays)
         given.materials, given.chains = floats(kept, arrays.materials), floats(kept, chains)
         given.edges, given.edge_count = floats(kept, edges), len(edges)
         given.driven, given.driven_count = floats(kept, driven), len(driven)

@@ -84,7 +84,7 @@ cdef class WallFeatures:
     """The features of a finite wall, by number. If a disc hits several at the same time, the lowest number counts.
 
     Args:
-        rows: A row of numbers for each feature, as `carom.core.input_rows.feature_row` returns it.
+        rows: A row of numbers for each feature, as `carom.core.input_rows.build_feature_row` returns it.
     """
 
     cdef Feature *rows

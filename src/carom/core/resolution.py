@@ -10,7 +10,7 @@ the root and of the radii.
 from __future__ import annotations
 
 from carom.errors import InputError
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 #: Unit in the last place of 1. Every number's unit in the last place is at most this fraction of the number.
 ULP = 2.0**-52
@@ -42,6 +42,7 @@ def clock_resolution(time_s: float) -> float:
 def too_far_out() -> InputError:
     """Return the error for an impact so far from the origin that floats can't represent the distance of two discs."""
     return InputError(
-        f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats cannot represent "
+        f"two discs met more than {format_number(FARTHEST / 2, 3)} radii from the origin, where floats cannot "
+        "represent "
         "the distance of their centres: end the run earlier, or move the scene to the origin"
     )

@@ -17,7 +17,7 @@ import numpy as np
 
 from carom.core import primitives
 from carom.errors import InputError
-from carom.support.checks import finite, vectors
+from carom.support.checks import check_finite, check_vectors
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -55,9 +55,9 @@ def time_of_impact(
         >>> carom.time_of_impact((0, 0), (1, 0), 0.5, (3, 0), (0, 0), 0.5)
         2.0
     """
-    position1, velocity1 = vectors("p1", p1), vectors("v1", v1)
-    position2, velocity2 = vectors("p2", p2), vectors("v2", v2)
-    radius1, radius2 = _radii("r1", r1), _radii("r2", r2)
+    position1, velocity1 = check_vectors("p1", p1), check_vectors("v1", v1)
+    position2, velocity2 = check_vectors("p2", p2), check_vectors("v2", v2)
+    radius1, radius2 = _check_radii("r1", r1), _check_radii("r2", r2)
     both = (position1, velocity1, position2, velocity2)
     try:
         shape = np.broadcast_shapes(*(v.shape[:-1] for v in both), radius1.shape, radius2.shape)
@@ -69,26 +69,26 @@ def time_of_impact(
     primitives.fill_pair_times(p1, v1, r1, p2, v2, r2, times)
     left = np.flatnonzero(np.isnan(times))
     for k, row in zip(left, np.column_stack([a[left] for a in (p1, v1, r1, p2, v2, r2)]).tolist(), strict=True):
-        times[k] = scaled_pair_time(*row)
+        times[k] = compute_scaled_pair_time(*row)
     return times.reshape(shape) if shape else float(times[0])
 
 
-def _radii(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    array = finite(name, value)
+def _check_radii(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    array = check_finite(name, value)
     if not np.all(array > 0):
         raise InputError(f"{name} must be above 0 everywhere, got {np.min(array)}")
     return array
 
 
-def scaled_pair_time(
+def compute_scaled_pair_time(
     x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
 ) -> float:
     """Return the seconds until two discs collide, infinity beyond the largest float."""
     row = (x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
     dx, dy, reach = Fraction(x2) - Fraction(x1), Fraction(y2) - Fraction(y1), Fraction(r1) + Fraction(r2)
     ux, uy = Fraction(vx2) - Fraction(vx1), Fraction(vy2) - Fraction(vy1)
-    length = _EXPONENT - _exponent(max(abs(dx), abs(dy), reach))
-    speed = _EXPONENT - _exponent(max(abs(ux), abs(uy)))
+    length = _EXPONENT - _compute_exponent(max(abs(dx), abs(dy), reach))
+    speed = _EXPONENT - _compute_exponent(max(abs(ux), abs(uy)))
     scaled = _scale(row, (length, length, speed, speed, length) * 2)
     if scaled is None or not _are_moderate(*(scaled[k + 5] - scaled[k] for k in range(4)), scaled[4] + scaled[9]):
         return _solve_rational(dx, dy, ux, uy, reach)
@@ -102,7 +102,7 @@ def _are_moderate(*numbers: float) -> bool:
     return all(_LEAST <= abs(number) < _MOST or number == 0.0 for number in numbers)
 
 
-def _exponent(number: Fraction) -> int:
+def _compute_exponent(number: Fraction) -> int:
     """Return the exponent of a number as `math.frexp` does. All denominators are powers of two."""
     return number.numerator.bit_length() - number.denominator.bit_length() + 1 if number else 0
 
@@ -134,5 +134,5 @@ def _solve_rational(dx: Fraction, dy: Fraction, ux: Fraction, uy: Fraction, reac
 
 def _compute_root(square: Fraction) -> Fraction:
     """Return the root of a positive number, to about `_ROOT_BITS` bits."""
-    shift = _ROOT_BITS - _exponent(square) // 2
+    shift = _ROOT_BITS - _compute_exponent(square) // 2
     return Fraction(math.isqrt(math.floor(square * Fraction(4) ** shift))) / Fraction(2) ** shift

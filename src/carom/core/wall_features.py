@@ -21,7 +21,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from carom.core import primitives
-from carom.model.chain_geometry import Edge, ExactCircle, Outline, circle_of
+from carom.model.chain_geometry import Edge, ExactCircle, Outline, compute_circle
 from carom.model.trace import EdgeKind
 
 Point = tuple[float, float]
@@ -90,8 +90,8 @@ class Face:
         along = primitives.two_diff(b[0], a[0]), primitives.two_diff(b[1], a[1])
         ex, ey = (Fraction(high) + Fraction(low) for high, low in along)
         length2 = ex * ex + ey * ey
-        normal = _nearest_root(-ey, length2), _nearest_root(ex, length2)
-        return cls(a, b, half_width, along, root_of(length2), normal)
+        normal = _compute_nearest_root(-ey, length2), _compute_nearest_root(ex, length2)
+        return cls(a, b, half_width, along, compute_root(length2), normal)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,50 +148,52 @@ class Arc:
         cls, circle: ExactCircle, ends: tuple[Point, Point] | None = None, half_width: float = 0.0, *, inside: bool
     ) -> Arc:
         """Return one side of a circle, or of its arc counterclockwise from the first of `ends` to the second."""
-        sector = None if ends is None else _sector(circle, *ends)
-        place, size = (pair_of(circle.x), pair_of(circle.y)), root_of(circle.radius2)
-        return cls(place, size, half_width, inside, sector, _fits_below(place, size, half_width) if inside else 0.0)
+        sector = None if ends is None else _build_sector(circle, *ends)
+        place, size = (to_pair(circle.x), to_pair(circle.y)), compute_root(circle.radius2)
+        return cls(
+            place, size, half_width, inside, sector, _compute_smallest_unfit(place, size, half_width) if inside else 0.0
+        )
 
-    def stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
+    def build_stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
         """Return the stop of this inner side that is at `way` from the circle's centre. Wide discs meet the stop."""
         (x, y), nothing = way, (0.0, 0.0)
-        half = Sector((pair_of(-y), pair_of(x)), (pair_of(y), pair_of(-x)), reflex=False)
-        place = pair_of(circle.x + x), pair_of(circle.y + y)
+        half = Sector((to_pair(-y), to_pair(x)), (to_pair(y), to_pair(-x)), reflex=False)
+        place = to_pair(circle.x + x), to_pair(circle.y + y)
         return Arc(place, nothing, self.half_width, inside=False, sector=half, fits_below=self.fits_below)
 
 
 Feature = Face | Arc
 
 
-def pair_of(number: Fraction) -> Pair:
+def to_pair(number: Fraction) -> Pair:
     """Return a rational number as the pair nearest to it, to 2^-106 of itself."""
     high = float(number)
     return high, float(number - Fraction(high))
 
 
-def root_of(square: Fraction) -> Pair:
+def compute_root(square: Fraction) -> Pair:
     """Return the square root of a rational number, 0 or more, as the pair nearest to it, to 2^-106 of itself."""
     if square == 0:
         return 0.0, 0.0
     # The root of square 4^shift has some _ROOT_BITS bits before its point.
     shift = _ROOT_BITS - (square.numerator.bit_length() - square.denominator.bit_length()) // 2
-    return pair_of(Fraction(math.isqrt(math.floor(square * Fraction(4) ** shift))) / Fraction(2) ** shift)
+    return to_pair(Fraction(math.isqrt(math.floor(square * Fraction(4) ** shift))) / Fraction(2) ** shift)
 
 
-def _fits_below(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
+def _compute_smallest_unfit(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
     """Return the smallest radius of discs that have no room in a circle, or less room than floats can resolve."""
     return radius[0] - half_width - _PLACES * (abs(centre[0][0]) + abs(centre[1][0]) + radius[0])
 
 
-def _nearest_root(part: Fraction, square: Fraction) -> float:
+def _compute_nearest_root(part: Fraction, square: Fraction) -> float:
     """Return ``part / sqrt(square)`` to the nearest float."""
-    return math.copysign(root_of(part * part / square)[0], part)
+    return math.copysign(compute_root(part * part / square)[0], part)
 
 
-def _sector(circle: ExactCircle, a: Point, b: Point) -> Sector:
+def _build_sector(circle: ExactCircle, a: Point, b: Point) -> Sector:
     first, last = ((Fraction(x) - circle.x, Fraction(y) - circle.y) for x, y in (a, b))
     turn = first[0] * last[1] - first[1] * last[0]
-    return Sector((pair_of(first[0]), pair_of(first[1])), (pair_of(last[0]), pair_of(last[1])), turn < 0)
+    return Sector((to_pair(first[0]), to_pair(first[1])), (to_pair(last[0]), to_pair(last[1])), turn < 0)
 
 
 class WallFeature(NamedTuple):
@@ -226,41 +228,41 @@ class JoinedEdges(NamedTuple):
         """1 for a counterclockwise arc, -1 for a clockwise arc, 0 for a straight edge."""
         return (self.edge.bulge > 0.0) - (self.edge.bulge < 0.0)
 
-    def tangent(self, point: tuple[float, float]) -> Exact:
+    def compute_tangent(self, point: tuple[float, float]) -> Exact:
         """Return the direction of travel along the edges at their start or end."""
         if self.circle is None:
-            a, b = exact(self.edge.a), exact(self.edge.b)
+            a, b = to_exact(self.edge.a), to_exact(self.edge.b)
             return b[0] - a[0], b[1] - a[1]
-        x, y = exact(point)
+        x, y = to_exact(point)
         return self.turn * (self.circle.y - y), self.turn * (x - self.circle.x)
 
-    def goes_on_as(self, other: JoinedEdges) -> bool:
+    def is_continued_by(self, other: JoinedEdges) -> bool:
         """Whether `other`, which begins where these edges end, continues the same line or circle smoothly."""
-        return self.circle == other.circle and self.turn == other.turn and goes_smoothly(self, other)
+        return self.circle == other.circle and self.turn == other.turn and is_smooth_joint(self, other)
 
-    def with_next(self, other: JoinedEdges) -> JoinedEdges:
+    def join_next(self, other: JoinedEdges) -> JoinedEdges:
         """Return these edges joined with `other`, which continues them."""
         edge = Edge(self.edge.a, other.edge.b, self.edge.bulge)
         return JoinedEdges(edge, self.circle, (*self.numbers, *other.numbers))
 
 
-def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
+def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
     """Return the features of a wall, both sides of each edge, by their precedence at one instant.
 
     Faces and arcs come first, in the order of the edges, and vertices after them. A disc that meets the vertex at the
     end of a face meets the face at the same time or earlier, and the face's normal is the right one. The stops of arcs
-    in which a disc of the radius `widest_m` does not fit come last: see `stops_of`.
+    in which a disc of the radius `widest_m` does not fit come last: see `find_stops`.
     """
     if outline.radius == 0.0:
         return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
-    runs, sides, stops = runs_of(outline), list[WallFeature](), list[WallFeature]()
+    runs, sides, stops = join_edges(outline), list[WallFeature](), list[WallFeature]()
     for k, run in enumerate(runs):
-        sides += _sides(run, outline.half_width)
+        sides += _build_sides(run, outline.half_width)
         inner = sides[-2]
         if run.circle is not None and isinstance(inner.feature, Arc) and inner.feature.fits_below <= widest_m:
-            ways = stops_of(runs, k, closed=outline.closed)
-            stops += (inner._replace(feature=inner.feature.stop(run.circle, way)) for way in ways)
-    return (*sides, *_vertices(runs, outline), *stops)
+            ways = find_stops(runs, k, closed=outline.closed)
+            stops += (inner._replace(feature=inner.feature.build_stop(run.circle, way)) for way in ways)
+    return (*sides, *_build_vertices(runs, outline), *stops)
 
 
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
@@ -274,7 +276,7 @@ def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
         return True
     if not isinstance(one, Face) or not isinstance(other, Face):
         return False
-    (ax, ay), (bx, by) = _along(one), _along(other)
+    (ax, ay), (bx, by) = _compute_direction(one), _compute_direction(other)
     dot = ax * bx + ay * by  # the normals have the same product: they are these directions turned by 90 degrees
     if dot == 0:
         return True
@@ -282,40 +284,40 @@ def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
     return elastic and dot < 0 and square in (Fraction(1, 4), Fraction(1, 2), Fraction(3, 4))
 
 
-def _along(face: Face) -> Exact:
+def _compute_direction(face: Face) -> Exact:
     (x, x_rest), (y, y_rest) = face.along
     return Fraction(x) + Fraction(x_rest), Fraction(y) + Fraction(y_rest)
 
 
-def exact(point: tuple[float, float]) -> Exact:
+def to_exact(point: tuple[float, float]) -> Exact:
     """Return a point as rational numbers."""
     return Fraction(point[0]), Fraction(point[1])
 
 
-def goes_smoothly(one: JoinedEdges, other: JoinedEdges) -> bool:
+def is_smooth_joint(one: JoinedEdges, other: JoinedEdges) -> bool:
     """Whether the direction just before the joint of two runs is the same as just after it."""
-    (ax, ay), (bx, by) = one.tangent(one.edge.b), other.tangent(other.edge.a)
+    (ax, ay), (bx, by) = one.compute_tangent(one.edge.b), other.compute_tangent(other.edge.a)
     return ax * by - ay * bx == 0 and ax * bx + ay * by > 0
 
 
-def runs_of(outline: Outline) -> list[JoinedEdges]:
+def join_edges(outline: Outline) -> list[JoinedEdges]:
     """Return the edges of a chain in order, joined if they continue one line or circle. A circle has a single run."""
     if outline.radius is not None:
-        (x, y), radius = exact(outline.points[0]), Fraction(outline.radius)
+        (x, y), radius = to_exact(outline.points[0]), Fraction(outline.radius)
         return [JoinedEdges(outline.stretches[0].edge, ExactCircle(x, y, radius * radius), (0,))]
     runs: list[JoinedEdges] = []
     for number, edge in enumerate(outline.edges):
-        run = JoinedEdges(edge, circle_of(edge) if edge.bulge else None, (number,))
-        if runs and runs[-1].goes_on_as(run):
-            runs[-1] = runs[-1].with_next(run)
+        run = JoinedEdges(edge, compute_circle(edge) if edge.bulge else None, (number,))
+        if runs and runs[-1].is_continued_by(run):
+            runs[-1] = runs[-1].join_next(run)
         else:
             runs.append(run)
-    if outline.closed and len(runs) > 1 and runs[-1].goes_on_as(runs[0]):
-        runs[0] = runs.pop().with_next(runs[0])
+    if outline.closed and len(runs) > 1 and runs[-1].is_continued_by(runs[0]):
+        runs[0] = runs.pop().join_next(runs[0])
     return runs
 
 
-def _sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
+def _build_sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
     a, b, _ = run.edge
     if run.circle is None:
         yield WallFeature(Face.between(a, b, half_width), run.numbers, EdgeKind.FACE)
@@ -328,27 +330,27 @@ def _sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
         yield WallFeature(arc, run.numbers, EdgeKind.ARC)
 
 
-def _vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature]:
+def _build_vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature]:
     if outline.radius is not None:
         return
     if not outline.closed:
         yield WallFeature(Arc.vertex(runs[0].edge.a, outline.half_width), runs[0].numbers[:1], EdgeKind.VERTEX)
     joints = zip(runs, (*runs[1:], runs[0]) if outline.closed else runs[1:], strict=outline.closed)
     for before, after in joints:
-        if before.edge.a != before.edge.b and not goes_smoothly(before, after):
+        if before.edge.a != before.edge.b and not is_smooth_joint(before, after):
             lower = min(before.numbers[-1], after.numbers[0])
             yield WallFeature(Arc.vertex(after.edge.a, outline.half_width), (lower,), EdgeKind.VERTEX)
     if not outline.closed:
         yield WallFeature(Arc.vertex(runs[-1].edge.b, outline.half_width), runs[-1].numbers[-1:], EdgeKind.VERTEX)
 
 
-def quarters_of(way: Exact) -> list[Exact]:
+def rotate_by_quarters(way: Exact) -> list[Exact]:
     """Return a vector and its rotations by 90, 180 and 270 degrees counterclockwise."""
     x, y = way
     return [(x, y), (-y, x), (-x, -y), (y, -x)]
 
 
-def stops_of(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
+def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     """Return the vectors from an arc's centre to its stops: the points that hold discs too wide to fit inside.
 
     A disc exactly as wide as an arc touches the whole arc at once, so a few points can represent the arc. A whole
@@ -360,12 +362,12 @@ def stops_of(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
     run = runs[k]
     if run.circle is None:
         return []
-    first, last = ((x - run.circle.x, y - run.circle.y) for x, y in map(exact, run.edge[:2]))
+    first, last = ((x - run.circle.x, y - run.circle.y) for x, y in map(to_exact, run.edge[:2]))
     turn = run.turn * (first[0] * last[1] - first[1] * last[0])
     if run.edge.a == run.edge.b:
-        return quarters_of(first)
+        return rotate_by_quarters(first)
     if turn > run.circle.radius2 * _NEARLY_HALF:
-        smooth_first = (closed or k > 0) and goes_smoothly(runs[k - 1], run)
-        smooth_last = (closed or k + 1 < len(runs)) and goes_smoothly(run, runs[(k + 1) % len(runs)])
+        smooth_first = (closed or k > 0) and is_smooth_joint(runs[k - 1], run)
+        smooth_last = (closed or k + 1 < len(runs)) and is_smooth_joint(run, runs[(k + 1) % len(runs)])
         return [first] * smooth_first + [last] * smooth_last
-    return [quarters_of(first)[run.turn]] + [quarters_of(last)[-run.turn]] * (turn != 0)
+    return [rotate_by_quarters(first)[run.turn]] + [rotate_by_quarters(last)[-run.turn]] * (turn != 0)

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from carom.engines.api import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
-from carom.model.trace import canonical_profile
-from carom.support.checks import instance
-from carom.support.escaping import is_older, named_hints
+from carom.model.trace import resolve_profile
+from carom.support.checks import check_instance
+from carom.support.escaping import build_name_hints, is_older
 
 if TYPE_CHECKING:
     from carom.engines.protocol.adapter import ProgramAdapter
@@ -66,7 +66,7 @@ class EngineInfo:
 
     def own_profiles(self, asked: Iterable[str]) -> list[str]:
         """Return which of the requested profiles the engine has. An alias is replaced by the name."""
-        named = dict.fromkeys(canonical_profile(self.name, profile) for profile in asked)
+        named = dict.fromkeys(resolve_profile(self.name, profile) for profile in asked)
         return [profile for profile in named if profile in self.profiles]
 
     @property
@@ -108,19 +108,19 @@ class AdapterPoint:
         if self.broken:
             raise AdapterError(self.broken)
         if self.manifest:
-            return _program(self.value)
+            return _load_program(self.value)
         return metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP).load()
 
 
 @cache
-def _program(manifest: str) -> ProgramAdapter:
+def _load_program(manifest: str) -> ProgramAdapter:
     """Return the adapter of a manifest. The adapter is cached, since it keeps its program for the next world."""
     from carom.engines.protocol.adapter import program_adapter
 
     return program_adapter(manifest)
 
 
-def _manifest_name(path: Path) -> str:
+def _read_manifest_name(path: Path) -> str:
     """Return the name of the engine in a manifest, or the name of its folder or file if it can't be read."""
     from carom.engines.protocol.manifest import MANIFEST, load_manifest
 
@@ -131,7 +131,7 @@ def _manifest_name(path: Path) -> str:
 
 
 @cache
-def adapter_points() -> Mapping[str, AdapterPoint]:
+def list_adapter_points() -> Mapping[str, AdapterPoint]:
     """Return the location of each adapter, by name. Nothing is imported or started.
 
     Raises:
@@ -139,20 +139,20 @@ def adapter_points() -> Mapping[str, AdapterPoint]:
     """
     found: dict[str, AdapterPoint] = {}
     for distribution in metadata.distributions():
-        for point in _points_of(distribution):
+        for point in _list_points(distribution):
             found.setdefault(point.name, point)
     for word in filter(None, os.environ.get(MANIFESTS, "").split(os.pathsep)):
-        path = _manifest_in(Path(word))
+        path = _find_manifest(Path(word))
         if not path.is_absolute():  # a worker process has a working folder of its own
             raise AdapterError(f"{MANIFESTS} must contain absolute paths, got {word!r}")
-        name = _manifest_name(path)
+        name = _read_manifest_name(path)
         if name in found:
             raise AdapterError(f"{path} names its engine {name!r}, like {found[name].value}")
         found[name] = AdapterPoint(name, str(path), manifest=True)
     return found
 
 
-def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
+def _list_points(distribution: metadata.Distribution) -> list[AdapterPoint]:
     """Return the adapters of a distribution.
 
     If its entry points can't be read, return one broken adapter, named by the distribution's location.
@@ -163,7 +163,7 @@ def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
         where = str(distribution.locate_file(""))
         broken = f"can't read the entry points of an installed distribution; install it again: {type(error).__name__}"
         return [AdapterPoint(where, where, broken=f"{broken}: {error}")]
-    name = _name_of(distribution) if points else ""  # reads a file
+    name = _read_name(distribution) if points else ""  # reads a file
     return [
         AdapterPoint(
             point.name,
@@ -177,14 +177,14 @@ def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
     ]
 
 
-def _name_of(distribution: metadata.Distribution) -> str:
+def _read_name(distribution: metadata.Distribution) -> str:
     try:
         return distribution.name or ""
     except Exception:  # noqa: BLE001 - as above
         return ""
 
 
-def _manifest_in(path: Path) -> Path:
+def _find_manifest(path: Path) -> Path:
     from carom.engines.protocol.manifest import MANIFEST
 
     return path / MANIFEST if path.is_dir() else path
@@ -203,30 +203,30 @@ def resolve_engine(word: str) -> str:
         InputError: The word is not a string.
         AdapterError: The manifest does not exist, is invalid, or has the name of another engine.
     """
-    instance("engine", word, str)
+    check_instance("engine", word, str)
     if not (word.endswith(".toml") or "/" in word or os.sep in word or word in {os.curdir, os.pardir}):
         return word
     from carom.engines.protocol.manifest import load_manifest
 
-    path = _manifest_in(Path(word)).resolve()
+    path = _find_manifest(Path(word)).resolve()
     name = load_manifest(path).name
     known = os.environ.get(MANIFESTS, "")
-    if path not in [_manifest_in(Path(one)).resolve() for one in known.split(os.pathsep) if one]:
+    if path not in [_find_manifest(Path(one)).resolve() for one in known.split(os.pathsep) if one]:
         os.environ[MANIFESTS] = os.pathsep.join(filter(None, (known, str(path))))
-        adapter_points.cache_clear()
-        adapter_points()
+        list_adapter_points.cache_clear()
+        list_adapter_points()
     return name
 
 
-def engine_argument(name: str) -> str:
+def format_engine_argument(name: str) -> str:
     """Return a value for ``--engine`` that works in any process: the manifest, or the name if there is none."""
-    point = adapter_points().get(name)
+    point = list_adapter_points().get(name)
     return point.value if point is not None and point.manifest else name
 
 
 def distribution_of(name: str) -> str:
     """Return the name of the distribution that contains an adapter; empty if there is none."""
-    return adapter_points()[name].distribution
+    return list_adapter_points()[name].distribution
 
 
 def require_profile(engine: str, profile: str, known: Collection[str]) -> None:
@@ -235,8 +235,8 @@ def require_profile(engine: str, profile: str, known: Collection[str]) -> None:
     Raises:
         UnknownNameError: There is no such profile; the hints contain a similar name and all names.
     """
-    if canonical_profile(engine, profile) not in known:
-        hints = named_hints(profile, known, f"it has: {', '.join(known)}")
+    if resolve_profile(engine, profile) not in known:
+        hints = build_name_hints(profile, known, f"it has: {', '.join(known)}")
         raise UnknownNameError(f"{engine} has no profile {profile!r}", hints=hints)
 
 
@@ -246,9 +246,9 @@ def require_named(name: str) -> None:
     Raises:
         UnknownNameError: There is no such adapter; the hints contain all names.
     """
-    if name not in adapter_points():
-        there_are = ", ".join(sorted(adapter_points())) or "none"
-        hints = named_hints(name, adapter_points(), f"there are: {there_are}")
+    if name not in list_adapter_points():
+        there_are = ", ".join(sorted(list_adapter_points())) or "none"
+        hints = build_name_hints(name, list_adapter_points(), f"there are: {there_are}")
         raise UnknownNameError(f"no engine is named {name!r}", hints=hints)
 
 
@@ -260,7 +260,7 @@ def load_adapter(name: str) -> Adapter:
         AdapterError: The adapter's entry point can't be loaded, or the object is not an adapter.
     """
     require_named(name)
-    point = adapter_points()[name]
+    point = list_adapter_points()[name]
     try:
         adapter: Any = point.load()
         is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties on some versions of Python
@@ -291,14 +291,14 @@ def has_part(thing: object, part: str) -> bool:
     return True
 
 
-def unavailable_reason(engine: Engine) -> str:
+def explain_unavailable_engine(engine: Engine) -> str:
     """Return why an engine can't be used here (missing or too old); empty if it can. The engine is not imported."""
     try:
         found = not engine.module or importlib.util.find_spec(engine.module) is not None
     except (ImportError, ValueError):  # the parent package of a dotted name is missing, or a loaded module has no spec
         found = False
     if found:
-        return _too_old(engine) if engine.oldest else ""
+        return _explain_too_old(engine) if engine.oldest else ""
     reason = f"{engine.module} is not installed"
     here = sys.version_info[:2]
     if engine.no_wheel_from and here >= engine.no_wheel_from:
@@ -307,9 +307,9 @@ def unavailable_reason(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-def _too_old(engine: Engine) -> str:
+def _explain_too_old(engine: Engine) -> str:
     """Return why the installed release can't be used; empty if it can, or if the release is unknown."""
-    installed = _installed(engine.distribution)
+    installed = _find_installed_release(engine.distribution)
     if not (installed and is_older(installed, engine.oldest)):
         return ""
     reason = f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter drives"
@@ -317,7 +317,7 @@ def _too_old(engine: Engine) -> str:
 
 
 @cache  # every run of a worker calls this, and reading the metadata takes as long as some runs
-def _installed(distribution: str) -> str:
+def _find_installed_release(distribution: str) -> str:
     """Return the installed release of a distribution; empty if it is not installed, or the name is empty."""
     try:
         return metadata.version(distribution)
@@ -325,16 +325,16 @@ def _installed(distribution: str) -> str:
         return ""
 
 
-def why_unavailable(adapter: Adapter) -> str:
+def explain_unavailable_adapter(adapter: Adapter) -> str:
     """Return why an adapter's engine can't be used here; empty if it can.
 
     An adapter may have a method ``unavailable()`` for reasons other than a module: a missing program, a licence.
     """
     own = getattr(adapter, "unavailable", None)
-    return unavailable_reason(adapter.engine) or (str(own()) if callable(own) else "")
+    return explain_unavailable_engine(adapter.engine) or (str(own()) if callable(own) else "")
 
 
-def version_of(adapter: Adapter, adapter_distribution: str) -> str:
+def find_version(adapter: Adapter, adapter_distribution: str) -> str:
     """Return the version of an engine, from its adapter or its distribution.
 
     An adapter may have a method ``version()`` if its engine is not a Python distribution. An engine with neither a
@@ -344,4 +344,4 @@ def version_of(adapter: Adapter, adapter_distribution: str) -> str:
     if callable(own):
         return str(own()) or "unknown"
     engine = adapter.engine
-    return _installed(engine.distribution or ("" if engine.module else adapter_distribution)) or "unknown"
+    return _find_installed_release(engine.distribution or ("" if engine.module else adapter_distribution)) or "unknown"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.engines.api import Adapter, Capabilities, unsupported_reason
-from carom.engines.registry import load_adapter, require_profile, why_unavailable
+from carom.engines.registry import explain_unavailable_adapter, load_adapter, require_profile
 from carom.errors import AdapterError
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Job, Method, SettingOverrides, UnavailableError, UnsupportedError
-from carom.execution.validate_adapter import adapter_error, plain_settings
+from carom.execution.validate_adapter import build_adapter_error, to_plain_settings
 from carom.model.trace import Setting
 
 
@@ -24,10 +24,10 @@ def load_supported_adapter(job: Job) -> Adapter:
         adapter = load_adapter(job.engine)
     except AdapterError as error:
         raise UnavailableError(str(error)) from error
-    if reason := why_unavailable(adapter):
+    if reason := explain_unavailable_adapter(adapter):
         raise UnavailableError(reason)
     located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
-    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s, located=located):
+    if reason := unsupported_reason(job.scene, _find_capabilities(adapter, job.method), job.dt_s, located=located):
         raise UnsupportedError(reason)
     return adapter
 
@@ -38,12 +38,12 @@ def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 
 
-def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
+def _find_capabilities(adapter: Adapter, method: Method) -> Capabilities:
     """Return the capabilities of a method. A profile's capabilities apply only if no setting is replaced."""
     return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
 
 
-def profile_settings(
+def prepare_settings(
     adapter: Adapter, profile: str, dt_s: float, tried: SettingOverrides = ()
 ) -> Mapping[str, Setting]:
     """Return the settings of a profile at a step, including the settings that replace its own.
@@ -58,8 +58,8 @@ def profile_settings(
     except Exception as error:
         message = f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}"
         raise AdapterError(message) from error
-    plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
+    plain = to_plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
         mistake = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
-        raise adapter_error(f"{mistake}, got {plain.get('dt_s', 'none')}")
+        raise build_adapter_error(f"{mistake}, got {plain.get('dt_s', 'none')}")
     return {**plain, **dict(tried)}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import metadata
 
-from carom.engines.registry import adapter_points
+from carom.engines.registry import list_adapter_points
 from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
 from carom.model.scene import Scene
@@ -38,30 +38,32 @@ class JobKey:
 
 
 @lru_cache(maxsize=64)
-def scene_hash(scene: Scene) -> str:
+def compute_scene_hash(scene: Scene) -> str:
     """Return the SHA-256 of a scene: of all fields except the description, with every bit of each float."""
     # Pydantic writes each float as the shortest text that reads back as the same float.
     return hashlib.sha256(scene.model_dump_json(exclude={"description"}).encode()).hexdigest()
 
 
 @cache
-def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
+def find_versions(engine: str) -> tuple[tuple[str, str], ...]:
     """Return name and version of everything that an engine's numbers depend on; empty if there is no such engine."""
     found = [
         ("carom", metadata.version("carom")),
         ("numpy", metadata.version("numpy")),
         (platform.python_implementation(), platform.python_version()),
     ]
-    if engine not in adapter_points():
+    if engine not in list_adapter_points():
         return ()
     info = find_engine(engine)
     return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
 
 
-def job_key(job: Job, form: str = "") -> JobKey:
+def build_job_key(job: Job, form: str = "") -> JobKey:
     """Return the key of a job on this machine.
 
     If the engine's version is not known yet, it is queried in a worker process with the default limits.
     """
     scene = job.scene
-    return JobKey(scene.name, scene_hash(scene), job.method, job.dt_s, job.phase, versions_of(job.engine), form)
+    return JobKey(
+        scene.name, compute_scene_hash(scene), job.method, job.dt_s, job.phase, find_versions(job.engine), form
+    )

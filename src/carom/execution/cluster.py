@@ -1,7 +1,7 @@
 """Pool on a Dask cluster: the same work in the same kind of worker processes, with the same results.
 
-Each item of `ClusterPool.each` is a task of the cluster. The engines of an item run in separate processes, as on this
-machine. So an engine that aborts affects neither the cluster's worker nor other items. If a worker of the cluster is
+Each item of `ClusterPool.map_unordered` is a task of the cluster. The engines of an item run in separate processes, as on
+this machine. So an engine that aborts affects neither the cluster's worker nor other items. If a worker of the cluster is
 lost, Dask's scheduler gives the items of this worker to another.
 """
 
@@ -16,7 +16,7 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from typing import Any, TypeVar
 
 from carom.errors import CaromError, InputError, MissingExtraError
-from carom.execution.cache_key import versions_of
+from carom.execution.cache_key import find_versions
 from carom.execution.describe_engines import engines
 from carom.execution.job import Answer, Task
 from carom.execution.pool import Lane, LocalPool, Pool, TaskRunner
@@ -89,15 +89,15 @@ class ClusterPool(Pool):
         """Disconnect from the cluster."""
         self._client.close()
 
-    def on_this_machine(self) -> AbstractContextManager[Pool]:
+    def to_local_pool(self) -> AbstractContextManager[Pool]:
         """Return a pool on this machine with one worker process for each engine."""
         return LocalPool(1, *self._limits)
 
     def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Carry out tasks of one engine on one of the cluster's workers."""
-        return (answer for answers in self.each([("", tasks)], _run_each) for answer in answers)
+        return (answer for answers in self.map_unordered([("", tasks)], _run_each) for answer in answers)
 
-    def each(
+    def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
         """Work on the items, on the cluster. The results of an item are yielded together.
@@ -161,22 +161,22 @@ class ClusterPool(Pool):
         if not self._client.scheduler_info()["workers"]:
             hints = [f"start some with `dask worker {self._address}`"]
             raise ClusterError(f"the cluster at {self._address} has no worker", hints=hints)
-        here = _all_versions()
-        for worker, there in self._client.run(_all_versions).items():
+        here = _list_versions()
+        for worker, there in self._client.run(_list_versions).items():
             for engine in sorted(here.keys() | there.keys()):
                 if here.get(engine) != there.get(engine):
                     raise InputError(
-                        f"{engine} on the cluster's worker {worker} is {_shown(there.get(engine))}, "
-                        f"and here {_shown(here.get(engine))}: results would not be the same",
+                        f"{engine} on the cluster's worker {worker} is {_format_versions(there.get(engine))}, "
+                        f"and here {_format_versions(here.get(engine))}: results would not be the same",
                         hints=["install the same on both"],
                     )
 
 
-def _all_versions() -> dict[str, tuple[tuple[str, str], ...]]:
-    return {info.name: versions_of(info.name) for info in engines()}
+def _list_versions() -> dict[str, tuple[tuple[str, str], ...]]:
+    return {info.name: find_versions(info.name) for info in engines()}
 
 
-def _shown(versions: tuple[tuple[str, str], ...] | None) -> str:
+def _format_versions(versions: tuple[tuple[str, str], ...] | None) -> str:
     return ", ".join(f"{name} {version or 'missing'}" for name, version in versions) if versions else "not known"
 
 

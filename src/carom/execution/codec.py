@@ -51,7 +51,7 @@ class Codec(Generic[T]):
         return value
 
 
-def _validator(read: Callable[[Any], Any]) -> PlainValidator:
+def _build_validator(read: Callable[[Any], Any]) -> PlainValidator:
     """Return a validator that raises ValueError for every exception of `read`, as pydantic requires."""
 
     def validate(found: Any) -> Any:
@@ -65,24 +65,24 @@ def _validator(read: Callable[[Any], Any]) -> PlainValidator:
     return PlainValidator(validate)
 
 
-def _array(dtype: DTypeLike) -> Any:
+def _build_array_type(dtype: DTypeLike) -> Any:
     """Return an array type that pydantic can convert. The type may be combined with `| None`."""
 
-    def packed(array: NDArray[Any]) -> Any:
+    def pack(array: NDArray[Any]) -> Any:
         return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
 
-    def unpacked(found: Any) -> NDArray[Any]:
+    def unpack(found: Any) -> NDArray[Any]:
         shape, data = found
         return np.frombuffer(base64.b64decode(data, validate=True), dtype).reshape([int(size) for size in shape])
 
-    return Annotated[Any, PlainSerializer(packed), _validator(unpacked)]
+    return Annotated[Any, PlainSerializer(pack), _build_validator(unpack)]
 
 
 #: Fields that an older journal of this format may lack. Missing fields are None.
 LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
-def _carried(kind: type[Any], **carried: Any) -> Any:
+def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
     """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has field types.
 
     A separate JSON text can have NaN and infinities as numbers. As strings, they could not be distinguished from
@@ -99,17 +99,17 @@ def _carried(kind: type[Any], **carried: Any) -> Any:
     config = ConfigDict(ser_json_inf_nan="constants", extra="forbid")
     twin: Any = create_model(kind.__name__, __config__=config, **types)
 
-    def packed(value: Any) -> str:
+    def pack(value: Any) -> str:
         text: str = twin.model_construct(**{name: getattr(value, name) for name in names}).model_dump_json()
         return text
 
-    def unpacked(text: Any) -> Any:
+    def unpack(text: Any) -> Any:
         if isinstance(text, kind):
             return text
         found = twin.model_validate_json(text)
         return _check_shapes(kind(**{name: getattr(found, name) for name in names}))
 
-    return Annotated[Any, PlainSerializer(packed), _validator(unpacked)]
+    return Annotated[Any, PlainSerializer(pack), _build_validator(unpack)]
 
 
 def _check_shapes(value: Any) -> Any:
@@ -142,34 +142,38 @@ def _check_shapes(value: Any) -> Any:
     return value
 
 
-_FLOATS = _array(np.float64)
+_FLOATS = _build_array_type(np.float64)
 
 if TYPE_CHECKING:
     CarriedObservation = Observation
     CarriedTrace = Trace
 else:
-    CarriedObservation = _carried(Observation, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None)
-    CarriedTrace = _carried(
+    CarriedObservation = _build_dataclass_type(
+        Observation, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None
+    )
+    CarriedTrace = _build_dataclass_type(
         Trace,
-        impacts=_array(IMPACT_DTYPE),
+        impacts=_build_array_type(IMPACT_DTYPE),
         final_position_m=_FLOATS,
         final_velocity_m_s=_FLOATS,
         effective_time_s=_FLOATS | None,
-        state_before=_array(STATE_DTYPE) | None,
-        impacts_per_disc=_array(np.int64) | None,
-        spins=_array(SPIN_DTYPE) | None,
-        edges=_array(EDGE_DTYPE) | None,
-        modes=_array(MODE_DTYPE) | None,
+        state_before=_build_array_type(STATE_DTYPE) | None,
+        impacts_per_disc=_build_array_type(np.int64) | None,
+        spins=_build_array_type(SPIN_DTYPE) | None,
+        edges=_build_array_type(EDGE_DTYPE) | None,
+        modes=_build_array_type(MODE_DTYPE) | None,
         final_spin_rad_s=_FLOATS | None,
-        samples=_carried(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
-        local_truth=_carried(
+        samples=_build_dataclass_type(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
+        local_truth=_build_dataclass_type(
             LocalTruth,
-            windows=_array(WINDOW_DTYPE),
-            meetings=_array(MEETING_DTYPE),
-            slips=_array(SLIP_DTYPE),
-            rests=_array(REST_DTYPE) | None,
+            windows=_build_array_type(WINDOW_DTYPE),
+            meetings=_build_array_type(MEETING_DTYPE),
+            slips=_build_array_type(SLIP_DTYPE),
+            rests=_build_array_type(REST_DTYPE) | None,
         )
         | None,
-        looks=_carried(States, time_s=_FLOATS, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None)
+        looks=_build_dataclass_type(
+            States, time_s=_FLOATS, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None
+        )
         | None,
     )

@@ -16,21 +16,21 @@ from typing import Any
 from carom.engines.api import CodedAdapter, unsupported_reason
 from carom.engines.registry import (
     EngineInfo,
-    adapter_points,
     distribution_of,
+    explain_unavailable_adapter,
+    find_version,
+    list_adapter_points,
     load_adapter,
     require_named,
-    version_of,
-    why_unavailable,
 )
 from carom.errors import AdapterError, InputError
-from carom.execution.adapter_profile import profile_settings
+from carom.execution.adapter_profile import prepare_settings
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, SettingOverrides, Status
 from carom.execution.pool import LocalPool, Pool, TaskRunner
-from carom.execution.validate_adapter import plain_text, validate_adapter
+from carom.execution.validate_adapter import to_plain_text, validate_adapter
 from carom.model.trace import Setting
-from carom.support.checks import shown
+from carom.support.checks import format_value
 from carom.support.display import Shown
 
 
@@ -49,8 +49,8 @@ class DescribeTask(AdapterTask):
         adapter, distribution = load_adapter(self.name), distribution_of(self.name)
         try:
             declared = validate_adapter(adapter)
-            reason = plain_text(why_unavailable(adapter), "unavailable()")
-            version = plain_text(version_of(adapter, distribution), "version()")
+            reason = to_plain_text(explain_unavailable_adapter(adapter), "unavailable()")
+            version = to_plain_text(find_version(adapter, distribution), "version()")
         except AdapterError:
             raise
         except Exception as error:
@@ -62,12 +62,12 @@ class DescribeTask(AdapterTask):
             version="" if reason else version,
             unavailable=reason,
             capabilities=declared.capabilities,
-            profiles={name: plain_text(one.description, "a description") for name, one in declared.profiles.items()},
+            profiles={name: to_plain_text(one.description, "a description") for name, one in declared.profiles.items()},
             distribution=distribution,
             located=frozenset(name for name, one in declared.profiles.items() if one.located),
             own={name: one.capabilities for name, one in declared.profiles.items() if one.capabilities is not None},
             knobs=declared.knobs,
-            install=plain_text(declared.engine.install, "engine.install"),
+            install=to_plain_text(declared.engine.install, "engine.install"),
             code=isinstance(adapter, CodedAdapter) and callable(adapter.code),
         )
 
@@ -95,7 +95,7 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
         ['pic', 'pit']
     """
     if isinstance(names, str) or not (names is None or isinstance(names, Iterable)):
-        raise InputError(f"names must be a list, even of one item, got {shown(names)}")
+        raise InputError(f"names must be a list, even of one item, got {format_value(names)}")
     with LocalPool() as pool:
         return describe_engines(names, pool)
 
@@ -112,7 +112,7 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
     """
     for name in names or ():
         require_named(name)
-    there_are = adapter_points()
+    there_are = list_adapter_points()
     points = {name: point for name, point in there_are.items() if names is None or name in names}
     # Every study compares with PIT, so it is queried here too. Otherwise another pool would have to be started for PIT
     # later.
@@ -123,8 +123,8 @@ def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
         if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
     ]
     # A manifest without a distribution has a process of its own.
-    groups = [list(names) for _, names in groupby(sorted(todo, key=_process_key), _process_key)]
-    for found in pool.each(((names[0], names) for names in groups), _describe):
+    groups = [list(names) for _, names in groupby(sorted(todo, key=_process_key_of), _process_key_of)]
+    for found in pool.map_unordered(((names[0], names) for names in groups), _describe):
         _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
     # Carom's own methods come first, then the others in alphabetical order. All tables use this order.
@@ -138,11 +138,11 @@ def select_engines(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> 
 
 def find_engine(name: str) -> EngineInfo:
     """Return the description of an engine. It is queried only if this process does not know it yet."""
-    known = _KNOWN.get((name, adapter_points()[name].value))
+    known = _KNOWN.get((name, list_adapter_points()[name].value))
     return known or engines([name])[0]
 
 
-def _process_key(name: str) -> tuple[str, str]:
+def _process_key_of(name: str) -> tuple[str, str]:
     """Return a key that is equal for adapters that share a process."""
     distribution = distribution_of(name)
     return distribution, "" if distribution else name
@@ -182,7 +182,7 @@ class SettingsTask(AdapterTask):
         found: list[Mapping[str, Setting] | str] = []
         for dt_s in self.dts:
             try:
-                found.append(profile_settings(adapter, self.profile, dt_s, self.tried))
+                found.append(prepare_settings(adapter, self.profile, dt_s, self.tried))
             except AdapterError as error:
                 found.append(str(error))
         return tuple(found)
@@ -244,7 +244,7 @@ def list_methods(
         for info in infos
     }
     found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
-    for several in pool.each(((name, of) for name, of in tasks.items() if of), _query_all):
+    for several in pool.map_unordered(((name, of) for name, of in tasks.items() if of), _query_all):
         for task, answer in several:
             found[task.engine][task.profile] = answer
     at: dict[tuple[str, float], tuple[Method, ...]] = {}
@@ -256,7 +256,7 @@ def list_methods(
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
             for profile in own_profiles:
-                settings = _settings(info, found[info.name].get(profile), k)
+                settings = _extract_settings(info, found[info.name].get(profile), k)
                 if isinstance(settings, Answer):
                     refused[Method(info.name, profile, own_tried), dt_s] = settings
                     last_of[profile] = profile
@@ -267,7 +267,9 @@ def list_methods(
     return Methods(at, refused, {info.name: info for info in infos})
 
 
-def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> Mapping[str, Setting] | Answer[Any]:
+def _extract_settings(
+    info: EngineInfo, answer: Answer[_Settings] | None, step: int
+) -> Mapping[str, Setting] | Answer[Any]:
     """Return the settings of a profile at a step, or why a method with it can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
         # Even if an engine is not installed, the settings of its profiles show which profiles are the same method.

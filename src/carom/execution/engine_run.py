@@ -13,27 +13,27 @@ from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise import StepWatch
 from carom.engines.api import Adapter, Contact, Observation, World
 from carom.engines.registry import has_part, load_adapter
-from carom.execution.adapter_profile import load_supported_adapter, profile_settings
+from carom.execution.adapter_profile import load_supported_adapter, prepare_settings
 from carom.execution.codec import CarriedTrace
 from carom.execution.final_state import LastStep
 from carom.execution.free_flight import FreeFlight
 from carom.execution.impact_collector import ImpactCollector
 from carom.execution.job import PIT_METHOD, JobTask, SettingOverrides
-from carom.execution.open_contact import gravity_of
-from carom.execution.phases import phase_values
+from carom.execution.open_contact import compute_gravity
+from carom.execution.phases import generate_phases
 from carom.execution.state_rows import StateRows
 from carom.execution.step_cutter import Cutter
 from carom.execution.validate_adapter import (
-    adapter_error,
-    plain_counts,
-    plain_settings,
-    plain_text,
-    whole_number,
+    build_adapter_error,
+    to_plain_counts,
+    to_plain_settings,
+    to_plain_text,
+    to_whole_number,
 )
 from carom.execution.validate_observation import Validator
 from carom.model.scene import Scene
 from carom.model.step_windows import States
-from carom.model.trace import Outcome, Samples, Trace, canonical_profile
+from carom.model.trace import Outcome, Samples, Trace, resolve_profile
 from carom.support.limits import LARGEST
 
 #: Largest number of discs for which states are kept if discs may come to rest, and largest number of such states.
@@ -89,28 +89,28 @@ def observe_run(
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails.
     """
-    settings = profile_settings(adapter, profile, dt_s, tried)
+    settings = prepare_settings(adapter, profile, dt_s, tried)
     run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples, watched=watched)
     world = adapter.prepare(scene, settings)
     missing = [part for part in ("settings", "advance", "observe", "close") if not has_part(world, part)]
     if missing:
         lacks = f"a {type(world).__name__} has no {', '.join(missing)}"
-        raise adapter_error(f"prepare() must return a world; {lacks}")
+        raise build_adapter_error(f"prepare() must return a world; {lacks}")
     try:
-        used = plain_settings(world.settings, "of a world")
+        used = to_plain_settings(world.settings, "of a world")
         world.observe()  # some engines record contacts only after the first observation
         cutter = Cutter(world) if adapter.profiles[profile].located else None
         run.drive(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
         counting: Any = world  # `counts` is optional
-        own_counts = plain_counts(counting.counts if has_part(counting, "counts") else {})
+        own_counts = to_plain_counts(counting.counts if has_part(counting, "counts") else {})
     finally:
         world.close()
     counts = {"steps": run.taken, "steps_skipped": run.steps - run.taken, **own_counts}
     if cutter is not None:
         counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
     return replace(
-        run.trace(plain_text(adapter.name, "the name of an adapter")),
-        profile=canonical_profile(adapter.name, profile),
+        run.build_trace(to_plain_text(adapter.name, "the name of an adapter")),
+        profile=resolve_profile(adapter.name, profile),
         tried=dict(tried),
         settings=used,
         float_bits=adapter.capabilities.float_bits,
@@ -133,7 +133,7 @@ def choose_look_steps(steps: int) -> frozenset[int]:
     stretches = range(0, steps, every)
     return frozenset(
         min(begin + 1 + int(every * phase), steps)
-        for begin, phase in zip(stretches, phase_values(len(stretches)), strict=True)
+        for begin, phase in zip(stretches, generate_phases(len(stretches)), strict=True)
     )
 
 
@@ -181,7 +181,7 @@ class _Run:
         self._pass_on_states()
 
     def _take_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
-        bends = gravity_of(self.scene).any() or Slowing.of(self.scene)
+        bends = compute_gravity(self.scene).any() or Slowing.of(self.scene)
         straight = not (bends or self.scene.arrays.driven)
         takes_quiet_steps = cutter is None and hasattr(type(world), "take_quiet_steps")
         while self.taken < self.steps:
@@ -189,7 +189,7 @@ class _Run:
             if takes_quiet_steps and not self.collector.open:
                 observed = self._take_quiet_steps(world, flight.needed_from_s if straight else math.inf)
             step = self.taken + 1
-            pieces = _pieces(world, cutter, step, self.dt_s) if observed is None else (step * self.dt_s,)
+            pieces = _take_step_in_pieces(world, cutter, step, self.dt_s) if observed is None else (step * self.dt_s,)
             for time_s in pieces:
                 if not self._add_state(world.observe() if observed is None else observed, time_s):
                     return
@@ -206,7 +206,7 @@ class _Run:
                 self.positions.append(self.rows.position_m[self.row].copy())
             end_s = step * self.dt_s
             is_needed = straight and (self.contacts or end_s >= flight.needed_from_s)
-            if is_needed and flight.begins(end_s, self.state):
+            if is_needed and flight.has_begun(end_s, self.state):
                 return
 
     def _take_quiet_steps(self, world: Any, until_s: float) -> Observation | None:
@@ -224,9 +224,9 @@ class _Run:
             return None
         part = slice(begin, begin + count)
         found: object = world.take_quiet_steps(rows.position_m[part], rows.velocity_m_s[part], rows.spin_rad_s[part])
-        taken = whole_number(found, "the result of take_quiet_steps()", least=1)
+        taken = to_whole_number(found, "the result of take_quiet_steps()", least=1)
         if taken > count:
-            raise adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {taken}")
+            raise build_adapter_error(f"the result of take_quiet_steps() must be at most {count}, got {taken}")
         last: Observation
         if taken == 1:
             last = world.observe()
@@ -256,19 +256,19 @@ class _Run:
         rows, row = self.rows, self.row + 1
         is_finite = self.validator.read(found, rows, row)
         if found.warning != "" or not is_finite:
-            self.outcome, self.notes = _health(str.__str__(found.warning))
+            self.outcome, self.notes = _classify_end(str.__str__(found.warning))
             if self.outcome is not Outcome.STANDSTILL:
                 return False
         contacts: object = found.contacts
         # Most steps have no contacts.
         self.contacts = (
-            () if contacts == () else self.validator.contacts(contacts, float(rows.time_s[self.row]), time_s)
+            () if contacts == () else self.validator.check_contacts(contacts, float(rows.time_s[self.row]), time_s)
         )
         rows.time_s[row] = time_s
         self.row = row
         if self.contacts or self.collector.open:
             if self.collected != row - 1:
-                self.collector.pass_to(float(rows.time_s[row - 1]), rows.observation(row - 1))
+                self.collector.skip_to(float(rows.time_s[row - 1]), rows.observation(row - 1))
             self.collector.add(time_s, self.state)
             self.collected = row
         return True
@@ -291,7 +291,7 @@ class _Run:
         if self.watch is not None:
             self.watch.add(self.rows.states(slice(1, self.row + 1)))
 
-    def trace(self, method: str) -> Trace:
+    def build_trace(self, method: str) -> Trace:
         """Return the trace, with the final state advanced to the end of the scene."""
         completed, duration_s = self.outcome is Outcome.COMPLETED, self.scene.duration_s
         impacts, effective = self.collector.finish()
@@ -333,11 +333,11 @@ class _Run:
             spins=spins,
             final_spin_rad_s=final.spin_rad_s,
             local_truth=None if self.watch is None else self.watch.finish(),
-            looks=_states(self.looks) if self.looks else None,
+            looks=_build_states(self.looks) if self.looks else None,
         )
 
 
-def _states(looks: Sequence[tuple[float, Observation]]) -> States:
+def _build_states(looks: Sequence[tuple[float, Observation]]) -> States:
     times, seen = zip(*looks, strict=True)
     spins = [state.spin_rad_s for state in seen if state.spin_rad_s is not None]
     return States(
@@ -348,15 +348,15 @@ def _states(looks: Sequence[tuple[float, Observation]]) -> States:
     )
 
 
-def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterable[float]:
+def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterable[float]:
     """Take step number `step` (from 1), whole or in pieces, and return the time at the end of each piece."""
     if cutter is not None:
-        return cutter.step((step - 1) * dt_s, step * dt_s)
+        return cutter.take_step((step - 1) * dt_s, step * dt_s)
     world.advance(1)
     return (step * dt_s,)
 
 
-def _health(warning: str) -> tuple[Outcome, tuple[str, ...]]:
+def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
     """Return the outcome of a run that ends at a non-finite state or with a warning of its engine."""
     if not warning:
         return Outcome.NON_FINITE, ()

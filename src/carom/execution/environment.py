@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 from carom.engines.registry import EngineInfo
-from carom.support.system import available_cores
+from carom.support.system import count_available_cores
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Environment:
         return (self.system, self.processor, self.cores)
 
 
-def environment(infos: Iterable[EngineInfo] = ()) -> Environment:
+def describe_environment(infos: Iterable[EngineInfo] = ()) -> Environment:
     """Return the environment of this process, with the versions of the given engines."""
     engines = {info.engine: info.version for info in infos if info.available and info.engine != "Carom"}
     return Environment(
@@ -50,12 +50,12 @@ def environment(infos: Iterable[EngineInfo] = ()) -> Environment:
         python=f"{platform.python_implementation()} {platform.python_version()}",
         system=" ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip(),
         processor=_read_proc_field("/proc/cpuinfo", "model name") or platform.processor() or "unknown",
-        cores=available_cores(),
+        cores=count_available_cores(),
         versions={"numpy": metadata.version("numpy"), **engines},
     )
 
 
-def resident_bytes(field: str = "VmRSS", process: int | str = "self") -> int | None:
+def measure_resident_bytes(field: str = "VmRSS", process: int | str = "self") -> int | None:
     """Return the resident memory of a process: VmRSS is the present value, VmHWM the peak. Only Linux has both."""
     kibibytes = _read_proc_field(f"/proc/{process}/status", field).split()
     return int(kibibytes[0]) * 1024 if kibibytes else None

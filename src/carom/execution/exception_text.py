@@ -5,7 +5,7 @@ from __future__ import annotations
 import traceback
 from pathlib import Path
 
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 #: Largest number of characters of a reason.
 MOST_REASON = 2000
@@ -23,7 +23,7 @@ def describe_exception(error: BaseException) -> str:
     theirs = next((place.filename for place in places if not Path(place.filename).is_relative_to(_OWN)), None)
     deepest = [place for place in places if theirs in (None, place.filename)][-1:]
     where = "".join(f" ({Path(place.filename).name}, line {place.lineno})" for place in deepest)
-    return f"{visible(type(error).__name__)}: {exception_message(error)}{visible(where)}"
+    return f"{escape_controls(type(error).__name__)}: {exception_message(error)}{escape_controls(where)}"
 
 
 def exception_message(error: BaseException) -> str:
@@ -31,5 +31,5 @@ def exception_message(error: BaseException) -> str:
     try:
         text = str(error)
     except Exception as second:  # noqa: BLE001 - an adapter's own exception class can raise another one
-        return f"its message can't be built: {visible(type(second).__name__)}"
-    return visible(text[:MOST_REASON])[:MOST_REASON]
+        return f"its message can't be built: {escape_controls(type(second).__name__)}"
+    return escape_controls(text[:MOST_REASON])[:MOST_REASON]

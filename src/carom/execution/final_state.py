@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.engines.api import Observation
-from carom.execution.open_contact import gravity_of
+from carom.execution.open_contact import compute_gravity
 from carom.model.scene import Scene
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ class LastStep:
 
     @cached_property
     def _gravity(self) -> Array:
-        return gravity_of(self.scene)
+        return compute_gravity(self.scene)
 
     @cached_property
     def _slowing(self) -> Slowing:
@@ -52,9 +52,10 @@ class LastStep:
         seconds, state = time_s - self.end_s, self.state
         speed = np.hypot(*state.velocity_m_s.T).tolist()
         flown, kept = (
-            np.array([of(seconds, fast) for fast in speed]) for of in (self._slowing.flown, self._slowing.kept)
+            np.array([of(seconds, fast) for fast in speed])
+            for of in (self._slowing.compute_flown_time, self._slowing.compute_kept_fraction)
         )
-        pull, spin_rate = self._rates_of_change() if seconds < 0.0 else (self._gravity, None)
+        pull, spin_rate = self._compute_rates_of_change() if seconds < 0.0 else (self._gravity, None)
         spins = None
         if self.scene.arrays.turns:
             spins = np.zeros(len(speed)) if state.spin_rad_s is None else state.spin_rad_s
@@ -65,7 +66,7 @@ class LastStep:
             spin_rad_s=spins,
         )
 
-    def _rates_of_change(self) -> tuple[Array, Array | None]:
+    def _compute_rates_of_change(self) -> tuple[Array, Array | None]:
         """Return the rates at which velocities and spins change between the scene's end and the end of the step.
 
         In flight, a disc falls. If a wall balances more than half of gravity, and the velocity changed slowly enough
@@ -115,12 +116,12 @@ class LastStep:
                 turning = turning if spins is None else spins[f"{side}_after"][row]
             position[disc], velocity[disc] = self._fly(disc, place, speed, until_s - since_s)
             if spin is not None and turning is not None:
-                spin[disc] = turning * self._slowing.damping.kept(until_s - since_s)
+                spin[disc] = turning * self._slowing.damping.compute_kept_fraction(until_s - since_s)
         flown = replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
         return replace(self, end_s=until_s, state=flown)
 
     def _fly(self, disc: int, place: Array, speed: Array, seconds: float) -> tuple[Array, Array]:
         """Return position and velocity of a disc after some seconds of free flight."""
         pull, fast = self._gravity[disc], float(np.hypot(*speed))
-        moved = speed * self._slowing.flown(seconds, fast) + pull * (seconds * seconds / 2)
-        return place + moved, speed * self._slowing.kept(seconds, fast) + pull * seconds
+        moved = speed * self._slowing.compute_flown_time(seconds, fast) + pull * (seconds * seconds / 2)
+        return place + moved, speed * self._slowing.compute_kept_fraction(seconds, fast) + pull * seconds

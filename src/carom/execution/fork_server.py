@@ -49,7 +49,7 @@ def allow_forking() -> None:
     _allowed = True
 
 
-def search_path() -> list[str]:
+def list_search_path() -> list[str]:
     """Return the search path of modules for a worker, which must find exactly the adapters that this process finds."""
     return [os.path.abspath(entry or os.curdir) for entry in sys.path]
 
@@ -104,7 +104,7 @@ class ForkServer:
         self._lost = False
 
     @classmethod
-    def forked(cls) -> ForkServer | None:
+    def launch(cls) -> ForkServer | None:
         """Fork a server. Return None if forking is not allowed: then workers start in new interpreters."""
         known = sys.platform == "linux" and hasattr(os, "pidfd_open")
         if not (known and _allowed and threading.active_count() == 1):
@@ -277,11 +277,11 @@ def _become_watchdog(message: bytes, files: Sequence[int], others: Sequence[int]
             os.dup2(file, number)
         for file in (*streams, status_file, *others):
             os.close(file)
-        from carom.engines.registry import MANIFESTS, adapter_points
+        from carom.engines.registry import MANIFESTS, list_adapter_points
 
         path = environment["PYTHONPATH"].split(os.pathsep)
-        if (path, environment.get(MANIFESTS)) != (search_path(), os.environ.get(MANIFESTS)):
-            adapter_points.cache_clear()  # since the server was forked, the command has changed where adapters are
+        if (path, environment.get(MANIFESTS)) != (list_search_path(), os.environ.get(MANIFESTS)):
+            list_adapter_points.cache_clear()  # since the server was forked, the command has changed where adapters are
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)

@@ -73,15 +73,15 @@ class FreeFlight:
             for wall in scene.walls
         ]
 
-    def begins(self, time_s: float, now: Observation) -> bool:
+    def has_begun(self, time_s: float, now: Observation) -> bool:
         """Whether the rest of the run is free flight. Call this after every step that is needed."""
         self._seen.append((time_s, now))
-        self._motions.append(self._motion(now))
+        self._motions.append(self._encode_motion(now))
         if now.contacts:
             self._look_from_s, self._pause_s, self.needed_from_s = 0.0, self._dt_s, 0.0
         if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
-        earliest_s = time_s + self._earliest(now, self._scene.duration_s - time_s)
+        earliest_s = time_s + self._compute_earliest_contact(now, self._scene.duration_s - time_s)
         # No pair comes near before that time. While a pair is near, the test is repeated at increasing intervals.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
@@ -93,14 +93,14 @@ class FreeFlight:
         motion, (_, now) = self._motions[0], self._seen[-1]
         if self._motions.count(motion) < len(self._motions) or any(now.contacts for _, now in [*self._seen][1:]):
             return False
-        return self._moved_straight_on(now.velocity_m_s)
+        return self._has_moved_straight(now.velocity_m_s)
 
-    def _motion(self, now: Observation) -> bytes:
+    def _encode_motion(self, now: Observation) -> bytes:
         """Return the bits of velocities, and of spins if discs turn."""
         spins = now.spin_rad_s if self._turns else None
         return now.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes())
 
-    def _moved_straight_on(self, velocity: Array) -> bool:
+    def _has_moved_straight(self, velocity: Array) -> bool:
         """Whether each step moved every disc by its velocity, except for rounding of coordinates and instants."""
         places, fastest = np.array([now.position_m for _, now in self._seen]), float(np.abs(velocity).max())
         far = np.abs(places).max(axis=(1, 2)).tolist()
@@ -110,21 +110,21 @@ class FreeFlight:
             for k in range(len(off))
         )
 
-    def _earliest(self, now: Observation, left_s: float) -> float:
+    def _compute_earliest_contact(self, now: Observation, left_s: float) -> float:
         """Return the seconds until a contact is possible. Pairs are skipped if a wall is near before the end."""
         p, v = now.position_m, now.velocity_m_s
         apart = p[self._second] - p[self._first]
         if (np.hypot(apart[:, 0], apart[:, 1]) <= self._touching).any():
             return 0.0  # overlapping bodies may still be pushed apart
-        nearest = min((self._reaches(wall, p, v) for wall in self._walls), default=math.inf)
+        nearest = min((self._compute_wall_wait(wall, p, v) for wall in self._walls), default=math.inf)
         if nearest <= left_s or not len(apart):
             return nearest
-        return min(nearest, float(time_until_near(apart, v[self._second] - v[self._first], self._near).min()))
+        return min(nearest, float(compute_time_until_near(apart, v[self._second] - v[self._first], self._near).min()))
 
-    def _reaches(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
+    def _compute_wall_wait(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
         if not isinstance(wall, tuple):  # no disc reaches the wall before it has flown this distance
             away = np.array(
-                [wall.gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
+                [wall.compute_gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
             )
             speed = np.hypot(v[:, 0], v[:, 1])
             waits = np.maximum(away[speed > 0.0], 0.0) / speed[speed > 0.0]
@@ -138,7 +138,7 @@ class FreeFlight:
         return float((np.maximum(gap[closes], 0.0) / -along[closes]).min())
 
 
-def time_until_near(apart: Array, velocity: Array, reach: Array) -> Array:
+def compute_time_until_near(apart: Array, velocity: Array, reach: Array) -> Array:
     """Return the seconds until pairs come within reach: 0 if near and approaching, infinity if never.
 
     This plain formula is twenty times faster than the time of impact. The margin is a radius, so the rounding of this

@@ -13,13 +13,21 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.non_finite import turned
+from carom.comparator.non_finite import find_turned_impacts
 from carom.comparator.slowing import Slowing
 from carom.engines.api import Contact, Observation
-from carom.execution.open_contact import Motion, Motions, OpenContact, Pair, difference, gravity_of, separation_speed
+from carom.execution.open_contact import (
+    Motion,
+    Motions,
+    OpenContact,
+    Pair,
+    compute_gravity,
+    compute_relative_velocity,
+    compute_separation_speed,
+)
 from carom.model.disc_arrays import STANDS
 from carom.model.scene import Scene
-from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index
+from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, build_impact_array, build_spin_array, wall_index
 
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
@@ -51,7 +59,7 @@ class ImpactCollector:
         self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
         self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
         self._driven = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
-        self._gravity, self._pull = gravity_of(scene), math.hypot(*scene.gravity_m_s2)
+        self._gravity, self._pull = compute_gravity(scene), math.hypot(*scene.gravity_m_s2)
         self._slowing = Slowing.of(scene)
         self._last = start
         self._last_s = 0.0
@@ -61,7 +69,7 @@ class ImpactCollector:
         self.states = np.zeros(0, STATE_DTYPE)
         self.spins: NDArray[np.void] | None = None
 
-    def pass_to(self, time_s: float, now: Observation) -> None:
+    def skip_to(self, time_s: float, now: Observation) -> None:
         """Pass steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
         self._last, self._last_s = now, time_s
 
@@ -77,13 +85,13 @@ class ImpactCollector:
                 record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
                 # If a disc has several impacts in a step, the state before the step applies only to the first of them.
                 free = contact.time_s == self._last_s or struck.isdisjoint(pair)
-                struck.update(self._movable(pair))
-                state = _state(pair, self._last_s, before if free else None)
-                self._done.append((self._next_number(), record, contact.time_s, state))
+                struck.update(self._list_movable(pair))
+                state = _build_state(pair, self._last_s, before if free else None)
+                self._done.append((self._take_next_number(), record, contact.time_s, state))
             elif self._has_effect(contact, before, now, time_s - self._last_s):
                 active[pair] = contact
-        touched = Counter(body for pair in active for body in self._movable(pair))
-        motion = {body: self._motion(before, body) for body in touched}
+        touched = Counter(body for pair in active for body in self._list_movable(pair))
+        motion = {body: self._motion_of(before, body) for body in touched}
         for pair in [pair for pair in self.open if pair not in active]:
             self._close(pair)
         for pair, contact in active.items():
@@ -102,21 +110,21 @@ class ImpactCollector:
         effective = np.array([effective for _, _, effective, _ in ordered], dtype=np.float64)
         self.states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
         records = [record for _, record, _, _ in ordered]
-        self.spins = spin_array(records) if self._turns else None
-        return impact_array(records), effective
+        self.spins = build_spin_array(records) if self._turns else None
+        return build_impact_array(records), effective
 
-    def _next_number(self) -> int:
+    def _take_next_number(self) -> int:
         self._begun += 1
         return self._begun
 
-    def _movable(self, pair: Pair) -> list[int]:
+    def _list_movable(self, pair: Pair) -> list[int]:
         return [body for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
 
-    def _motion(self, state: Observation, body: int) -> Motion:
+    def _motion_of(self, state: Observation, body: int) -> Motion:
         spin = state.spin_rad_s
-        return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
+        return (*_to_vector(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
-    def _unchanged_motion(self, body: int, time_s: float) -> Motion:
+    def _find_unchanged_motion(self, body: int, time_s: float) -> Motion:
         """Return the motion, in the step that ends at a time, of a body that no impact changes: static or driven."""
         middle_s = 0.5 * (self._last_s + time_s)
         if body < 0:
@@ -130,15 +138,15 @@ class ImpactCollector:
         A contact of two immovable bodies has no effect. If no impulse is reported, a motion must have changed by more
         than damping or a table explains.
         """
-        if not self._movable((contact.first, contact.second)):
+        if not self._list_movable((contact.first, contact.second)):
             return False
         if contact.impulse_n_s is not None:
             return contact.impulse_n_s > 0.0
         bodies = [body for body in (contact.first, contact.second) if body >= 0]
-        motions = [(self._motion(before, body), self._motion(now, body)) for body in bodies]
+        motions = [(self._motion_of(before, body), self._motion_of(now, body)) for body in bodies]
         if not self._slowing:
             return any(was != is_now for was, is_now in motions)
-        kept = [self._slowing.kept(step_s, math.hypot(*was[:2])) for was, _ in motions]
+        kept = [self._slowing.compute_kept_fraction(step_s, math.hypot(*was[:2])) for was, _ in motions]
         return any(
             math.dist([left * part for part in was], is_now) > (1.0 - left) * math.hypot(*was)
             for (was, is_now), left in zip(motions, kept, strict=True)
@@ -158,31 +166,36 @@ class ImpactCollector:
         `motion` has each body's motion after earlier contacts of the step.
         """
         first, second = pair
-        unchanged = [self._unchanged_motion(body, time_s) for body in pair]
+        unchanged = [self._find_unchanged_motion(body, time_s) for body in pair]
         ahead = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
         for body, sign in ((first, -1.0), (second, 1.0)):
             if body in motion:
                 by_impulse = touched[body] > 1 and self._has_all_impulses(contact)
                 present = motion[body]
                 motion[body] = (
-                    self._apply_impulse(present, contact, body, sign) if by_impulse else self._motion(now, body)
+                    self._apply_impulse(present, contact, body, sign) if by_impulse else self._motion_of(now, body)
                 )
         after = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
         known = self.open.get(pair)
-        if known and separation_speed(known.after, known.reported.normal) > 0.0 > separation_speed(
+        if known and compute_separation_speed(known.after, known.reported.normal) > 0.0 > compute_separation_speed(
             ahead, contact.normal
         ):
             # The pair has separated, and a third body has pushed it together again: that is a second impact.
             self._close(pair)
             known = None
         if known is None:
-            number, start_s, start = self._next_number(), self._last_s, self._last
+            number, start_s, start = self._take_next_number(), self._last_s, self._last
             known = OpenContact(number, contact, ahead, start_s, start, after, time_s, now)
             self.open[pair] = known
         known.after, known.end_s, known.end = after, time_s, now
         known.alone = known.alone and all(touched[body] <= 1 for body in pair)
         impulse = contact.impulse_n_s
-        known.add(math.dist(difference(after), difference(ahead)) if impulse is None else impulse, contact.normal)
+        known.add(
+            math.dist(compute_relative_velocity(after), compute_relative_velocity(ahead))
+            if impulse is None
+            else impulse,
+            contact.normal,
+        )
         if not self._is_resting(after, contact.normal, time_s - self._last_s):
             known.rested = None
         elif known.rested is None:
@@ -190,7 +203,7 @@ class ImpactCollector:
 
     def _is_resting(self, motions: Motions, normal: Vector, step_s: float) -> bool:
         """Whether gravity may hold a pair together: its relative speed is at most what `_REST_STEPS` of fall give."""
-        return abs(separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
+        return abs(compute_separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
     def _has_all_impulses(self, contact: Contact) -> bool:
         """Whether all impulses of a contact are reported, including friction's impulse if there is friction."""
@@ -213,33 +226,37 @@ class ImpactCollector:
 
     def _close(self, pair: Pair) -> None:
         whole = self.open.pop(pair)
-        contact = whole.impact()
+        contact = whole.cut_at_rest()
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
         # If the impact was undone, the paths differ only by rounding, and have no meaningful intersection.
-        known_time = contact.alone and turned(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
+        known_time = (
+            contact.alone and find_turned_impacts(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
+        )
         effective = math.nan
         if known_time:
             held = contact is not whole
             drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
             leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
             effective = (
-                contact.landing_s(self._gravity, leg) if held else contact.turn_s(self._gravity, self._slowing, leg)
+                contact.compute_landing_time(self._gravity, leg)
+                if held
+                else contact.compute_turn_time(self._gravity, self._slowing, leg)
             )
         # Gravity moves two discs alike, so their relative path is straight. Relative to an immovable body, the path of
         # a falling disc is bent.
         falls = bool(self._gravity.any())
-        bent = falls and len(self._movable(pair)) < len(pair)
+        bent = falls and len(self._list_movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
-            a, b, c, d = self._at(effective, pair, contact, (a, b, c, d))
+            a, b, c, d = self._correct_for_gravity(effective, pair, contact, (a, b, c, d))
         if self._slowing:
-            (a, b, c, d), known = self._slowed(effective, contact)
-        record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
-        state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
+            (a, b, c, d), known = self._correct_for_slowing(effective, contact)
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.compute_normal(), a, b, c, d, known)
+        state = _build_state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
-    def _at(
+    def _correct_for_gravity(
         self, time_s: float, pair: Pair, contact: OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
     ) -> tuple[Vector, Vector, Vector, Vector]:
         """Return the velocities of two falling discs at the instant of their impact, from those at step boundaries.
@@ -248,12 +265,12 @@ class ImpactCollector:
         step late. An engine whose contacts act at the start of a step would have an error of one step of gravity.
         """
         at_s = min(max(time_s, contact.start_s), contact.end_s)
-        gx, gy = _row(self._gravity, pair[0])
+        gx, gy = _to_vector(self._gravity, pair[0])
         lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
         a, b, c, d = ((vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, lasts, strict=True))
         return a, b, c, d
 
-    def _slowed(
+    def _correct_for_slowing(
         self, effective_s: float, contact: OpenContact
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
         """Return velocities and spins of slowed discs at the instant of an impact, from those at step boundaries.
@@ -266,13 +283,16 @@ class ImpactCollector:
         at_s = min(max(at_s, contact.start_s - lasted), contact.end_s + lasted)
         motions = (*contact.before, *contact.after)
         lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
-        factors = [self._slowing.kept(t, math.hypot(vx, vy)) for t, (vx, vy, _) in zip(lasts, motions, strict=True)]
+        factors = [
+            self._slowing.compute_kept_fraction(t, math.hypot(vx, vy))
+            for t, (vx, vy, _) in zip(lasts, motions, strict=True)
+        ]
         a, b, c, d = ((vx * kept, vy * kept) for (vx, vy, _), kept in zip(motions, factors, strict=True))
         s, t, u, v = (spin * kept for (_, _, spin), kept in zip(motions, factors, strict=True))
         return (a, b, c, d), ((s, t, u, v) if self._turns else None)
 
 
-def _state(pair: Pair, time_s: float, state: Observation | None) -> _State:
+def _build_state(pair: Pair, time_s: float, state: Observation | None) -> _State:
     """Return the state before an impact.
 
     If the state is None, positions are NaN, and only the time of the step is known.
@@ -280,8 +300,12 @@ def _state(pair: Pair, time_s: float, state: Observation | None) -> _State:
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)
     first, second = pair
-    return (time_s, _row(state.position_m, first), _NOWHERE if second < 0 else _row(state.position_m, second))
+    return (
+        time_s,
+        _to_vector(state.position_m, first),
+        _NOWHERE if second < 0 else _to_vector(state.position_m, second),
+    )
 
 
-def _row(array: NDArray[np.float64], body: int) -> Vector:
+def _to_vector(array: NDArray[np.float64], body: int) -> Vector:
     return (float(array[body, 0]), float(array[body, 1]))

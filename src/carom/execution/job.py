@@ -9,7 +9,7 @@ from typing import ClassVar, Generic, Protocol, TypeVar
 
 from carom.errors import CaromError
 from carom.model.scene import Scene
-from carom.model.trace import Setting, canonical_profile, profile_shown
+from carom.model.trace import Setting, format_profile, resolve_profile
 
 #: Called with (done, total, description) as work finishes.
 Progress = Callable[[int, int, str], None]
@@ -43,12 +43,12 @@ class Method:
     tried: SettingOverrides = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "profile", canonical_profile(self.engine, self.profile))
+        object.__setattr__(self, "profile", resolve_profile(self.engine, self.profile))
 
     @property
     def profile_shown(self) -> str:
         """The profile with the replaced settings, for display."""
-        return profile_shown(self.engine, self.profile, dict(self.tried))
+        return format_profile(self.engine, self.profile, dict(self.tried))
 
     @property
     def label(self) -> str:

@@ -24,8 +24,8 @@ from carom.errors import InputError
 from carom.execution.codec import Codec
 from carom.execution.job import Answer
 from carom.execution.pool import Closeable
-from carom.support.escaping import shortened, visible
-from carom.support.limits import MOST_VALUES, values_in
+from carom.support.escaping import escape_controls, shorten
+from carom.support.limits import MOST_VALUES, count_values
 
 #: This number increases when a field changes its meaning or is removed, but not for a new field with a default.
 JOURNAL_FORMAT = 5
@@ -129,7 +129,7 @@ class Journal(MemoryJournal[K, T], Closeable):
     def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
         """Write entries in one piece, and return when they are on the disk."""
         found = list(entries)
-        lines = (visible(self._codec.dumps(entry).decode()).encode() for entry in found)
+        lines = (escape_controls(self._codec.dumps(entry).decode()).encode() for entry in found)
         self._append(line for line in lines if len(line) <= LONGEST_LINE)
         super().add(found)
 
@@ -154,7 +154,7 @@ class Journal(MemoryJournal[K, T], Closeable):
     def _read(self, stamp: Mapping[str, Any]) -> list[JournalEntry[K, T]]:
         """Return the entries of the file. In an empty file, write the first line."""
         stamp = json.loads(json.dumps(stamp))
-        whole, size = _end_of_whole_lines(self._file), os.fstat(self._file).st_size
+        whole, size = _find_end_of_lines(self._file), os.fstat(self._file).st_size
         lines = _read_lines(self._file, whole)
         head = next(lines, b"")
         there = _parse_line(head)
@@ -175,7 +175,7 @@ class Journal(MemoryJournal[K, T], Closeable):
             except ValidationError as error:
                 first = error.errors()[0]
                 where = ".".join(map(str, first["loc"][1:])) or "the line"
-                what = f"{self.path}, line {number}: {shortened(where)}: {first['msg']}"
+                what = f"{self.path}, line {number}: {shorten(where)}: {first['msg']}"
                 raise InputError(what, hints=[_REMOVE]) from None
         if whole < size:  # a torn line is removed only after all lines before it are validated
             os.ftruncate(self._file, whole)
@@ -194,24 +194,25 @@ def remove_unused(path: Path) -> None:
         path.unlink()
 
 
-def canonical(path: Path) -> list[bytes]:
+def read_canonical_lines(path: Path) -> list[bytes]:
     """Return the lines of a journal in an order that does not depend on which job finished first.
 
     Two journals have the same content, to the bit, if these lists are equal.
     """
     with path.open("rb") as file:
-        return sorted({*_read_lines(file.fileno(), _end_of_whole_lines(file.fileno()))})
+        return sorted({*_read_lines(file.fileno(), _find_end_of_lines(file.fileno()))})
 
 
 def _describe_difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     if there.get("format") != JOURNAL_FORMAT:
-        of = f"it has the format {shortened(repr(there.get('format')))} of another version of Carom"
+        of = f"it has the format {shorten(repr(there.get('format')))} of another version of Carom"
         return f"{of}, and this version uses {JOURNAL_FORMAT}"
     # A name that only one of the two has is a difference, even if its value is null.
     names = [name for name in {**here, **there} if (name in there, there.get(name)) != (name in here, here.get(name))]
     return "; ".join(
-        f"its {shortened(visible(name))} is {shortened(visible(str(there.get(name, 'absent'))))}, but this study's is "
-        f"{shortened(visible(str(here.get(name, 'absent'))))}"
+        f"its {shorten(escape_controls(name))} is {shorten(escape_controls(str(there.get(name, 'absent'))))}, but "
+        "this study's is "
+        f"{shorten(escape_controls(str(here.get(name, 'absent'))))}"
         for name in names
     )
 
@@ -219,7 +220,7 @@ def _describe_difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> s
 def _parse_line(line: bytes) -> Any:
     """Return the JSON value of a line; None if it is not JSON, or has more values than any line of Carom."""
     try:
-        return json.loads(line) if values_in(line) <= MOST_VALUES[".json"] else None
+        return json.loads(line) if count_values(line) <= MOST_VALUES[".json"] else None
     except (ValueError, RecursionError):
         return None
 
@@ -237,19 +238,19 @@ def _lock(file: int, path: Path) -> None:
         ) from None
 
 
-def _end_of_whole_lines(file: int) -> int:
+def _find_end_of_lines(file: int) -> int:
     """Return the position after the last complete line. A last line that is not JSON counts as torn."""
     size = os.fstat(file).st_size
-    end = _after_line_feed(file, size)
-    begin = _after_line_feed(file, end - 1)
+    end = _find_after_line_feed(file, size)
+    begin = _find_after_line_feed(file, end - 1)
     while end and begin == end - 1:  # skip empty lines
-        end, begin = begin, _after_line_feed(file, begin - 1)
+        end, begin = begin, _find_after_line_feed(file, begin - 1)
     # After a power failure a file can end in zeros.
     last = os.pread(file, min(end - begin, LONGEST_LINE), begin) if begin < end else b""
     return begin if begin < end and _parse_line(last) is None else end
 
 
-def _after_line_feed(file: int, end: int) -> int:
+def _find_after_line_feed(file: int, end: int) -> int:
     """Return the position after the last line feed before `end`; 0 if there is none."""
     while end > 0:
         begin = max(0, end - _BLOCK)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.slowing import Slowing, nearest_s
+from carom.comparator.slowing import Slowing, find_nearest_time
 from carom.engines.api import Contact, Observation
 from carom.model.prescribed_motion import Course
 from carom.model.scene import Scene
@@ -26,7 +26,7 @@ Motion = tuple[float, float, float]
 Motions = tuple[Motion, Motion]
 
 
-def gravity_of(scene: Scene) -> Array:
+def compute_gravity(scene: Scene) -> Array:
     """Return each disc's acceleration in free flight, metres a second squared, shape ``(n, 2)``."""
     return np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
 
@@ -72,7 +72,7 @@ class OpenContact:
         """Numbers of the two bodies."""
         return (self.reported.first, self.reported.second)
 
-    def impact(self) -> OpenContact:
+    def cut_at_rest(self) -> OpenContact:
         """Return the contact up to the step after which the pair rests; the whole contact if the pair does not rest."""
         return self if self.rested is None or self.rested.steps == self.steps else self.rested
 
@@ -83,7 +83,7 @@ class OpenContact:
         self.along = (self.along[0] + impulse * normal[0], self.along[1] + impulse * normal[1])
         self.length += impulse * math.hypot(*normal)
 
-    def normal(self) -> Vector:
+    def compute_normal(self) -> Vector:
         """Return the direction of the total impulse, with the mean length of the normals; if 0, the first normal."""
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
@@ -91,23 +91,23 @@ class OpenContact:
         length = self.length / self.impulse
         return (length * self.along[0] / size, length * self.along[1] / size)
 
-    def landing_s(self, gravity: Array, leg: Course) -> float:
+    def compute_landing_time(self, gravity: Array, leg: Course) -> float:
         """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
 
-        `turn_s` does not apply, since gravity holds the pair together, so that no free path follows. After the impact,
-        the distance along the normal changes at the speed at the step boundary. The free path before the impact is a
+        `compute_turn_time` does not apply, since gravity holds the pair together, so that no free path follows. After the
+        impact, the distance along the normal changes at the speed at the step boundary. The free path before the impact is a
         parabola, or a line if gravity moves both bodies alike.
 
         Args:
-            gravity: As `gravity_of` returns it.
+            gravity: As `compute_gravity` returns it.
             leg: Motion of the wall, if the second body is a wall.
         """
-        d0, u0 = self._relative(self.start, self.start_s, leg)
-        d1, u1 = self._relative(self.end, self.end_s, leg)
-        normal = np.array(self.normal())
+        d0, u0 = self._compute_relative_motion(self.start, self.start_s, leg)
+        d1, u1 = self._compute_relative_motion(self.end, self.end_s, leg)
+        normal = np.array(self.compute_normal())
         normal /= np.hypot(*normal)
         lasted = self.end_s - self.start_s
-        bend = float(self._relative_pull(gravity) @ normal) / 2
+        bend = float(self._compute_relative_pull(gravity) @ normal) / 2
         closing = float((u1 - u0) @ normal)
         apart = float((d0 - d1 + u1 * lasted) @ normal)
         # The first root of apart - closing t + bend t^2 in the form that loses no digits.
@@ -116,7 +116,7 @@ class OpenContact:
             return math.nan
         return self.start_s + 2.0 * apart / (closing + math.sqrt(square))
 
-    def turn_s(self, gravity: Array, slowing: Slowing, leg: Course) -> float:
+    def compute_turn_time(self, gravity: Array, slowing: Slowing, leg: Course) -> float:
         """Return the instant at which the free paths before and after the contact are nearest, by least squares.
 
         Let d and u be the relative position and velocity in the last state before the contact (0) and in the first
@@ -125,43 +125,45 @@ class OpenContact:
         damping, the paths are lines in undamped time. On a table, the paths have different curvatures.
 
         Args:
-            gravity: As `gravity_of` returns it.
+            gravity: As `compute_gravity` returns it.
             slowing: Law that slows discs down.
             leg: Motion of the wall, if the second body is a wall.
         """
-        d0, u0 = self._relative(self.start, self.start_s, leg)
-        d1, u1 = self._relative(self.end, self.end_s, leg)
+        d0, u0 = self._compute_relative_motion(self.start, self.start_s, leg)
+        d1, u1 = self._compute_relative_motion(self.end, self.end_s, leg)
         lasted = self.end_s - self.start_s
-        pull = self._relative_pull(gravity)
+        pull = self._compute_relative_pull(gravity)
         if slowing.table_m_s2:
-            return nearest_s(lambda time_s: self._apart_on_table(slowing, leg, time_s), self.end_s)
-        flown, u1 = slowing.damping.undamped(lasted), u1 / slowing.damping.kept(lasted)
+            return find_nearest_time(lambda time_s: self._compute_gap_on_table(slowing, leg, time_s), self.end_s)
+        flown, u1 = slowing.damping.to_undamped(lasted), u1 / slowing.damping.compute_kept_fraction(lasted)
         slope = u0 - u1 + pull * lasted
         squared = float(slope @ slope)
         if squared == 0.0:
             return math.nan
         # Times are measured from the contact's start, so that a late contact is as exact as an early one.
         offset = d0 - (d1 - u1 * flown + pull * (lasted * lasted / 2))
-        turn_s = self.start_s + slowing.damping.damped(-float(offset @ slope) / squared)
+        turn_s = self.start_s + slowing.damping.to_damped(-float(offset @ slope) / squared)
         return turn_s if math.isfinite(turn_s) else math.nan
 
-    def _apart_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
+    def _compute_gap_on_table(self, slowing: Slowing, leg: Course, time_s: float) -> tuple[Array, Array]:
         """Return the distance at a time between the free paths before and after the contact, and its rate of change."""
         seen = []
         for state, since_s in ((self.start, self.start_s), (self.end, self.end_s)):
             speed, lasted = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
-            place = state.position_m + state.velocity_m_s * slowing.all_flown(lasted, speed)[:, None]
-            velocity = state.velocity_m_s * slowing.all_kept(lasted, speed)[:, None]
-            seen.append(self._relative(replace(state, position_m=place, velocity_m_s=velocity), time_s, leg))
+            place = state.position_m + state.velocity_m_s * slowing.compute_flown_times(lasted, speed)[:, None]
+            velocity = state.velocity_m_s * slowing.compute_kept_fractions(lasted, speed)[:, None]
+            seen.append(
+                self._compute_relative_motion(replace(state, position_m=place, velocity_m_s=velocity), time_s, leg)
+            )
         (d0, u0), (d1, u1) = seen
         return d0 - d1, u0 - u1
 
-    def _relative_pull(self, gravity: Array) -> Array:
+    def _compute_relative_pull(self, gravity: Array) -> Array:
         first, second = self.pair
         pull: Array = gravity[second] - gravity[first] if second >= 0 else -gravity[first]
         return pull
 
-    def _relative(self, state: Observation, time_s: float, leg: Course) -> tuple[Array, Array]:
+    def _compute_relative_motion(self, state: Observation, time_s: float, leg: Course) -> tuple[Array, Array]:
         """Return position and velocity of the second body relative to the first.
 
         The position of a wall is its displacement.
@@ -173,13 +175,13 @@ class OpenContact:
         return place[second] - place[first], velocity[second] - velocity[first]
 
 
-def difference(motions: Motions) -> Vector:
+def compute_relative_velocity(motions: Motions) -> Vector:
     """Return the velocity of the second body relative to the first."""
     (ux, uy, _), (vx, vy, _) = motions
     return (vx - ux, vy - uy)
 
 
-def separation_speed(motions: Motions, normal: Vector) -> float:
+def compute_separation_speed(motions: Motions, normal: Vector) -> float:
     """Return the speed along the normal at which two bodies separate; negative if they approach."""
-    x, y = difference(motions)
+    x, y = compute_relative_velocity(motions)
     return x * normal[0] + y * normal[1]

@@ -52,7 +52,7 @@ class PhaseSpread:
         return self.missed / self.phases if self.phases else math.nan
 
 
-def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
+def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
     """Return quasi-random phases in 0 to 1: multiples of the golden ratio, from a start that depends on the seed."""
     if not count:  # loading numpy.random takes longer than a short run
         return ()
@@ -60,7 +60,7 @@ def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
     return tuple((start + k * _GOLDEN) % 1.0 for k in range(count))
 
 
-def pit_miss_probability(scene: Scene, dt_s: float) -> float:
+def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
     """Return the fraction of all phases in which PIT misses the impact of two discs; NaN if they do not meet.
 
     PIT detects the impact if a frame is in the interval in which the discs overlap and approach. The interval's length
@@ -102,5 +102,5 @@ def compute_spread(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseS
         velocity_worst=max(velocities, default=math.nan),
         time_median_s=statistics.median(times) if times else math.nan,
         time_worst_s=max(times, default=math.nan),
-        pit_miss_probability=pit_miss_probability(scene, dt_s),
+        pit_miss_probability=compute_pit_miss_probability(scene, dt_s),
     )

@@ -21,8 +21,8 @@ from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.support.checks import shown
-from carom.support.escaping import named_hints
+from carom.support.checks import format_value
+from carom.support.escaping import build_name_hints
 
 DEFAULT_PROFILES = ("default", "tuned", "located")
 
@@ -63,7 +63,7 @@ def select_profiles(infos: Sequence[EngineInfo], asked: Sequence[str] | None) ->
     for profile in asked or ():
         is_known = profile == ALL_PROFILES or any(info.own_profiles([profile]) for info in infos)
         if not is_known and all(info.profiles for info in infos):
-            hints = named_hints(profile, offered, f"there are: {', '.join(offered)}")
+            hints = build_name_hints(profile, offered, f"there are: {', '.join(offered)}")
             raise UnknownNameError(f"no requested engine has a profile {profile!r}", hints=hints)
     if asked is None:
         asked = [name for name in DEFAULT_PROFILES if any(info.own_profiles([name]) for info in infos)]
@@ -83,7 +83,7 @@ def resolve_scenes(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tupl
     entries = [one for entry in given for one in (find_scenes([entry]) if isinstance(entry, str) else [entry])]
     for k, entry in enumerate(entries):
         if not isinstance(entry, Scene | CatalogueScene):
-            raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {shown(entry)}")
+            raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {format_value(entry)}")
     answers = {entry.name: entry.known for entry in entries if isinstance(entry, CatalogueScene)}
     plain = tuple(entry.scene if isinstance(entry, CatalogueScene) else entry for entry in entries)
     if not plain:
@@ -110,20 +110,20 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
     known = describe_engines(options.engines, pool)
     infos = select_engines(known, options.engines)
     profiles = select_profiles(infos, options.profiles)
-    dts = [dt_s for scene in plain for dt_s in options.steps_of(scene)]
-    methods = list_methods(infos, profiles, dts, pool, _tried(infos, profiles, options, dts, pool))
+    dts = [dt_s for scene in plain for dt_s in options.list_steps(scene)]
+    methods = list_methods(infos, profiles, dts, pool, _resolve_overrides(infos, profiles, options, dts, pool))
     jobs = [
         Job(scene, method, dt_s, refinement)
         for scene in plain
         for info in infos
-        for refinement, dt_s in enumerate(options.steps_of(scene))
+        for refinement, dt_s in enumerate(options.list_steps(scene))
         for method in methods.at[info.name, dt_s]
         if options.dts or refinement == 0 or method.profile not in info.located
     ]
     return Plan(plain, answers, tuple(known), profiles, tuple(jobs), options, methods)
 
 
-def _tried(
+def _resolve_overrides(
     infos: Sequence[EngineInfo], profiles: Sequence[str], options: Options, dts: Sequence[float], pool: Pool
 ) -> dict[str, SettingOverrides]:
     """Return the settings that replace those of the profiles, by engine."""
@@ -144,7 +144,7 @@ def check_own_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
     return answer
 
 
-def missing_profile_reason(profile: str, capabilities: Capabilities) -> str:
+def explain_missing_profile(profile: str, capabilities: Capabilities) -> str:
     """Return the likely reason why a method with these capabilities has no profile of this name."""
     if profile.startswith("cylinder") and capabilities.dimensions == 2:
         return "its discs are two-dimensional: there is nothing to tip over"

@@ -13,22 +13,22 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Generic, Self, TypeVar
 
-from carom.engines.registry import adapter_points
+from carom.engines.registry import list_adapter_points
 from carom.errors import AdapterError
 from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Task
 from carom.execution.worker import carry_out
 from carom.execution.worker_process import ClosedError, Worker
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, require_megabytes
-from carom.support.system import available_cores, available_memory
+from carom.support.system import count_available_cores, measure_available_memory
 
 
-def memory_share(lanes: int) -> float:
+def compute_memory_share(lanes: int) -> float:
     """Return the megabytes that each of `lanes` worker processes may use.
 
     An equal share is left for everything else.
     """
-    return available_memory() / (lanes + 1) / 1e6
+    return measure_available_memory() / (lanes + 1) / 1e6
 
 
 T = TypeVar("T")
@@ -67,12 +67,12 @@ class Pool(TaskRunner):
     def renew(self) -> None:
         """Replace the worker processes, if there are any, so that later tasks run in fresh ones."""
 
-    def on_this_machine(self) -> AbstractContextManager[Pool]:
+    def to_local_pool(self) -> AbstractContextManager[Pool]:
         """Return a pool whose tasks run on this machine. Only run times of one machine can be compared."""
         return nullcontext(self)
 
     @abstractmethod
-    def each(
+    def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
         """Apply a function to each item, several at a time, and yield the results as they finish, in no order.
@@ -90,7 +90,7 @@ class InProcessPool(Pool):
         """Carry out tasks one after another."""
         return map(carry_out, tasks)
 
-    def each(
+    def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
         """Work on the items, one after another."""
@@ -102,7 +102,7 @@ class Lane(TaskRunner):
 
     Args:
         time_limit_s: Seconds after which a task without an answer is ended and reported as timed out.
-        memory_limit_mb: Megabytes that a process may use; by default `memory_share` of one lane.
+        memory_limit_mb: Megabytes that a process may use; by default `compute_memory_share` of one lane.
         fork_server: The fork server that forks the processes; without one, new interpreters are started.
     """
 
@@ -116,7 +116,7 @@ class Lane(TaskRunner):
         self._time_limit_s = time_limit_s
         if memory_limit_mb is not None:
             require_megabytes("the memory limit", memory_limit_mb)
-        self._memory_bytes = round(1e6 * (memory_share(1) if memory_limit_mb is None else memory_limit_mb))
+        self._memory_bytes = round(1e6 * (compute_memory_share(1) if memory_limit_mb is None else memory_limit_mb))
         self._workers: dict[str, Worker] = {}
         self._closed = False
         self._lock = threading.Lock()
@@ -175,11 +175,11 @@ class LocalPool(Pool):
     def __init__(
         self, jobs: int | None = None, time_limit_s: float = DEFAULT_TIME_LIMIT_S, memory_limit_mb: float | None = None
     ) -> None:
-        lanes = jobs or available_cores()
-        share_mb = memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
+        lanes = jobs or count_available_cores()
+        share_mb = compute_memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
         with suppress(AdapterError):  # reported where an adapter is loaded
-            adapter_points()  # before forking: workers then need not search the installed packages again
-        self._fork_server = ForkServer.forked()
+            list_adapter_points()  # before forking: workers then need not search the installed packages again
+        self._fork_server = ForkServer.launch()
         self._lanes = [Lane(time_limit_s, share_mb, self._fork_server) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []
 
@@ -195,7 +195,7 @@ class LocalPool(Pool):
         if self._fork_server is not None:
             self._fork_server.close()
 
-    def worker(self, engine: str) -> Worker:
+    def worker_of(self, engine: str) -> Worker:
         """Return the worker that `run` uses for an engine: an existing worker if there is one."""
         return self._lane_of(engine).worker_of(engine)
 
@@ -211,7 +211,7 @@ class LocalPool(Pool):
     def _lane_of(self, engine: str) -> Lane:
         return next((lane for lane in self._lanes if engine in lane.engines), self._lanes[0])
 
-    def each(
+    def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
         """Work on items in all lanes. Results that are ready are yielded together, so that one write stores them."""

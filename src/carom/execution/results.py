@@ -50,7 +50,7 @@ class Row:
         return self.score.grade if self.score else None
 
 
-def violates(row: Row, fail_on: Grade) -> bool:
+def is_violation(row: Row, fail_on: Grade) -> bool:
     """Whether the row's grade is `fail_on` or worse. A row without a grade is not a violation."""
     return row.grade is not None and row.grade.is_at_least_as_bad_as(fail_on)
 

@@ -10,15 +10,21 @@ from typing import TYPE_CHECKING, Any
 from carom.errors import InputError
 from carom.execution.shared_options import (
     LimitOptions,
-    engine_names,
-    memory_limit,
-    phase_seed,
-    profile_names,
-    step_lengths,
-    time_limit,
+    declare_engines,
+    declare_memory_limit,
+    declare_profiles,
+    declare_seed,
+    declare_steps,
+    declare_time_limit,
 )
 from carom.support.limits import MOST_PHASES
-from carom.support.options import ValueKind, flag, option, seconds, whole
+from carom.support.options import (
+    ValueKind,
+    build_flag_kind,
+    build_seconds_kind,
+    build_whole_number_kind,
+    declare_option,
+)
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -35,12 +41,12 @@ REFINEMENT = 4
 REFINEMENTS = 3
 
 
-def default_dts(scene: Scene) -> tuple[float, ...]:
+def compute_default_dts(scene: Scene) -> tuple[float, ...]:
     """Return the default steps of a scene: its own frame, a quarter and a sixteenth of it."""
     return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
 
 
-def _mapping(value: Any) -> dict[str, Any]:
+def _to_mapping(value: Any) -> dict[str, Any]:
     if not isinstance(value, Mapping | tuple):  # the default, an empty tuple, is an empty mapping
         raise TypeError
     return dict(value)
@@ -69,7 +75,7 @@ class Options(LimitOptions):
 
     Attributes:
         engines: Names of adapters; by default every one whose engine is installed.
-        dts: Steps, seconds; by default those of `default_dts` for each scene.
+        dts: Steps, seconds; by default those of `compute_default_dts` for each scene.
         profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
             engine has. If two profiles of an engine have the same settings, only the later one is run. A profile that
             cuts steps is run only at a scene's coarsest step, unless steps are given, because its results do not depend
@@ -89,43 +95,51 @@ class Options(LimitOptions):
         InputError: A value is invalid.
     """
 
-    engines: Sequence[str] | None = engine_names(stamped=True)
-    dts: Sequence[float] | None = step_lengths("1, 1/4 and 1/16 of a scene's frame", stamped=True)
-    profiles: Sequence[str] | None = profile_names(
+    engines: Sequence[str] | None = declare_engines(stamped=True)
+    dts: Sequence[float] | None = declare_steps("1, 1/4 and 1/16 of a scene's frame", stamped=True)
+    profiles: Sequence[str] | None = declare_profiles(
         what="Settings profile, repeatable, or 'all' for every profile.", said="default, tuned, located", stamped=True
     )
-    settings: Mapping[str, Setting] = option(
+    settings: Mapping[str, Setting] = declare_option(
         (),
         ValueKind(
-            "a mapping from names to values", "NAME=VALUE", _mapping, wrong=("x", 5, ["x"], None), gather=parse_settings
+            "a mapping from names to values",
+            "NAME=VALUE",
+            _to_mapping,
+            wrong=("x", 5, ["x"], None),
+            gather=parse_settings,
         ),
         "Override a setting of the profiles, repeatable. Every chosen engine must have the setting.",
         "--set",
         stamped=True,
     )
-    phases: int = option(
+    phases: int = declare_option(
         0,
-        whole(0, MOST_PHASES),
+        build_whole_number_kind(0, MOST_PHASES),
         "Also run each scene from this many start positions within a step, to show the spread of errors.",
         "--phases",
         stamped=True,
     )
-    seed: int = phase_seed(stamped=True)
-    certified: bool | None = option(
+    seed: int = declare_seed(stamped=True)
+    certified: bool | None = declare_option(
         None,
-        flag(),
+        build_flag_kind(),
         "Compare with certified runs, which need python-flint.",
         "--certify/--no-certify",
         stamped=True,
         said="PIC, certified for three discs or more",
     )
-    certify_s: float = option(CERTIFY_SECONDS, seconds(), "Seconds per certified run.", "--certify-time", stamped=True)
-    timing: bool = option(True, flag(), "Time each scene at its coarsest step.", "--timing/--no-timing", stamped=True)
-    samples: bool = option(True, flag(), "Whether to keep states for drawing.", stamped=True)
+    certify_s: float = declare_option(
+        CERTIFY_SECONDS, build_seconds_kind(), "Seconds per certified run.", "--certify-time", stamped=True
+    )
+    timing: bool = declare_option(
+        True, build_flag_kind(), "Time each scene at its coarsest step.", "--timing/--no-timing", stamped=True
+    )
+    samples: bool = declare_option(True, build_flag_kind(), "Whether to keep states for drawing.", stamped=True)
     _: KW_ONLY
-    time_limit_s: float = time_limit(stamped=True)
-    memory_limit_mb: float | None = memory_limit(stamped=True)
+    time_limit_s: float = declare_time_limit(stamped=True)
+    memory_limit_mb: float | None = declare_memory_limit(stamped=True)
 
-    def steps_of(self, scene: Scene) -> tuple[float, ...]:
+    def list_steps(self, scene: Scene) -> tuple[float, ...]:
         """Return the steps at which a scene is run, from the coarsest on."""
-        return tuple(sorted(set(self.dts or default_dts(scene)), reverse=True))
+        return tuple(sorted(set(self.dts or compute_default_dts(scene)), reverse=True))

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from carom.engines.api import Imported, ReadingAdapter
-from carom.engines.importers.planck_dump import scene_of_dump
-from carom.engines.registry import load_adapter, why_unavailable
+from carom.engines.importers.planck_dump import parse_dump
+from carom.engines.registry import explain_unavailable_adapter, load_adapter
 from carom.errors import AdapterError, InputError, SceneError
 from carom.execution.job import AdapterTask, Status, UnavailableError
 from carom.execution.pool import LocalPool
-from carom.execution.validate_adapter import plain_text
+from carom.execution.validate_adapter import to_plain_text
 from carom.model.scene import Scene
-from carom.model.walls import with_lengths, with_speeds
-from carom.support.checks import number
+from carom.model.walls import convert_lengths, convert_speeds
+from carom.support.checks import check_number
 
 #: Name of the adapter that reads a file, by the file's ending.
 READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
@@ -43,12 +43,12 @@ class _ReadTask(AdapterTask):
             SceneError: The supported part of the file is not a valid scene.
         """
         adapter = load_adapter(self.engine)
-        if reason := why_unavailable(adapter):
+        if reason := explain_unavailable_adapter(adapter):
             raise UnavailableError(reason)
         if not isinstance(adapter, ReadingAdapter):
             raise AdapterError("its adapter cannot read files")
         found = adapter.read(self.content, self.name, self.duration_s)
-        return Imported(found.scene, tuple(plain_text(one, "what was dropped") for one in found.dropped))
+        return Imported(found.scene, tuple(to_plain_text(one, "what was dropped") for one in found.dropped))
 
 
 def import_scene(
@@ -71,8 +71,8 @@ def import_scene(
     path = Path(path)
     if (engine := READERS.get(path.suffix)) is None and path.suffix != DUMP:
         raise InputError(f"{path} has an unknown extension; known: {', '.join((*READERS, DUMP))}")
-    number("duration_s", duration_s, positive=True)
-    number("pixels_per_metre", pixels_per_metre, positive=True)
+    check_number("duration_s", duration_s, positive=True)
+    check_number("pixels_per_metre", pixels_per_metre, positive=True)
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
@@ -82,40 +82,40 @@ def import_scene(
         raise InputError(f"{path} has more than {MOST_BYTES} bytes")
     if engine is None:
         try:
-            found = scene_of_dump(content, name or path.stem, duration_s)
+            found = parse_dump(content, name or path.stem, duration_s)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
         except SceneError as error:
             raise SceneError(error.problems, source=str(path), more=error.more) from None
-        return Imported(_in_metres(found.scene, pixels_per_metre), found.dropped)
+        return Imported(_convert_to_metres(found.scene, pixels_per_metre), found.dropped)
     with LocalPool(1) as pool:
         answer = pool.run(_ReadTask(engine, content, name or path.stem, duration_s))
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.said
         raise AdapterError(f"{path}: {why}")
-    return Imported(_in_metres(answer.value.scene, pixels_per_metre), answer.value.dropped)
+    return Imported(_convert_to_metres(answer.value.scene, pixels_per_metre), answer.value.dropped)
 
 
-def _in_metres(scene: Scene, unit: float) -> Scene:
+def _convert_to_metres(scene: Scene, unit: float) -> Scene:
     """Convert a scene to metres; `unit` is the number of its units of length in a metre."""
     if unit == 1.0:
         return scene
 
-    def in_metres(length: float) -> float:
+    def to_metres(length: float) -> float:
         return length / unit
 
-    def vector(pair: tuple[float, float]) -> tuple[float, float]:
+    def convert_vector(pair: tuple[float, float]) -> tuple[float, float]:
         return (pair[0] / unit, pair[1] / unit)
 
     discs = [
         {
             **dict(disc),
-            "position_m": vector(disc.position_m),
-            "velocity_m_s": vector(disc.velocity_m_s),
+            "position_m": convert_vector(disc.position_m),
+            "velocity_m_s": convert_vector(disc.velocity_m_s),
             "radius_m": disc.radius_m / unit,
-            "legs": with_speeds(disc.legs, in_metres, float),
+            "legs": convert_speeds(disc.legs, to_metres, float),
         }
         for disc in scene.discs
     ]
-    walls = [with_lengths(wall, in_metres, in_metres, float) for wall in scene.walls]
-    return Scene(**{**dict(scene), "discs": discs, "walls": walls, "gravity_m_s2": vector(scene.gravity_m_s2)})
+    walls = [convert_lengths(wall, to_metres, to_metres, float) for wall in scene.walls]
+    return Scene(**{**dict(scene), "discs": discs, "walls": walls, "gravity_m_s2": convert_vector(scene.gravity_m_s2)})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from carom.comparator import Horizon, horizon_of
+from carom.comparator import Horizon, compute_horizon
 from carom.comparator.horizon import estimate_horizon
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.shifted_scenes import shift_start
@@ -16,7 +16,7 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
-from carom.support.formatting import instant
+from carom.support.formatting import format_instant
 
 #: Most impacts of a reference in a cross-check. Memory is needed for every impact.
 MOST_IMPACTS = 200_000
@@ -52,14 +52,14 @@ def solve_reference(scene: Scene) -> Trace | str:
     except InputError as error:
         return str(error)
     if trace.outcome is Outcome.MAX_IMPACTS:
-        at = f"{MOST_IMPACTS} impacts come before {instant(trace.end_time_s)} of its {scene.duration_s:g} s"
+        at = f"{MOST_IMPACTS} impacts come before {format_instant(trace.end_time_s)} of its {scene.duration_s:g} s"
         return f"{at}, more than a cross-check computes; shorten duration_s"
     if broken := find_non_finite(trace):
         return f"PIC's own result is not a number: {broken}"
     return trace
 
 
-def scene_at_phase(job: Job) -> Scene:
+def shift_to_phase(job: Job) -> Scene:
     """Return the scene of a job, with its start shifted by the job's phase.
 
     Raises:
@@ -82,7 +82,7 @@ def require_reference(found: Trace | str) -> Trace:
     return found
 
 
-def will_certify(scene: Scene, asked: bool | None) -> bool:
+def needs_certification(scene: Scene, asked: bool | None) -> bool:
     """Whether a scene's reference is to be certified; see `build_reference`."""
     return bool(asked) or (asked is None and len(scene.discs) >= FEWEST_DISCS)
 
@@ -99,7 +99,9 @@ def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CER
     Raises:
         MissingExtraError: Certification was requested, and python-flint is not installed.
     """
-    reference = _certified(trace, asked, time_budget_s) if will_certify(trace.scene, asked) else Reference(trace)
+    reference = (
+        _certify_reference(trace, asked, time_budget_s) if needs_certification(trace.scene, asked) else Reference(trace)
+    )
     if reference.trace.contact_s < math.inf:
         reliable_s = math.inf if reference.horizon_s is None else reference.horizon_s
         return replace(reference, horizon_s=min(reference.trace.contact_s, reliable_s))
@@ -108,7 +110,7 @@ def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CER
     return replace(reference, horizon_s=estimate_horizon(reference.trace))
 
 
-def _certified(trace: Trace, asked: bool | None, time_budget_s: float) -> Reference:
+def _certify_reference(trace: Trace, asked: bool | None, time_budget_s: float) -> Reference:
     scene = trace.scene
     if asked is None and len(scene.discs) > MOST_DISCS:
         return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify")
@@ -118,7 +120,7 @@ def _certified(trace: Trace, asked: bool | None, time_budget_s: float) -> Refere
         if asked and isinstance(error, MissingExtraError):
             raise
         return Reference(trace, f"not certified: {error}")
-    found = horizon_of(certified, trace)
+    found = compute_horizon(certified, trace)
     if certified.degeneracy is not None:  # beyond this time, a convention decides: PIC's is used
         return Reference(trace, f"certified to impact {len(certified)}; there, {certified.degeneracy}")
     if not asked:

@@ -97,7 +97,7 @@ def run_tasks(
     if alone:
         results = ([entry] for _, batch in batches for entry in _run_batch(batch, pool))
     else:
-        results = pool.each(batches, _run_batch)
+        results = pool.map_unordered(batches, _run_batch)
     for several in results:
         entries = [_complete(entry, pending[entry.key][0].task) for entry in several]
         journal.add(entries)

@@ -12,12 +12,12 @@ from typing import Any
 
 from carom.comparator import Errors, compare
 from carom.execution.adapter_profile import load_supported_adapter
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Progress, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.scene_reference import require_reference, scene_at_phase, solve_reference
+from carom.execution.scene_reference import require_reference, shift_to_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 
 #: Number of references that a worker keeps. A few references are enough, since the jobs of a batch are sorted by scene
@@ -62,7 +62,7 @@ class ScoreTask(JobTask):
         """
         job = self.job
         adapter = load_supported_adapter(job)
-        scene = scene_at_phase(job)
+        scene = shift_to_phase(job)
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried)
         score = compare(reference, observed)
@@ -104,10 +104,11 @@ def score_jobs(
     """
     answers: dict[JobKey, Answer[Measures]] = {}
     requests = [
-        TaskRequest(job, job_key(job), ScoreTask(job), refusal(job), steps_of(job)) for job in sort_by_start(jobs)
+        TaskRequest(job, build_job_key(job), ScoreTask(job), refusal(job), estimate_steps(job))
+        for job in sort_by_start(jobs)
     ]
     for job, answer in run_tasks(requests, pool, MemoryJournal() if journal is None else journal):
-        answers[job_key(job)] = answer
+        answers[build_job_key(job)] = answer
         progress(len(answers), len(requests), f"{job.scene.name} on {job.engine}")
     return answers
 
@@ -117,6 +118,6 @@ def sort_by_start(jobs: Iterable[Job]) -> list[Job]:
     return sorted(jobs, key=lambda job: (job.scene.name, job.phase * job.dt_s, job.dt_s))
 
 
-def steps_of(job: Job) -> float:
+def estimate_steps(job: Job) -> float:
     """Return the approximate number of engine steps of a job."""
     return job.scene.duration_s / job.dt_s

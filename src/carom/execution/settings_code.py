@@ -13,19 +13,19 @@ from dataclasses import dataclass
 from carom.engines.api import CodedAdapter, unsupported_reason
 from carom.engines.registry import load_adapter, require_profile
 from carom.errors import AdapterError
-from carom.execution.adapter_profile import capabilities_of, profile_settings
+from carom.execution.adapter_profile import capabilities_of, prepare_settings
 from carom.execution.describe_engines import describe_engines
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import AdapterTask, SettingOverrides, Status, UnsupportedError
 from carom.execution.pool import LocalPool, Pool
-from carom.execution.validate_adapter import plain_text
+from carom.execution.validate_adapter import to_plain_text
 from carom.model.scene import Disc, Scene, Wall
 
 #: Largest number of characters of a program: a line of 100 characters for each of 100,000 discs.
 MOST_CODE = 10_000_000
 
 
-def example_scene() -> Scene:
+def build_example_scene() -> Scene:
     """Return a scene with a body of each kind, for users who want settings and name no scene."""
     return Scene(
         name="two discs and a floor",
@@ -58,14 +58,14 @@ class _CodeTask(AdapterTask):
             AdapterError: The adapter refuses, or fails.
         """
         adapter = load_adapter(self.engine)
-        settings = profile_settings(adapter, self.profile, self.dt_s, self.tried)
+        settings = prepare_settings(adapter, self.profile, self.dt_s, self.tried)
         able = capabilities_of(adapter, self.profile)
         if self.limited and (reason := unsupported_reason(self.scene, able, self.dt_s, located=False)):
             raise UnsupportedError(reason)
         if not isinstance(adapter, CodedAdapter):
             raise AdapterError("it no longer has code()")
         try:
-            return plain_text(adapter.code(self.scene, settings, self.heading), "code()", MOST_CODE)
+            return to_plain_text(adapter.code(self.scene, settings, self.heading), "code()", MOST_CODE)
         except AdapterError:
             raise
         except Exception as error:
@@ -129,7 +129,7 @@ def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: P
     frame = Scene(**{**dict(scene), "duration_s": 1.0 / scene.frame_rate_hz})
     written = [pool.run(_CodeTask(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
     code, finer_code = written
-    return "" if code is None or finer_code is None else step_lines(code, finer_code)
+    return "" if code is None or finer_code is None else find_step_lines(code, finer_code)
 
 
 def find_changed_code(engine: str, profile: str, tried: SettingOverrides, scene: Scene, dt_s: float, pool: Pool) -> str:
@@ -148,13 +148,13 @@ def find_changed_code(engine: str, profile: str, tried: SettingOverrides, scene:
     """
     tasks = [_CodeTask(engine, profile, scene, dt_s, "Found.", settings, limited=False) for settings in (tried, ())]
     code, profile_code = (pool.run(task).value for task in tasks)
-    return "" if code is None or profile_code is None else changed_lines(code, profile_code)
+    return "" if code is None or profile_code is None else find_changed_lines(code, profile_code)
 
 
 _COMMENT = re.compile(r"<!--.*?-->\s*", re.DOTALL)
 
 
-def step_lines(code: str, at_another_step: str) -> str:
+def find_step_lines(code: str, at_another_step: str) -> str:
     """Return the statements of a program, or the lines of a model, that depend on the time step.
 
     - Python: statements that set or use `dt` or `steps`, or differ at another step, with the constants that they use.
@@ -174,25 +174,25 @@ def step_lines(code: str, at_another_step: str) -> str:
         return "\n".join(line.strip() for line in _COMMENT.sub("", code).splitlines() if line not in other)
     if not code.startswith("#"):
         return ""
-    other = {_source(at_another_step, statement) for statement in ast.parse(at_another_step).body}
+    other = {_extract_source(at_another_step, statement) for statement in ast.parse(at_another_step).body}
     statements = ast.parse(code).body
     own = {one.name for one in statements if isinstance(one, ast.FunctionDef)}
     chosen: list[ast.stmt] = []
     taken: set[str] = set()
     # In reverse order, so that the uses of a name are known at its assignment.
     for statement in reversed(statements):
-        if isinstance(statement, ast.FunctionDef) or own & (names := set(_names(statement, ast.Load))):
+        if isinstance(statement, ast.FunctionDef) or own & (names := set(_find_names(statement, ast.Load))):
             continue
-        given = set(_names(statement, ast.Store))
-        decides = bool((names | given) & {"dt", "steps"}) or _source(code, statement) not in other
+        given = set(_find_names(statement, ast.Store))
+        decides = bool((names | given) & {"dt", "steps"}) or _extract_source(code, statement) not in other
         plain = isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Constant)
         if decides or (plain and given & taken):
             chosen.insert(0, statement)
             taken |= names
-    return "\n".join(_source(code, statement) for statement in chosen)
+    return "\n".join(_extract_source(code, statement) for statement in chosen)
 
 
-def changed_lines(code: str, before: str) -> str:
+def find_changed_lines(code: str, before: str) -> str:
     """Return the statements of a Python program, or the lines of another text, that differ from an earlier version.
 
     In a program, also return the statements that use a name that these statements assign. Comments are left out.
@@ -203,19 +203,21 @@ def changed_lines(code: str, before: str) -> str:
         other = set(there.splitlines())
         lines = (line.strip() for line in here.splitlines() if line not in other)
         return "\n".join(line for line in lines if model or not line.startswith("//"))
-    other = {_source(before, statement) for statement in ast.parse(before).body}
+    other = {_extract_source(before, statement) for statement in ast.parse(before).body}
     statements = ast.parse(code).body
-    changed = [one for one in statements if _source(code, one) not in other]
-    given = {name for one in changed for name in _names(one, ast.Store)}
-    return "\n".join(_source(code, one) for one in statements if one in changed or given & {*_names(one, ast.Load)})
+    changed = [one for one in statements if _extract_source(code, one) not in other]
+    given = {name for one in changed for name in _find_names(one, ast.Store)}
+    return "\n".join(
+        _extract_source(code, one) for one in statements if one in changed or given & {*_find_names(one, ast.Load)}
+    )
 
 
-def _source(code: str, statement: ast.stmt) -> str:
+def _extract_source(code: str, statement: ast.stmt) -> str:
     *before, last = code.split("\n")[statement.lineno - 1 : statement.end_lineno]
     return "\n".join([*before, last.encode()[: statement.end_col_offset].decode()])
 
 
-def _names(statement: ast.stmt, context: type[ast.expr_context]) -> Iterator[str]:
+def _find_names(statement: ast.stmt, context: type[ast.expr_context]) -> Iterator[str]:
     for node in ast.walk(statement):
         if isinstance(node, ast.Name) and isinstance(node.ctx, context):
             yield node.id

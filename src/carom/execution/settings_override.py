@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 from carom.engines.registry import EngineInfo, load_adapter
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.execution.adapter_profile import profile_settings
+from carom.execution.adapter_profile import prepare_settings
 from carom.execution.job import AdapterTask, SettingOverrides
 from carom.execution.pool import TaskRunner
-from carom.model.trace import Setting, setting_text
-from carom.support.escaping import named_hints
+from carom.model.trace import Setting, format_setting
+from carom.support.escaping import build_name_hints
 
 #: The step is not replaced like a setting: it has an option of its own, since it is part of a job.
 STEP = "dt_s"
@@ -39,7 +39,7 @@ class KnownSettingsTask(AdapterTask):
         found: dict[str, Setting] = {}
         for profile in dict.fromkeys((*self.profiles, *adapter.profiles)):
             try:
-                found = {**profile_settings(adapter, profile, self.dt_s), **found}
+                found = {**prepare_settings(adapter, profile, self.dt_s), **found}
             except (AdapterError, UnknownNameError):
                 continue
         return found
@@ -75,12 +75,12 @@ def _check_setting(engine: str, name: str, value: Setting, known: Mapping[str, S
         raise InputError(f"{STEP} is the time step: give it with --dt, or dt in Python")
     if name not in known:
         names = ", ".join(sorted(known.keys() - {STEP})) or "none"
-        hints = named_hints(name, known, f"there are: {names}")
+        hints = build_name_hints(name, known, f"there are: {names}")
         raise UnknownNameError(f"{engine} has no setting {name!r}", hints=hints)
     kind = type(known[name])
     found = _convert(value, kind)
     if found is None:
-        raise InputError(f"setting {name!r} of {engine} must be {_KINDS[kind]}, got {setting_text(value)!r}")
+        raise InputError(f"setting {name!r} of {engine} must be {_KINDS[kind]}, got {format_setting(value)!r}")
     return found
 
 

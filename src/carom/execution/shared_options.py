@@ -7,7 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS
-from carom.support.options import DeclaredOptions, ValueKind, megabytes, name, option, seconds, step, whole
+from carom.support.options import (
+    DeclaredOptions,
+    ValueKind,
+    build_megabytes_kind,
+    build_name_kind,
+    build_seconds_kind,
+    build_step_kind,
+    build_whole_number_kind,
+    declare_option,
+)
 
 if TYPE_CHECKING:
     from carom.execution.pool import LocalPool, Pool
@@ -16,20 +25,20 @@ if TYPE_CHECKING:
 MOST_SEED = 2**63 - 1
 
 
-def _engine(text: str) -> str:
+def _resolve_engine(text: str) -> str:
     from carom.engines.registry import resolve_engine
 
     return resolve_engine(text)
 
 
-def engine_names(*, stamped: bool = False) -> Any:
+def declare_engines(*, stamped: bool = False) -> Any:
     """Declare the option for engines, by name or manifest.
 
     A manifest is registered, and replaced by the name of its engine.
     """
-    return option(
+    return declare_option(
         None,
-        ValueKind("a name", "NAME", name().take, _engine, name().wrong),
+        ValueKind("a name", "NAME", build_name_kind().take, _resolve_engine, build_name_kind().wrong),
         "Engine name, or path of an engine.toml; repeatable. The engine's code runs with your permissions.",
         "--engine",
         "-e",
@@ -39,64 +48,70 @@ def engine_names(*, stamped: bool = False) -> Any:
     )
 
 
-def profile_names(
+def declare_profiles(
     *default: str, what: str = "Settings profile, repeatable.", said: str = "", stamped: bool = False
 ) -> Any:
     """Declare the option for profiles; `said` describes the default if it is None."""
-    return option(default or None, name(), what, "--profile", "-p", many=True, stamped=stamped, said=said)
-
-
-def step_lengths(said: str, *, stamped: bool = False) -> Any:
-    """Declare the option for steps. `said` describes the default."""
-    what = "Time step in seconds, such as 1/240; repeatable."
-    return option(None, step(), what, "--dt", many=True, stamped=stamped, said=said)
-
-
-def phase_seed(*, stamped: bool = False) -> Any:
-    """Declare the option for the start of the sequence of phases."""
-    return option(
-        0, whole(0, MOST_SEED), "Number that selects the start positions in a step.", "--seed", stamped=stamped
+    return declare_option(
+        default or None, build_name_kind(), what, "--profile", "-p", many=True, stamped=stamped, said=said
     )
 
 
-def time_limit(*, stamped: bool = False) -> Any:
+def declare_steps(said: str, *, stamped: bool = False) -> Any:
+    """Declare the option for steps. `said` describes the default."""
+    what = "Time step in seconds, such as 1/240; repeatable."
+    return declare_option(None, build_step_kind(), what, "--dt", many=True, stamped=stamped, said=said)
+
+
+def declare_seed(*, stamped: bool = False) -> Any:
+    """Declare the option for the start of the sequence of phases."""
+    return declare_option(
+        0,
+        build_whole_number_kind(0, MOST_SEED),
+        "Number that selects the start positions in a step.",
+        "--seed",
+        stamped=stamped,
+    )
+
+
+def declare_time_limit(*, stamped: bool = False) -> Any:
     """Declare the option for the time limit of a run."""
     what = "Time limit of a run in seconds."
-    return option(DEFAULT_TIME_LIMIT_S, seconds(), what, "--time-limit", stamped=stamped)
+    return declare_option(DEFAULT_TIME_LIMIT_S, build_seconds_kind(), what, "--time-limit", stamped=stamped)
 
 
-def memory_limit(*, stamped: bool = False) -> Any:
+def declare_memory_limit(*, stamped: bool = False) -> Any:
     """Declare the option for the memory limit of a process."""
     what, said = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
-    return option(None, megabytes(), what, "--memory-limit", stamped=stamped, said=said)
+    return declare_option(None, build_megabytes_kind(), what, "--memory-limit", stamped=stamped, said=said)
 
 
-def _address(value: Any) -> str:
+def _parse_address(value: Any) -> str:
     if not re.fullmatch(r"[a-z]+://\S+", value):
         raise ValueError
     return str(value)
 
 
-def scheduler() -> Any:
+def declare_scheduler() -> Any:
     """Declare the option for a cluster."""
     said = "an address such as tcp://host:8786"
-    return option(
+    return declare_option(
         None,
-        ValueKind(said, "ADDRESS", _address, wrong=("host:8786", "nan", "", 5, True, ["tcp://host:8786"])),
+        ValueKind(said, "ADDRESS", _parse_address, wrong=("host:8786", "nan", "", 5, True, ["tcp://host:8786"])),
         "Dask scheduler to run on, such as tcp://host:8786. Run times are still measured here.",
         "--scheduler",
         said="this machine",
     )
 
 
-def no_scheduler(reason: str) -> Any:
+def declare_no_scheduler(reason: str) -> Any:
     """Declare the option for a cluster in a study that can't use one, with the reason."""
 
     def refuse(_value: Any) -> None:
         raise ValueError
 
     kind = ValueKind(f"left out, since {reason}", "ADDRESS", refuse, wrong=("tcp://host:8786", "", 5))
-    return option(None, kind, f"Not available here: {reason}.", "--scheduler")
+    return declare_option(None, kind, f"Not available here: {reason}.", "--scheduler")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,26 +126,26 @@ class LimitOptions(DeclaredOptions):
         scheduler: Address of the Dask scheduler whose cluster the study runs on; by default it runs on this machine.
     """
 
-    jobs: int | None = option(
-        None, whole(1, MOST_JOBS), "Number of parallel runs.", "--jobs", "-j", said="number of cores"
+    jobs: int | None = declare_option(
+        None, build_whole_number_kind(1, MOST_JOBS), "Number of parallel runs.", "--jobs", "-j", said="number of cores"
     )
-    time_limit_s: float = time_limit()
-    memory_limit_mb: float | None = memory_limit()
-    scheduler: str | None = scheduler()
+    time_limit_s: float = declare_time_limit()
+    memory_limit_mb: float | None = declare_memory_limit()
+    scheduler: str | None = declare_scheduler()
 
-    def pool(self) -> Pool:
+    def open_pool(self) -> Pool:
         """Return the requested pool: a pool on the cluster of `scheduler`, or else on this machine.
 
         Raises:
             CaromError: The cluster can't be used; see `carom.execution.cluster.ClusterPool`.
         """
         if self.scheduler is None:
-            return self.local_pool()
+            return self.open_local_pool()
         from carom.execution.cluster import ClusterPool
 
         return ClusterPool(self.scheduler, self.time_limit_s, self.memory_limit_mb)
 
-    def local_pool(self, jobs: int | None = None) -> LocalPool:
+    def open_local_pool(self, jobs: int | None = None) -> LocalPool:
         """Return a pool of worker processes on this machine with these limits."""
         from carom.execution.pool import LocalPool
 
@@ -143,7 +158,7 @@ def _build_codecs() -> None:
     from carom.execution.describe_engines import DescribeTask
     from carom.execution.engine_run import ObserveTask
     from carom.execution.timing import TimeTask
-    from carom.execution.worker import codec_of
+    from carom.execution.worker import build_codec
 
     for task in (DescribeTask, ObserveTask, TimeTask):
-        codec_of(task)
+        build_codec(task)

@@ -39,7 +39,7 @@ class Cutter:
         self.pieces, self.probes, self.stuck = 0, 0, False
         self._known: frozenset[tuple[int, int]] = frozenset()
 
-    def step(self, start_s: float, end_s: float) -> Iterator[float]:
+    def take_step(self, start_s: float, end_s: float) -> Iterator[float]:
         """Take one step in pieces, and yield the time at the end of each piece."""
         world, now_s, pieces = self.world, start_s, 0
         while now_s < end_s:

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.solvers.pic import pic_run, solve_pic
+from carom.solvers.pic import solve_pic, start_pic_run
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import pit_run
-from carom.solvers.run import trace_of
+from carom.solvers.pit.solve import start_pit_run
+from carom.solvers.run import build_trace
 
 #: Numbers of alternating runs for the median of their ratios: the least and the largest, and the seconds after which to
 #: stop.
@@ -44,7 +44,7 @@ def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
     return SceneSkips(measure_pic_saving(scene, reference), measure_pit_saving(scene, dt_s), dt_s)
 
 
-def tests_per_frame(scene: Scene) -> int:
+def count_tests_per_frame(scene: Scene) -> int:
     """Return the number of pairs of discs, and of discs with walls, that a frame tests."""
     discs = len(scene.discs)
     return discs * (discs - 1) // 2 + discs * len(scene.walls)
@@ -62,47 +62,49 @@ def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
 
     Return None if there are too many pairs.
     """
-    if len(reference.impacts) * tests_per_frame(scene) > MOST_TESTS:
+    if len(reference.impacts) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
     until_s = min(scene.duration_s, reference.end_time_s)
     closed = is_closed_form(reference)
 
     def prepare(skipping: bool) -> Callable[[], object]:
         if closed:  # both times include everything from the scene to the trace
-            return partial(solve_pic, scene) if skipping else partial(_event_driven, scene)
-        return partial(pic_run(scene, all_pairs=not skipping).advance_to, until_s)
+            return partial(solve_pic, scene) if skipping else partial(_run_event_driven, scene)
+        return partial(start_pic_run(scene, all_pairs=not skipping).advance_to, until_s)
 
     return _measure(prepare)
 
 
-def _event_driven(scene: Scene) -> Trace:
-    run = pic_run(scene)
-    return trace_of(run, "pic", scene, run.advance_to(scene.duration_s))
+def _run_event_driven(scene: Scene) -> Trace:
+    run = start_pic_run(scene)
+    return build_trace(run, "pic", scene, run.advance_to(scene.duration_s))
 
 
 def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
     """Measure what PIT saves by skipping frames and pairs that can't touch; None if the plain loop is too long."""
-    if scene.step_count(dt_s) * tests_per_frame(scene) > MOST_TESTS:
+    if scene.step_count(dt_s) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
     clock = FrameClock(rate_hz=1.0 / dt_s)
-    return _measure(lambda skipping: partial(pit_run(scene, clock, skipping=skipping).advance_to, scene.duration_s))
+    return _measure(
+        lambda skipping: partial(start_pit_run(scene, clock, skipping=skipping).advance_to, scene.duration_s)
+    )
 
 
 def _measure(prepare: Callable[[bool], Callable[[], object]]) -> SkippedTime:
     """Time runs with and without skipping alternately. Preparation is not timed."""
 
-    def seconds(skipping: bool) -> float:
+    def measure_seconds(skipping: bool) -> float:
         run = prepare(skipping)
         began = time.perf_counter()
         run()
         return time.perf_counter() - began
 
-    seconds(True), seconds(False)  # warm
+    measure_seconds(True), measure_seconds(False)  # warm
     rounds: list[tuple[float, float]] = []
     started = time.perf_counter()
     while len(rounds) < _LEAST_ROUNDS or (len(rounds) < _ROUNDS and time.perf_counter() - started < _ENOUGH_S):
         first = len(rounds) % 2 == 0  # the order alternates, since the second run of a pair has warm caches
-        taken = {skipping: seconds(skipping) for skipping in (first, not first)}
+        taken = {skipping: measure_seconds(skipping) for skipping in (first, not first)}
         rounds.append((taken[True], taken[False]))
     ratio = statistics.median(plain_s / with_s for with_s, plain_s in rounds)
     return SkippedTime(statistics.median(with_s for with_s, _ in rounds), ratio)

@@ -19,10 +19,10 @@ import numpy as np
 
 from carom.engines.api import Adapter, TimedWorld, World
 from carom.engines.registry import load_adapter
-from carom.execution.adapter_profile import profile_settings
+from carom.execution.adapter_profile import prepare_settings
 from carom.execution.job import JobTask, SettingOverrides, UnsupportedError
 from carom.execution.step_cutter import Cutter
-from carom.execution.validate_adapter import adapter_error
+from carom.execution.validate_adapter import build_adapter_error
 from carom.model.scene import Scene
 
 #: Timed runs of a job. The median of three ignores one disturbed run.
@@ -104,16 +104,18 @@ def time_run(
         AdapterError: The adapter refuses the scene or fails, or its clock shows an impossible time.
         UnsupportedError: The clock shows 0 seconds, because it is too coarse for such a short run.
     """
-    settings = profile_settings(adapter, profile, dt_s, tried)
+    settings = prepare_settings(adapter, profile, dt_s, tried)
     steps = scene.step_count(dt_s) if steps is None else steps
     located = adapter.profiles[profile].located
     prepared: list[float] = []
     called: list[float] = []
     advanced: list[float] = []
     ends: set[bytes] = set()
-    with _without_garbage_collection():
+    with _pause_garbage_collection():
         while not advanced or (
-            len(advanced) < runs and sum(prepared) + sum(advanced) < enough_s and not _last_two_agree(advanced, agreed)
+            len(advanced) < runs
+            and sum(prepared) + sum(advanced) < enough_s
+            and not _are_last_two_close(advanced, agreed)
         ):
             started = time.perf_counter()
             world = adapter.prepare(scene, settings)
@@ -121,7 +123,7 @@ def time_run(
             try:
                 called.append(_time_empty_call(world) if call else math.nan)
                 advanced.append(_time_steps(world, steps, dt_s, located=located))
-                ends.add(_state_bytes(world))
+                ends.add(_encode_state(world))
             finally:
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
@@ -130,7 +132,7 @@ def time_run(
     return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s, len(ends))
 
 
-def _last_two_agree(times_s: list[float], fraction: float) -> bool:
+def _are_last_two_close(times_s: list[float], fraction: float) -> bool:
     """Whether the last two times differ by less than a fraction of the longer one."""
     *_, previous, last = (math.nan, *times_s)
     return abs(previous - last) < fraction * max(previous, last)
@@ -145,21 +147,21 @@ def _time_steps(world: World, steps: int, dt_s: float, *, located: bool) -> floa
     else:
         world.advance(steps)
     passed_s = time.perf_counter() - started
-    return _own_clock_since(world, own_clock_s) if isinstance(world, TimedWorld) else passed_s
+    return _read_own_clock(world, own_clock_s) if isinstance(world, TimedWorld) else passed_s
 
 
-def _state_bytes(world: World) -> bytes:
+def _encode_state(world: World) -> bytes:
     """Return positions and velocities of a world as bytes."""
     state = world.observe()
     return b"".join(np.ascontiguousarray(array).tobytes() for array in (state.position_m, state.velocity_m_s))
 
 
-def _own_clock_since(world: TimedWorld, before_s: float) -> float:
+def _read_own_clock(world: TimedWorld, before_s: float) -> float:
     """Return the seconds on a world's own clock since it showed `before_s`."""
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
-        raise adapter_error(
+        raise build_adapter_error(
             f"seconds of a world must be a finite number that never falls, got {found!r} after {before_s!r}"
         )
     return float(found) - before_s
@@ -168,7 +170,7 @@ def _own_clock_since(world: TimedWorld, before_s: float) -> float:
 def _cut_steps(world: World, steps: int, dt_s: float) -> None:
     cutter = Cutter(world)
     for step in range(1, steps + 1):
-        for _ in cutter.step((step - 1) * dt_s, step * dt_s):
+        for _ in cutter.take_step((step - 1) * dt_s, step * dt_s):
             pass
 
 
@@ -186,7 +188,7 @@ def _time_empty_call(world: World) -> float:
 
 
 @contextmanager
-def _without_garbage_collection() -> Iterator[None]:
+def _pause_garbage_collection() -> Iterator[None]:
     """Suspend garbage collection, which would add time for objects of other code."""
     collecting = gc.isenabled()
     gc.disable()

@@ -34,17 +34,17 @@ MOST_ENTRIES = 1000
 MOST_WHOLE = 2**64
 
 
-def adapter_error(message: str, section: str = FIELDS) -> AdapterError:
+def build_adapter_error(message: str, section: str = FIELDS) -> AdapterError:
     """Return the exception for a mistake in an adapter, with a reference to the documentation."""
     return AdapterError(f"{message}; see docs/reference/adapters.md#{section}")
 
 
-def wrong_value(what: str, must: str, value: object, section: str = FIELDS) -> AdapterError:
+def build_wrong_value_error(what: str, must: str, value: object, section: str = FIELDS) -> AdapterError:
     """Return the exception for a value that must be something else."""
-    return adapter_error(f"{what} must be {must}, got {value_text(value)}", section)
+    return build_adapter_error(f"{what} must be {must}, got {describe_value(value)}", section)
 
 
-def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
+def to_plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
     """Return a text from an adapter, of at most `most` characters, as a plain string.
 
     Raises:
@@ -52,59 +52,59 @@ def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
             `what`.
     """
     if not isinstance(value, str):
-        raise wrong_value(what, "a text", value)
+        raise build_wrong_value_error(what, "a text", value)
     text = str.__str__(value)
     if len(text) > most:
-        raise adapter_error(f"{what} must have at most {most} characters, got {len(text)}")
+        raise build_adapter_error(f"{what} must have at most {most} characters, got {len(text)}")
     try:
         text.encode()
     except UnicodeEncodeError:
-        raise adapter_error(f"{what} must be Unicode text, got {text!a}") from None
+        raise build_adapter_error(f"{what} must be Unicode text, got {text!a}") from None
     return text
 
 
-def plain_settings(settings: object, of: str) -> dict[str, Setting]:
+def to_plain_settings(settings: object, of: str) -> dict[str, Setting]:
     """Return settings as plain numbers, bools and strings. In messages, the owner of the settings is `of`.
 
     Raises:
         AdapterError: The settings are not a mapping, or a name or value has another type.
     """
     return {
-        plain_text(name, f"a name among the settings {of}"): _plain(name, value, of)
-        for name, value in _entries(settings, f"settings {of}")
+        to_plain_text(name, f"a name among the settings {of}"): _to_plain_setting(name, value, of)
+        for name, value in _list_entries(settings, f"settings {of}")
     }
 
 
-def _entries(found: object, what: str) -> Iterable[tuple[object, object]]:
+def _list_entries(found: object, what: str) -> Iterable[tuple[object, object]]:
     if not isinstance(found, Mapping):
-        raise wrong_value(what, "a mapping", found)
+        raise build_wrong_value_error(what, "a mapping", found)
     if len(found) > MOST_ENTRIES:
-        raise adapter_error(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
+        raise build_adapter_error(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
     return found.items()
 
 
-def _plain(name: object, value: object, of: str) -> Setting:
+def _to_plain_setting(name: object, value: object, of: str) -> Setting:
     if isinstance(value, np.generic):
         value = value.item()
     for kind in (bool, float):
         if isinstance(value, kind):
             return kind(value)
     if isinstance(value, int):
-        return whole_number(value, f"setting {name!r} {of}")
+        return to_whole_number(value, f"setting {name!r} {of}")
     if isinstance(value, str):
-        return plain_text(value, f"setting {name!r} {of}")
-    raise wrong_value(f"setting {name!r} {of}", "a number, a bool or a string", value)
+        return to_plain_text(value, f"setting {name!r} {of}")
+    raise build_wrong_value_error(f"setting {name!r} {of}", "a number, a bool or a string", value)
 
 
-def plain_counts(counts: object) -> dict[str, int]:
+def to_plain_counts(counts: object) -> dict[str, int]:
     """Return work counts as plain numbers.
 
     Raises:
         AdapterError: The counts are not a mapping of texts to whole numbers.
     """
     return {
-        plain_text(name, "a name among the counts"): whole_number(count, f"count {name!r}", least=0)
-        for name, count in _entries(counts, "counts of a world")
+        to_plain_text(name, "a name among the counts"): to_whole_number(count, f"count {name!r}", least=0)
+        for name, count in _list_entries(counts, "counts of a world")
     }
 
 
@@ -123,27 +123,31 @@ def validate_adapter(adapter: Adapter) -> Declarations:
     Raises:
         AdapterError: A field has a wrong type or value.
     """
-    plain_text(adapter.name, "the name of an adapter")
+    to_plain_text(adapter.name, "the name of an adapter")
     engine = _check_fields(adapter.engine, Engine, "engine")
-    plain_text(engine.name, "engine.name")
+    to_plain_text(engine.name, "engine.name")
     for field, release in (("oldest", engine.oldest), ("newest_tried", engine.newest_tried)):
-        if plain_text(release, f"engine.{field}") and not re.fullmatch(r"[0-9]+(\.[0-9]+)*", release):
-            raise wrong_value(f"engine.{field}", "numbers with dots between them", release, DECLARED)
+        if to_plain_text(release, f"engine.{field}") and not re.fullmatch(r"[0-9]+(\.[0-9]+)*", release):
+            raise build_wrong_value_error(f"engine.{field}", "numbers with dots between them", release, DECLARED)
     profiles: object = adapter.profiles
     if not isinstance(profiles, Mapping) or not profiles:
-        raise wrong_value("profiles", "a mapping with at least one profile", profiles, DECLARED)
-    for name, profile in _entries(profiles, "profiles"):
-        where = f"profiles[{plain_text(name, 'the name of a profile')!r}]"
+        raise build_wrong_value_error("profiles", "a mapping with at least one profile", profiles, DECLARED)
+    for name, profile in _list_entries(profiles, "profiles"):
+        where = f"profiles[{to_plain_text(name, 'the name of a profile')!r}]"
         if not isinstance(profile, Profile):
-            raise wrong_value(where, "a Profile", profile, DECLARED)
-        plain_text(profile.description, f"{where}.description")
+            raise build_wrong_value_error(where, "a Profile", profile, DECLARED)
+        to_plain_text(profile.description, f"{where}.description")
         if not callable(profile.settings) or not isinstance(profile.located, bool):
-            raise adapter_error(f"settings of {where} must be callable, and located must be True or False", DECLARED)
+            raise build_adapter_error(
+                f"settings of {where} must be callable, and located must be True or False", DECLARED
+            )
         if not isinstance(profile.changed, Mapping):
-            raise wrong_value(f"{where}.changed", "a mapping of names to reasons", profile.changed, DECLARED)
-        for changed, reason in _entries(profile.changed, f"{where}.changed"):
-            plain_text(changed, f"a name in {where}.changed")
-            plain_text(reason, f"{where}.changed[{changed!r}]")
+            raise build_wrong_value_error(
+                f"{where}.changed", "a mapping of names to reasons", profile.changed, DECLARED
+            )
+        for changed, reason in _list_entries(profile.changed, f"{where}.changed"):
+            to_plain_text(changed, f"a name in {where}.changed")
+            to_plain_text(reason, f"{where}.changed[{changed!r}]")
         if profile.capabilities is not None:
             _check_capabilities(profile.capabilities, f"{where}.capabilities")
     capabilities = _check_capabilities(adapter.capabilities, "capabilities")
@@ -154,8 +158,8 @@ def _check_knobs(adapter: Adapter) -> Mapping[str, Knob]:
     """Validate and return the optional knobs of an adapter."""
     found: object = getattr(adapter, "knobs", {})
     return {
-        plain_text(name, "the name of a knob"): _check_fields(knob, Knob, f"knobs[{name!r}]")
-        for name, knob in _entries(found, "knobs")
+        to_plain_text(name, "the name of a knob"): _check_fields(knob, Knob, f"knobs[{name!r}]")
+        for name, knob in _list_entries(found, "knobs")
     }
 
 
@@ -168,39 +172,41 @@ def _check_capabilities(found: object, where: str) -> Capabilities:
             isinstance(value, tuple) and not value[0] <= value[1]
         ):
             kind = "a least and a greatest" if isinstance(value, tuple) else "a number"
-            raise wrong_value(f"{where}.{name}", kind, value, DECLARED)
+            raise build_wrong_value_error(f"{where}.{name}", kind, value, DECLARED)
     if capabilities.float_bits not in MANTISSA_BITS:
         narrow = capabilities.float_bits < min(MANTISSA_BITS)
         advice = "; declare 32 for narrower floats, for which larger rounding is allowed" if narrow else ""
-        raise adapter_error(
+        raise build_adapter_error(
             f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {capabilities.float_bits}{advice}",
             DECLARED,
         )
     for name in ("restitution_combine", "friction_combine"):
         if getattr(capabilities, name) not in COMBINE_RULES:
             rules = ", ".join(COMBINE_RULES)
-            raise adapter_error(f"{where}.{name} must be one of {rules}, got {getattr(capabilities, name)!r}", DECLARED)
+            raise build_adapter_error(
+                f"{where}.{name} must be one of {rules}, got {getattr(capabilities, name)!r}", DECLARED
+            )
     return capabilities
 
 
 def _check_fields(found: object, kind: type[Kind], where: str) -> Kind:
     """Return a dataclass of the adapter interface, after checking that each field has its declared type."""
     if not isinstance(found, kind):
-        raise wrong_value(where, f"{kind.__name__}(...)", found, DECLARED)
+        raise build_wrong_value_error(where, f"{kind.__name__}(...)", found, DECLARED)
     hints, values = get_type_hints(kind), {}
     for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # always a dataclass
         value = _to_python(getattr(found, name))
         try:
-            values[name] = _type_adapter(hints[name]).validate_python(value, strict=True)
+            values[name] = _build_type_adapter(hints[name]).validate_python(value, strict=True)
         except ValidationError as error:
-            raise adapter_error(
-                f"{where}.{name}: {error.errors()[0]['msg']}, got {value_text(value)}", DECLARED
+            raise build_adapter_error(
+                f"{where}.{name}: {error.errors()[0]['msg']}, got {describe_value(value)}", DECLARED
             ) from None
     return kind(**values)
 
 
 @cache
-def _type_adapter(hint: Any) -> TypeAdapter[Any]:
+def _build_type_adapter(hint: Any) -> TypeAdapter[Any]:
     """Return the validator of a type, which many fields share."""
     return TypeAdapter(hint)
 
@@ -212,7 +218,7 @@ def _to_python(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-def whole_number(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
+def to_whole_number(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
     """Return a whole number from an adapter, from `least` to 2**64.
 
     Raises:
@@ -221,14 +227,14 @@ def whole_number(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
     try:
         number = operator.index(value)  # type: ignore[arg-type] # anything else raises
     except TypeError:
-        raise wrong_value(what, "a whole number", value) from None
+        raise build_wrong_value_error(what, "a whole number", value) from None
     if not least <= number <= MOST_WHOLE:
         limits = f"from {least} to 2**64" if least >= 0 else "at most 2**64 in magnitude"
-        raise wrong_value(what, limits, number)
+        raise build_wrong_value_error(what, limits, number)
     return number
 
 
-def value_text(value: object) -> str:
+def describe_value(value: object) -> str:
     """Return the type of a value, and the beginning of its text if it is a plain value."""
     kind = type(value).__name__
     if value is None or type(value) in (bool, int, float, str, bytes, tuple, list, dict):

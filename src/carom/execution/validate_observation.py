@@ -15,11 +15,17 @@ import numpy as np
 from carom.engines.api import Contact, Observation
 from carom.engines.api.checks import MANTISSA_BITS
 from carom.execution.state_rows import StateRows
-from carom.execution.validate_adapter import adapter_error, plain_text, value_text, whole_number, wrong_value
+from carom.execution.validate_adapter import (
+    build_adapter_error,
+    build_wrong_value_error,
+    describe_value,
+    to_plain_text,
+    to_whole_number,
+)
 from carom.model.scene import Scene
 from carom.model.trace import Vector, wall_index
-from carom.support.formatting import number
-from carom.support.limits import LARGEST, beyond
+from carom.support.formatting import format_number
+from carom.support.limits import LARGEST, format_limits
 
 _FLOAT64 = np.dtype(np.float64)
 
@@ -50,12 +56,12 @@ class Validator:
             AdapterError: A field has a wrong type or value.
         """
         if not isinstance(found, Observation):
-            raise adapter_error(f"observe() must return an Observation, got {value_text(found)}")
+            raise build_adapter_error(f"observe() must return an Observation, got {describe_value(found)}")
         if found.spin_rad_s is not None:
             _check_array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
             rows.spin_rad_s[row] = found.spin_rad_s
         elif self._needs_spins:
-            raise adapter_error(
+            raise build_adapter_error(
                 f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none"
             )
         rows.has_spins = found.spin_rad_s is not None
@@ -64,7 +70,7 @@ class Validator:
         _check_array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2))
         rows.velocity_m_s[row] = found.velocity_m_s
         if found.warning != "":  # most steps have no warning
-            plain_text(found.warning, "the warning of an observation")
+            to_plain_text(found.warning, "the warning of an observation")
         # If the sum of squares is within the limit, each number is. This fast check runs after every step. The sum of
         # numbers that are refused below may overflow.
         numbers = rows.numbers[row]
@@ -74,66 +80,70 @@ class Validator:
             return True
         finite = np.isfinite(numbers)
         if (far := (np.abs(numbers) > LARGEST) & finite).any():
-            raise adapter_error(f"{rows.name_of(int(far.argmax()))} {beyond(0.0, LARGEST)}, got {numbers[far][0]:g}")
+            raise build_adapter_error(
+                f"{rows.describe_column(int(far.argmax()))} {format_limits(0.0, LARGEST)}, got {numbers[far][0]:g}"
+            )
         return bool(finite.all())
 
-    def contacts(self, found: object, begin_s: float, end_s: float) -> tuple[Contact, ...]:
+    def check_contacts(self, found: object, begin_s: float, end_s: float) -> tuple[Contact, ...]:
         """Return checked contacts of the step, or piece of a step, between two times.
 
         Raises:
             AdapterError: A field of a contact has a wrong type or value.
         """
         if not isinstance(found, Iterable):
-            raise wrong_value("contacts of an observation", "a tuple", found)
-        return tuple(self._contact(contact, begin_s, end_s) for contact in found)
+            raise build_wrong_value_error("contacts of an observation", "a tuple", found)
+        return tuple(self._check_contact(contact, begin_s, end_s) for contact in found)
 
-    def _wall_numbers(self) -> str:
+    def _describe_wall_numbers(self) -> str:
         if not self._walls:
             return " (the scene has no walls)"
         return f" or a wall, -1 - k of wall k (-1{f' to {-self._walls}' if self._walls > 1 else ''})"
 
-    def _contact(self, found: object, begin_s: float, end_s: float) -> Contact:
+    def _check_contact(self, found: object, begin_s: float, end_s: float) -> Contact:
         if not isinstance(found, Contact):
-            raise wrong_value("a contact", "a Contact", found)
+            raise build_wrong_value_error("a contact", "a Contact", found)
         first, second = (
-            whole_number(found.first, "first of a contact"),
-            whole_number(found.second, "second of a contact"),
+            to_whole_number(found.first, "first of a contact"),
+            to_whole_number(found.second, "second of a contact"),
         )
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
-            raise adapter_error(
+            raise build_adapter_error(
                 f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
-                f"disc of a higher number{self._wall_numbers()}"
+                f"disc of a higher number{self._describe_wall_numbers()}"
             )
         of = f"of a contact of bodies {first} and {second}"
-        time_s = _number(found.time_s, "time_s", of)
+        time_s = _check_number(found.time_s, "time_s", of)
         # Engines sum their own clocks. One more step on either side allows more than the rounding of that sum.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
-            step = f"{number(begin_s, 9)} to {number(end_s, 9)} s"
-            raise adapter_error(f"time_s {of} must be within the step that reports it, {step}, got {number(time_s, 9)}")
-        x, y = _vector(found.normal, "normal", of)
+            step = f"{format_number(begin_s, 9)} to {format_number(end_s, 9)} s"
+            raise build_adapter_error(
+                f"time_s {of} must be within the step that reports it, {step}, got {format_number(time_s, 9)}"
+            )
+        x, y = _check_vector(found.normal, "normal", of)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
-            raise adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")
+            raise build_adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")
         optional: dict[str, Any] = {
-            name: None if (value := getattr(found, name)) is None else _number(value, name, of)
+            name: None if (value := getattr(found, name)) is None else _check_number(value, name, of)
             for name in ("impulse_n_s", "tangential_impulse_n_s")
         }
         acts = found.velocities is not None or any(optional.values())
         if acts and not self._movable[first] and (second < 0 or not self._movable[second]):
-            raise adapter_error(
+            raise build_adapter_error(
                 f"a contact is of bodies {first} and {second}, neither of which can move: they never collide"
             )
         if found.velocities is None:
             return Contact(first, second, time_s, (x, y), **optional)
         if self._needs_spins and found.spins_rad_s is None:
-            raise adapter_error(
+            raise build_adapter_error(
                 f"a contact of bodies {first} and {second} has velocities but no spins_rad_s, in a scene whose discs "
                 "turn"
             )
-        pairs = _items(found.velocities, f"velocities {of}", 4)
-        velocities: Any = tuple(_vector(pair, "velocities", of) for pair in pairs)
+        pairs = _check_items(found.velocities, f"velocities {of}", 4)
+        velocities: Any = tuple(_check_vector(pair, "velocities", of) for pair in pairs)
         spins: Any = None
         if found.spins_rad_s is not None:
-            spins = tuple(_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
+            spins = tuple(_check_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
         if second < 0:
             path = self._drives[wall_index(second)]
             due_in_step = path.velocities_within(min(begin_s, time_s), max(end_s, time_s))
@@ -148,7 +158,7 @@ class Validator:
                         if not any(due)
                         else f"{drive[0]:g}, {drive[1]:g} before and after, the velocity of the driven wall"
                     )
-                    raise adapter_error(f"{name} {of} must be {does}, got {shown}")
+                    raise build_adapter_error(f"{name} {of} must be {does}, got {shown}")
             velocities = (velocities[0], drive, velocities[2], drive)
         return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **optional)
 
@@ -156,15 +166,15 @@ class Validator:
 def _check_array(found: object, name: str, shape: tuple[int, ...]) -> None:
     """Refuse anything except an array of numbers of a shape."""
     if not isinstance(found, np.ndarray) or (found.dtype is not _FLOAT64 and found.dtype.kind not in "fiu"):
-        raise wrong_value(name, "an array of floats", found)
+        raise build_wrong_value_error(name, "an array of floats", found)
     if found.shape != shape:
-        raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
+        raise build_adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
 
 
-def _items(found: object, what: str, count: int) -> tuple[object, ...]:
+def _check_items(found: object, what: str, count: int) -> tuple[object, ...]:
     items = tuple(found) if isinstance(found, tuple | list | np.ndarray) else ()
     if len(items) != count:
-        raise adapter_error(f"{what} must have {count} items, got {value_text(found)}")
+        raise build_adapter_error(f"{what} must have {count} items, got {describe_value(found)}")
     return items
 
 
@@ -173,31 +183,33 @@ def _is_plain(found: object) -> TypeGuard[float]:
     return type(found) is float and abs(found) <= LARGEST
 
 
-def _number(found: object, name: str, of: str) -> float:
+def _check_number(found: object, name: str, of: str) -> float:
     if _is_plain(found):
         return found
-    return _numbers((found,), f"{name} {of}", 1)[0]
+    return _check_numbers((found,), f"{name} {of}", 1)[0]
 
 
-def _vector(found: object, name: str, of: str) -> Vector:
+def _check_vector(found: object, name: str, of: str) -> Vector:
     if type(found) is tuple and len(found) == 2:
         x, y = found
         if _is_plain(x) and _is_plain(y):
             return x, y
-    x, y = _numbers(found, f"{name} {of}", 2)
+    x, y = _check_numbers(found, f"{name} {of}", 2)
     return x, y
 
 
-def _numbers(found: object, what: str, count: int) -> list[float]:
-    items = _items(found, what, count)
+def _check_numbers(found: object, what: str, count: int) -> list[float]:
+    items = _check_items(found, what, count)
     try:
         numbers = [float(item) for item in items if not isinstance(item, str | bytes)]  # type: ignore[arg-type] # anything else raises
     except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) != count:
-        raise wrong_value(what, "numbers", found)
+        raise build_wrong_value_error(what, "numbers", found)
     if not all(map(math.isfinite, numbers)):
-        raise adapter_error(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+        raise build_adapter_error(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
     if any(abs(number) > LARGEST for number in numbers):
-        raise adapter_error(f"{what} {beyond(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}")
+        raise build_adapter_error(
+            f"{what} {format_limits(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}"
+        )
     return numbers

@@ -56,7 +56,7 @@ def carry_out(task: Task[T]) -> Answer[T]:
 
 
 @cache
-def codec_of(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
+def build_codec(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
     """Return the codec for the answers to tasks of a type, from the return type of its `carry_out`."""
     kind: Any = get_type_hints(task.carry_out, include_extras=True)["return"]
     return Codec(tuple[int, Answer[kind]])
@@ -87,7 +87,7 @@ def main() -> None:
         except EOFError:
             return
         for task in tasks:
-            line = _answer_line(number, task)
+            line = _build_answer_line(number, task)
             if os.getpid() != own_pid:  # the engine has forked this process, and only the original may answer
                 os._exit(1)
             c_library.fflush(None)  # an engine's output from C can still be buffered
@@ -104,10 +104,10 @@ def main() -> None:
             number += 1
 
 
-def _answer_line(number: int, task: Task[object]) -> bytes:
+def _build_answer_line(number: int, task: Task[object]) -> bytes:
     found = carry_out(task)
     try:
-        return codec_of(type(task)).dumps((number, found)) + b"\n"
+        return build_codec(type(task)).dumps((number, found)) + b"\n"
     except Exception as error:  # noqa: BLE001 - a value that an adapter made can fail at anything
         reason = f"its result can't be sent: {describe_exception(error)}"
-        return codec_of(type(task)).dumps((number, Answer(Status.FAILED, reason))) + b"\n"
+        return build_codec(type(task)).dumps((number, Answer(Status.FAILED, reason))) + b"\n"

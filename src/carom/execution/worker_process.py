@@ -22,11 +22,11 @@ from pydantic import ValidationError
 
 from carom.errors import AdapterError
 from carom.execution.codec import Codec
-from carom.execution.fork_server import ForkServer, search_path
+from carom.execution.fork_server import ForkServer, list_search_path
 from carom.execution.job import Answer, Status, Task
-from carom.execution.worker import ANSWERS_CLOSED, TASK_END, codec_of
+from carom.execution.worker import ANSWERS_CLOSED, TASK_END, build_codec
 from carom.execution.working_folder import Folder
-from carom.support.escaping import last_words
+from carom.support.escaping import find_last_message
 
 #: Longer answers are refused. The answer for half a million impacts is shorter than this.
 MOST_ANSWER_BYTES = 2**27
@@ -79,11 +79,11 @@ class Worker:
         try:
             while todo:
                 with self._lock:
-                    process = self._running()
+                    process = self._ensure_running()
                     process.send(todo)
                 while todo and self._process is process:
                     with self._lock:
-                        answer = self._receive(process, codec_of(type(todo[0])), time_limit_s)
+                        answer = self._receive(process, build_codec(type(todo[0])), time_limit_s)
                     del todo[0]
                     yield answer
         finally:
@@ -91,7 +91,7 @@ class Worker:
                 with self._lock:
                     self._end()
 
-    def _running(self) -> _Process:
+    def _ensure_running(self) -> _Process:
         if self._closed:
             raise ClosedError
         if self._process is None:
@@ -105,7 +105,7 @@ class Worker:
         this process is stopped.
         """
         left_s = time_limit_s
-        while (line := process.line()) is None and not process.ended:
+        while (line := process.take_line()) is None and not process.ended:
             if self._closed:
                 raise ClosedError
             if left_s <= 0:
@@ -120,19 +120,19 @@ class Worker:
             with suppress(ValidationError):
                 number, answer = codec.loads(line)
                 if number == process.answered and (answer.value is not None) is (answer.status is Status.RAN):
-                    said = process.last_printed() if answer.status is Status.FAILED else ""
+                    said = process.describe_last_output() if answer.status is Status.FAILED else ""
                     process.answered += 1
                     return replace(answer, reason=f"{answer.reason}; {said}") if said else answer
-            answer = Answer(Status.FAILED, f"invalid answer: {_shown(line)}")
+            answer = Answer(Status.FAILED, f"invalid answer: {_format_line(line)}")
         self._end()
         return answer
 
-    def printed(self) -> str:
+    def read_output(self) -> str:
         """Return the end of what the process has printed since its start."""
         with self._lock:
-            return self._process.printed() if self._process else ""
+            return self._process.read_output() if self._process else ""
 
-    def files(self) -> list[str]:
+    def list_files(self) -> list[str]:
         """Return the names of the files in the process's working folder, which is empty at the start."""
         return sorted(os.listdir(self._folder.path))
 
@@ -163,7 +163,7 @@ class _Process:
 
     def __init__(self, folder: str, memory_bytes: int, fork_server: ForkServer | None) -> None:
         # The child works in a folder of its own, so that an engine's log file is not written next to the user's scenes.
-        path = os.pathsep.join(search_path())
+        path = os.pathsep.join(list_search_path())
         forked = fork_server.start(folder, path, memory_bytes) if fork_server is not None else None
         self._popen = forked or _start_watchdog(folder, path, memory_bytes)
         requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
@@ -184,7 +184,7 @@ class _Process:
             self._selector.register(self._requests, selectors.EVENT_WRITE)
         self._unsent = memoryview(bytes(self._unsent) + pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL))
 
-    def line(self) -> bytes | None:
+    def take_line(self) -> bytes | None:
         """Return the next complete line of the answers; None if there is none yet."""
         end = self._found.find(b"\n", self._searched)
         if end < 0:
@@ -219,19 +219,19 @@ class _Process:
             except BrokenPipeError:  # the process ended before it had read everything; its answers show that
                 self._selector.unregister(self._requests)
 
-    def printed(self) -> str:
+    def read_output(self) -> str:
         """Return the end of what the process has printed."""
         for _ in range(MOST_PIPE_BYTES // MOST_PRINTED_BYTES):
             self.exchange(0)
         return self._tail.replace(TASK_END, b"").decode(errors="replace")
 
-    def last_printed(self) -> str:
+    def describe_last_output(self) -> str:
         """Return a phrase with the last output of the first unanswered task; empty if it printed nothing."""
-        self.printed()
+        self.read_output()
         since = self._tasks_ended - self.answered  # the tasks that have ended, but whose answers are not yet counted
         parts = self._tail.split(TASK_END)
         printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # older output has been dropped
-        said = last_words(printed.decode(errors="replace"))
+        said = find_last_message(printed.decode(errors="replace"))
         return f"it last printed: {said}" if said else ""
 
     def describe_end(self) -> Answer[Any]:
@@ -242,10 +242,10 @@ class _Process:
             return Answer(Status.FAILED, "the engine closed the pipe for answers, and continued")
         status, how = Status.CRASHED, f"exit code {code}"
         if code < 0:
-            how = f"the engine's process was ended by {_signal_name(-code)}"
+            how = f"the engine's process was ended by {_format_signal(-code)}"
         elif code == ANSWERS_CLOSED:
             status, how = Status.FAILED, f"the engine closed the pipe for answers; its process then ended ({how})"
-        said = self.last_printed()
+        said = self.describe_last_output()
         return Answer(status, f"{how}; {said}" if said else how)
 
     def end(self) -> None:
@@ -278,13 +278,13 @@ def _start_watchdog(folder: str, path: str, memory_bytes: int) -> subprocess.Pop
     )
 
 
-def _shown(line: bytes) -> str:
+def _format_line(line: bytes) -> str:
     """Return the first bytes of a line as printable text."""
     text = "".join(chr(byte) if 32 <= byte < 127 else "." for byte in line[:SHOWN_BYTES])
     return f"{text!r} and more" if len(line) > SHOWN_BYTES else repr(text)
 
 
-def _signal_name(number: int) -> str:
+def _format_signal(number: int) -> str:
     try:
         return signal.Signals(number).name
     except ValueError:  # a real-time signal has no name

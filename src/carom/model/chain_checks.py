@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from carom.model.chain_geometry import Edge, ExactCircle, circle_of
+from carom.model.chain_geometry import Edge, ExactCircle, compute_circle
 
 Number = Fraction | int
 
@@ -41,18 +41,18 @@ class Place(NamedTuple):
     x: Surd
     y: Surd
 
-    def side(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
+    def compute_side(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
         """Return on which side of the line through `a` the point is: 1 left, -1 right, 0 on the line."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         whole = along[0] * dy - along[1] * dx
         return Surd(whole, along[0] * self.y.part - along[1] * self.x.part, self.x.square).sign
 
-    def ahead(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
+    def compute_order(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
         """Return whether the point is ahead of `a` (1), behind it (-1) or level with it (0) in a direction."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
 
-    def floats(self) -> tuple[float, float]:
+    def to_floats(self) -> tuple[float, float]:
         """Return the point as floats, for messages."""
         root = math.sqrt(float(self.x.square))
         return float(self.x.whole) + float(self.x.part) * root, float(self.y.whole) + float(self.y.part) * root
@@ -64,14 +64,14 @@ class _Line:
     def __init__(self, edge: Edge) -> None:
         self.a, self.b = ((Fraction(x), Fraction(y)) for x, y in (edge.a, edge.b))
         self.along = (self.b[0] - self.a[0], self.b[1] - self.a[1])
-        self.circle: ExactCircle | None = circle_of(edge) if edge.bulge else None
+        self.circle: ExactCircle | None = compute_circle(edge) if edge.bulge else None
         self.turn = 1 if edge.bulge > 0 else -1
 
-    def holds(self, place: Place) -> bool:
+    def has_point(self, place: Place) -> bool:
         """Whether a point on the edge's line or circle is on the edge itself, including its ends."""
         if self.circle is not None:  # a counterclockwise arc is to the right of its chord
-            return place.side(self.a, self.along) * self.turn <= 0
-        return place.ahead(self.a, self.along) >= 0 and place.ahead(self.b, self.along) <= 0
+            return place.compute_side(self.a, self.along) * self.turn <= 0
+        return place.compute_order(self.a, self.along) >= 0 and place.compute_order(self.b, self.along) <= 0
 
 
 class Crossing(NamedTuple):
@@ -90,10 +90,10 @@ class Crossing(NamedTuple):
     y: float
 
 
-def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
+def find_crossings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
     """Yield the pairs of edges that share a point other than the joint between them. All edges have a length."""
     lines = [_Line(edge) for edge in edges]
-    spans = [_span(edge, line.circle) for edge, line in zip(edges, lines, strict=True)]
+    spans = [_compute_box(edge, line.circle) for edge, line in zip(edges, lines, strict=True)]
     last = len(edges) - 1
     for j, one in enumerate(lines):
         left, low, right, high = spans[j]
@@ -104,7 +104,7 @@ def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
             joints += [one.b] if closed and i == 0 and j == last else []
             for place in _find_shared_points(lines[i], one):
                 if not any(_is_at(place, joint) for joint in joints):
-                    yield Crossing(i, j, *place.floats())
+                    yield Crossing(i, j, *place.to_floats())
                     break
 
 
@@ -112,7 +112,7 @@ def _is_at(place: Place, point: tuple[Number, Number]) -> bool:
     return not any(Surd(c.whole - p, c.part, c.square).sign for c, p in zip(place, point, strict=True))
 
 
-def _span(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, float]:
+def _compute_box(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, float]:
     """Return a box that contains an edge despite rounding: its least and greatest x and y, metres."""
     xs, ys = zip(edge.a, edge.b, strict=True)
     box = [min(xs), min(ys), max(xs), max(ys)]
@@ -124,7 +124,7 @@ def _span(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, 
     return box[0], box[1], box[2], box[3]
 
 
-def _place_at(point: tuple[Number, Number]) -> Place:
+def _build_place(point: tuple[Number, Number]) -> Place:
     return Place(Surd(point[0], 0, 0), Surd(point[1], 0, 0))
 
 
@@ -132,8 +132,8 @@ def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
     """Yield the points that two edges share. If two edges share a stretch, yield its ends."""
     candidates: Iterator[Place]
     if one.circle is not None and one.circle == other.circle:
-        middles = (_middle(line, one.circle) for line in (one, other))
-        candidates = iter([*map(_place_at, (one.a, one.b, other.a, other.b)), *middles])
+        middles = (_find_middle(line, one.circle) for line in (one, other))
+        candidates = iter([*map(_build_place, (one.a, one.b, other.a, other.b)), *middles])
     elif one.circle is None and other.circle is None:
         candidates = _intersect_straights(one, other)
     elif one.circle is None and other.circle is not None:
@@ -143,11 +143,11 @@ def _find_shared_points(one: _Line, other: _Line) -> Iterator[Place]:
     elif one.circle is not None and other.circle is not None:
         candidates = _intersect_circles(one.circle, other.circle)
     for place in candidates:
-        if one.holds(place) and other.holds(place):
+        if one.has_point(place) and other.has_point(place):
             yield place
 
 
-def _middle(line: _Line, circle: ExactCircle) -> Place:
+def _find_middle(line: _Line, circle: ExactCircle) -> Place:
     """Return the middle of an arc.
 
     Apart from joints, the middle may be the only point that overlapping arcs of one circle share.
@@ -165,9 +165,9 @@ def _intersect_straights(one: _Line, other: _Line) -> Iterator[Place]:
     cross = ex * fy - ey * fx
     if cross != 0:
         part = (dx * fy - dy * fx) / cross
-        yield _place_at((one.a[0] + part * ex, one.a[1] + part * ey))
+        yield _build_place((one.a[0] + part * ex, one.a[1] + part * ey))
     elif dx * ey - dy * ex == 0:
-        yield from map(_place_at, (one.a, one.b, other.a, other.b))
+        yield from map(_build_place, (one.a, one.b, other.a, other.b))
 
 
 def _intersect_line(a: tuple[Number, Number], along: tuple[Number, Number], circle: ExactCircle) -> Iterator[Place]:

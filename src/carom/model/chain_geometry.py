@@ -49,7 +49,7 @@ class Foot(NamedTuple):
     inner: bool
 
 
-def circle_of(edge: Edge) -> ExactCircle:
+def compute_circle(edge: Edge) -> ExactCircle:
     """Return the circle of an edge whose bulge is not 0."""
     (ax, ay), (bx, by), k = map(Fraction, edge.a), map(Fraction, edge.b), Fraction(edge.bulge)
     across = (1 - k * k) / (4 * k)
@@ -75,7 +75,7 @@ class Stretch(NamedTuple):
         """Whether this is a whole circle, or a point."""
         return self.edge.a == self.edge.b
 
-    def nearest(self, x: float, y: float) -> tuple[Point, bool]:
+    def find_nearest(self, x: float, y: float) -> tuple[Point, bool]:
         """Return the point of the edge that is nearest to a given point, and whether it is between the ends."""
         (ax, ay), (bx, by), bulge = self.edge
         if self.centre is None:
@@ -93,12 +93,12 @@ class Stretch(NamedTuple):
         begun = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
         not_ended = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
         if (begun or not_ended) if abs(bulge) > 1.0 else (begun and not_ended):
-            out = self.power(x, y) / (distance + self.radius) if distance else 0.0
+            out = self.compute_power(x, y) / (distance + self.radius) if distance else 0.0
             return (x - out * dx / distance, y - out * dy / distance) if distance else (ax, ay), True
-        to_a, to_b = _square(x - ax, y - ay), _square(x - bx, y - by)
+        to_a, to_b = _compute_square(x - ax, y - ay), _compute_square(x - bx, y - by)
         return ((ax, ay) if to_a <= to_b else (bx, by)), False
 
-    def power(self, x: float, y: float) -> float:
+    def compute_power(self, x: float, y: float) -> float:
         """Return the power of a point: its squared distance from an arc's centre minus the squared radius.
 
         The power is computed from the arc's ends, so that a huge radius does not reduce accuracy. For every circle
@@ -109,12 +109,12 @@ class Stretch(NamedTuple):
         across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
         return ((x - ax) * (x - bx) + (y - ay) * (y - by)) - across * (0.5 * (1.0 / bulge - bulge))
 
-    def bulges_over(self, x: float, y: float) -> bool:
+    def is_under_arc(self, x: float, y: float) -> bool:
         """Whether a point is between an arc and its chord."""
         if self.centre is None:
             return False
         (ax, ay), (bx, by), bulge = self.edge
-        return self.power(x, y) < 0.0 and ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) * bulge < 0.0
+        return self.compute_power(x, y) < 0.0 and ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) * bulge < 0.0
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Outline:
             ((x, y),) = self.points
             start = (x + self.radius, y)
             return (Stretch(Edge(start, start, 1.0), (x, y), self.radius),)
-        return tuple(_stretch(edge) for edge in self.edges)
+        return tuple(_build_stretch(edge) for edge in self.edges)
 
     @cached_property
     def lengths(self) -> tuple[float, ...]:
@@ -177,50 +177,50 @@ class Outline:
         xs, ys = zip(*held, strict=True)
         return (min(xs), min(ys)), (max(xs), max(ys))
 
-    def nearest(self, x: float, y: float) -> Foot:
+    def find_nearest(self, x: float, y: float) -> Foot:
         """Return the point of the line that is nearest to a given point."""
         feet = [
-            (_square(px - x, py - y), k, px, py, inner)
-            for k, ((px, py), inner) in enumerate(stretch.nearest(x, y) for stretch in self.stretches)
+            (_compute_square(px - x, py - y), k, px, py, inner)
+            for k, ((px, py), inner) in enumerate(stretch.find_nearest(x, y) for stretch in self.stretches)
         ]
         _, k, px, py, inner = min(feet)
         return Foot(px, py, k, inner)
 
-    def feet_within(self, x: float, y: float, distance: float) -> Iterator[Foot]:
+    def find_feet(self, x: float, y: float, distance: float) -> Iterator[Foot]:
         """Yield the nearest point of each edge within a distance.
 
         A point that two edges share is yielded for the lower edge.
         """
         seen = set()
         for k, stretch in enumerate(self.stretches):
-            place, inner = stretch.nearest(x, y)
+            place, inner = stretch.find_nearest(x, y)
             if place not in seen and math.hypot(place[0] - x, place[1] - y) <= distance:
                 seen.add(place)
                 yield Foot(*place, k, inner)
 
-    def edge_at(self, x: float, y: float, among: tuple[int, ...]) -> int:
+    def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:
         """Return which of some edges is nearest to a point; if several are nearest, the lowest number."""
-        places = [(self.stretches[k].nearest(x, y)[0], k) for k in among]
-        return min((_square(px - x, py - y), k) for (px, py), k in places)[1]
+        places = [(self.stretches[k].find_nearest(x, y)[0], k) for k in among]
+        return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 
-    def gap(self, x: float, y: float, radius: float) -> float:
+    def compute_gap(self, x: float, y: float, radius: float) -> float:
         """Return the distance between a disc's rim and the wall; negative if they overlap."""
-        foot = self.nearest(x, y)
+        foot = self.find_nearest(x, y)
         return math.sqrt((x - foot.x) ** 2 + (y - foot.y) ** 2) - self.half_width - radius
 
-    def encloses(self, x: float, y: float) -> bool:
+    def does_enclose(self, x: float, y: float) -> bool:
         """Whether a closed line encloses a point that is not on the line."""
         if not self.closed:
             return False
         crossings = 0
         for stretch in self.stretches:
             (ax, ay), (bx, by), _ = stretch.edge
-            crossings += stretch.bulges_over(x, y)
+            crossings += stretch.is_under_arc(x, y)
             if (ay > y) != (by > y):
                 crossings += (bx - ax) * (y - ay) / (by - ay) > x - ax
         return crossings % 2 == 1
 
-    def drawn(self, arc_parts: int) -> Iterator[Point]:
+    def build_polyline(self, arc_parts: int) -> Iterator[Point]:
         """Yield the points of a polyline for drawing. A full circle has `arc_parts` parts."""
         for k, stretch in enumerate(self.stretches):
             (ax, ay), b, bulge = stretch.edge
@@ -235,14 +235,14 @@ class Outline:
                     yield cx + stretch.radius * math.cos(angle), cy + stretch.radius * math.sin(angle)
             yield b
 
-    def scaled(self, exponent: int) -> Outline:
+    def scale_lengths(self, exponent: int) -> Outline:
         """Return the shape with all lengths divided by ``2**exponent``, which changes no digit."""
         points = tuple((math.ldexp(x, -exponent), math.ldexp(y, -exponent)) for x, y in self.points)
         radius = None if self.radius is None else math.ldexp(self.radius, -exponent)
         return replace(self, points=points, half_width=math.ldexp(self.half_width, -exponent), radius=radius)
 
 
-def _square(x: float, y: float) -> float:
+def _compute_square(x: float, y: float) -> float:
     """Return the squared length of a vector.
 
     The rounding of products is the same on every machine, the rounding of powers is not.
@@ -250,14 +250,14 @@ def _square(x: float, y: float) -> float:
     return x * x + y * y
 
 
-def _stretch(edge: Edge) -> Stretch:
+def _build_stretch(edge: Edge) -> Stretch:
     if edge.bulge == 0.0:
         return Stretch(edge)
-    circle = circle_of(edge)
-    return Stretch(edge, (float(circle.x), float(circle.y)), _root(circle.radius2))
+    circle = compute_circle(edge)
+    return Stretch(edge, (float(circle.x), float(circle.y)), _compute_root(circle.radius2))
 
 
-def _root(square: Fraction) -> float:
+def _compute_root(square: Fraction) -> float:
     """Return the square root of a rational number of any size as a float."""
     shift = (square.numerator.bit_length() - square.denominator.bit_length()) // 2
     return math.ldexp(math.sqrt(float(square / Fraction(4) ** shift)), shift)

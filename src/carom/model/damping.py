@@ -30,32 +30,32 @@ class Damping:
 
     per_s: float
 
-    def kept(self, seconds: float) -> float:
+    def compute_kept_fraction(self, seconds: float) -> float:
         """Return the fraction of a speed that is left after a time. A negative time gives a factor above 1."""
         return damped_time.kept(self.per_s, seconds)
 
-    def undamped(self, seconds: float) -> float:
+    def to_undamped(self, seconds: float) -> float:
         """Return the time in which an undamped disc moves as far as a damped disc does in `seconds`."""
         return damped_time.undamped(self.per_s, seconds)
 
-    def damped(self, undamped_s: float) -> float:
+    def to_damped(self, undamped_s: float) -> float:
         """Return the time in which a damped disc moves as far as an undamped disc does in `undamped_s`, or infinity."""
         return damped_time.damped(self.per_s, undamped_s)
 
-    def all_kept(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    def compute_kept_fractions(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `kept` for each time."""
         return np.exp(-self.per_s * seconds)
 
-    def all_undamped(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `undamped` for each time, 0 or more."""
         way = self.per_s * seconds
         return np.where(way >= _NOTHING, -np.expm1(-way) / (self.per_s or 1.0), seconds)
 
-    def all_damped(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_damped_array(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `damped` for each time, with the same bits."""
         return damped_time.all_damped(self.per_s, np.ravel(undamped_s)).reshape(np.shape(undamped_s))
 
-    def latest(self, seconds: float) -> float:
+    def find_latest_undamped(self, seconds: float) -> float:
         """Return the greatest undamped time that `damped` converts to at most `seconds`; both are 0 or more.
 
         So a time that is converted back is never later than the given time. The result differs from `undamped` by a few

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from carom.errors import InputError
 from carom.model.chain_geometry import Outline
-from carom.model.overlap import Overlap, overlaps
+from carom.model.overlap import Overlap, find_overlaps
 from carom.model.prescribed_motion import Drive
-from carom.support.escaping import shown
-from carom.support.formatting import number
+from carom.support.escaping import format_value
+from carom.support.formatting import format_number
 from carom.support.limits import LARGEST, ORDINARY, require_within
 
 #: A point of a half-plane's surface, and the unit normal into its free side.
@@ -110,7 +110,7 @@ class DiscArrays:
         """
         for name in ("position_m", "velocity_m_s", "radius_m", "mass_kg"):
             if not isinstance(getattr(self, name), np.ndarray):
-                raise InputError(f"{name} must be a NumPy array, got {shown(getattr(self, name))}")
+                raise InputError(f"{name} must be a NumPy array, got {format_value(getattr(self, name))}")
         n = len(self.position_m)
         if n == 0:
             raise InputError("position_m must hold at least one disc")
@@ -134,7 +134,7 @@ class DiscArrays:
                 continue
             if not (isinstance(wall, tuple) and len(wall) == 4 and all(isinstance(one, int | float) for one in wall)):
                 raise InputError(
-                    f"walls[{k}] must be four numbers (x, y, nx, ny) or an Outline, got {shown(wall)}",
+                    f"walls[{k}] must be four numbers (x, y, nx, ny) or an Outline, got {format_value(wall)}",
                     hints=["the arrays of a scene, scene.arrays, have its walls in this form"],
                 )
             if not abs(math.hypot(*wall[2:]) - 1.0) <= _UNIT_WITHIN:
@@ -143,7 +143,9 @@ class DiscArrays:
     def _require_sound_turning(self) -> None:
         for name in ("friction", "wall_friction"):
             if not 0 <= getattr(self, name) <= LARGEST:
-                raise InputError(f"{name} must be a number from 0 to {number(LARGEST, 3)}, got {getattr(self, name)}")
+                raise InputError(
+                    f"{name} must be a number from 0 to {format_number(LARGEST, 3)}, got {getattr(self, name)}"
+                )
         for name in ("tangential_restitution", "wall_tangential_restitution"):
             if not -1 <= getattr(self, name) <= 1:
                 raise InputError(f"{name} must be from -1 to 1, got {getattr(self, name)}")
@@ -153,7 +155,9 @@ class DiscArrays:
                 raise InputError(f"{name} must have the shape {(len(self),)}, got {array.shape}")
         spin, inertia = self.spins, self.inertia
         if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
-            raise InputError(f"inertia_factor must be {number(1 / ORDINARY, 3)} to 1, or be infinite, everywhere")
+            raise InputError(
+                f"inertia_factor must be {format_number(1 / ORDINARY, 3)} to 1, or be infinite, everywhere"
+            )
         if np.any(spin[self._stands | (self.movable & (inertia == math.inf))]):
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
@@ -255,7 +259,7 @@ class DiscArrays:
 
     @property
     def _wall_lengths(self) -> NDArray[np.float64]:
-        return np.array([length for wall in self.walls for length in wall_lengths(wall)])
+        return np.array([length for wall in self.walls for length in list_wall_lengths(wall)])
 
     @property
     def driven_speeds(self) -> NDArray[np.float64]:
@@ -309,8 +313,8 @@ class DiscArrays:
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
-        """Return the first overlaps, and whether there are more. Bodies are named as in `overlap.overlaps`."""
-        return overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
+        """Return the first overlaps, and whether there are more. Bodies are named as in `overlap.find_overlaps`."""
+        return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:
         """Refuse a start in which two discs, or a disc and a wall, overlap by more than rounding can explain.
@@ -324,6 +328,6 @@ class DiscArrays:
             raise InputError("\n".join([*lines, "and more of them"] if more else lines))
 
 
-def wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:
+def list_wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:
     """Return the coordinates and radii of a wall, metres. Some are negative."""
     return wall[:2] if isinstance(wall, tuple) else wall.lengths

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from carom.errors import InputError, Problem, SceneError
-from carom.support.checks import number, shown
+from carom.support.checks import check_number, format_value
 
 #: Moment of inertia over mass times radius squared, for uniform density.
 SHAPES = {"disc": 0.5, "sphere": 0.4}
@@ -22,7 +22,7 @@ _LENGTHS = {
 }
 
 
-def written_out(content: dict[str, Any]) -> dict[str, Any]:
+def expand_shorthand(content: dict[str, Any]) -> dict[str, Any]:
     """Return the content of a file with its shorthand expanded.
 
     Malformed values are not changed; the scene refuses them later.
@@ -33,25 +33,25 @@ def written_out(content: dict[str, Any]) -> dict[str, Any]:
     content = dict(content)
     unit, pixels = content.pop("length_unit", "m"), content.pop("pixels_per_metre", None)
     if unit not in UNITS:
-        raise SceneError([Problem(("length_unit",), f'must be "m" or "px", got {shown(unit)}')])
+        raise SceneError([Problem(("length_unit",), f'must be "m" or "px", got {format_value(unit)}')])
     if (unit == "px") != (pixels is not None):
         there = "is required with length_unit px, but missing" if pixels is None else 'needs length_unit = "px"'
         raise SceneError([Problem(("pixels_per_metre",), there)])
     if unit == "px":
         try:
-            per_metre = number("pixels_per_metre", pixels, positive=True)
+            per_metre = check_number("pixels_per_metre", pixels, positive=True)
         except InputError as error:
             raise SceneError([Problem((), str(error))]) from None
-        content = _in_metres(content, per_metre)
+        content = _convert_to_metres(content, per_metre)
     if "shape" in content:
         raise SceneError([Problem(("shape",), "is not a field of a scene", ("give it for each of [[discs]]",))])
     discs = content.get("discs")
     if isinstance(discs, list):
-        content["discs"] = [_with_inertia(disc, k) for k, disc in enumerate(discs)]
+        content["discs"] = [_add_inertia(disc, k) for k, disc in enumerate(discs)]
     return content
 
 
-def _in_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
+def _convert_to_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
     found: dict[str, Any] = _divide_fields(content, _LENGTHS[""], per_metre)
     for name in ("discs", "walls"):
         if isinstance(bodies := found.get(name), list):
@@ -62,16 +62,16 @@ def _in_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
 def _divide_fields(fields: Any, names: tuple[str, ...], by: float) -> Any:
     if not isinstance(fields, dict):
         return fields
-    found = {name: _quotient(value, by) if name in names else value for name, value in fields.items()}
+    found = {name: _divide_value(value, by) if name in names else value for name, value in fields.items()}
     if isinstance(legs := found.get("legs"), list):
         found["legs"] = [_divide_fields(leg, ("velocity_m_s",), by) for leg in legs]
     return found
 
 
-def _quotient(value: Any, by: float) -> Any:
+def _divide_value(value: Any, by: float) -> Any:
     if isinstance(value, list):
         points = bool(value) and isinstance(value[0], list)
-        return [_quotient(one, by) for one in value] if points or len(value) <= 2 else value  # a vector has two
+        return [_divide_value(one, by) for one in value] if points or len(value) <= 2 else value  # a vector has two
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
     try:
@@ -80,7 +80,7 @@ def _quotient(value: Any, by: float) -> Any:
         return value
 
 
-def _with_inertia(disc: Any, k: int) -> Any:
+def _add_inertia(disc: Any, k: int) -> Any:
     if not isinstance(disc, dict) or "shape" not in disc:
         return disc
     if "inertia_factor" in disc:
@@ -88,11 +88,11 @@ def _with_inertia(disc: Any, k: int) -> Any:
     shape = disc["shape"]
     if not isinstance(shape, str) or shape not in SHAPES:
         known = " or ".join(f'"{name}"' for name in SHAPES)
-        raise SceneError([Problem(("discs", k, "shape"), f"must be {known}, got {shown(shape)}")])
+        raise SceneError([Problem(("discs", k, "shape"), f"must be {known}, got {format_value(shape)}")])
     return {name: value for name, value in disc.items() if name != "shape"} | {"inertia_factor": SHAPES[shape]}
 
 
-def with_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
+def add_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
     """Return the JSON Schema of a scene file: the schema of a scene, extended by the shorthand."""
     unit = {
         "default": "m",

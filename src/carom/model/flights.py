@@ -38,16 +38,18 @@ class Flight(ByValue):
     pull_m_s2: NDArray[np.float64]
     damping: Damping
 
-    def at(self, time_s: float) -> NDArray[np.float64]:
+    def position_at(self, time_s: float) -> NDArray[np.float64]:
         """Return the disc's position at a time."""
-        flown = self.damping.undamped(time_s - self.begin_s)
+        flown = self.damping.to_undamped(time_s - self.begin_s)
         place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
         return place
 
     def velocity_at(self, time_s: float) -> NDArray[np.float64]:
         """Return the disc's velocity at a time."""
         lasted = time_s - self.begin_s
-        velocity: NDArray[np.float64] = self.velocity_m_s * self.damping.kept(lasted) + self.pull_m_s2 * lasted
+        velocity: NDArray[np.float64] = (
+            self.velocity_m_s * self.damping.compute_kept_fraction(lasted) + self.pull_m_s2 * lasted
+        )
         return velocity
 
 
@@ -61,44 +63,44 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
     since, damping = [0.0] * len(discs), Damping(trace.scene.damping_per_s)
     table = trace.scene.table_deceleration_m_s2
 
-    def flight_of(disc: int, impact: int, end_s: float) -> Flight:
+    def build_flight(disc: int, impact: int, end_s: float) -> Flight:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
 
-    def flights_to(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
+    def build_disc_flights(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
         """Yield a disc's flights up to a time: a flight for each leg of a driven disc, or up to the stop on a table."""
         for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
             if leg.begin_s >= end_s:
                 break
-            yield flight_of(disc, impact, leg.begin_s)
+            yield build_flight(disc, impact, leg.begin_s)
             place[disc], velocity[disc] = np.array(discs[disc].position_m) + leg.moved, np.array(leg.velocity)
             since[disc] = leg.begin_s
         if table and (speed := math.hypot(*velocity[disc])):
             pull[disc] = -table * (velocity[disc] / speed)
             if (stops_s := since[disc] + speed / table) < end_s:
-                yield flight_of(disc, impact, stops_s)
+                yield build_flight(disc, impact, stops_s)
                 place[disc] = place[disc] + 0.5 * speed / table * velocity[disc]
                 velocity[disc], pull[disc], since[disc] = np.zeros(2), np.zeros(2), stops_s
-        yield flight_of(disc, impact, end_s)
+        yield build_flight(disc, impact, end_s)
 
-    def modes_before(impacts: int) -> Iterator[Flight]:
+    def build_mode_flights(impacts: int) -> Iterator[Flight]:
         """Yield the flights that end with a mode, for all modes before the impact with this index."""
         while modes and modes[-1]["impacts"] <= impacts:
             mode = modes.pop()
             disc = int(mode["disc"])
-            yield flight_of(disc, count, float(mode["time_s"]))
+            yield build_flight(disc, count, float(mode["time_s"]))
             place[disc], velocity[disc], pull[disc] = mode["position"], mode["velocity"], mode["acceleration"]
             since[disc] = float(mode["time_s"])
 
     modes = [] if trace.modes is None else list(trace.modes[::-1])
     for k, impact in enumerate(trace.impacts):
-        yield from modes_before(k)
+        yield from build_mode_flights(k)
         for side in ("first", "second"):
             disc = int(impact[side])
             if disc >= 0:
-                for flight in flights_to(disc, k, float(impact["time_s"])):
+                for flight in build_disc_flights(disc, k, float(impact["time_s"])):
                     yield flight
-                place[disc], since[disc] = flight.at(flight.end_s), flight.end_s
+                place[disc], since[disc] = flight.position_at(flight.end_s), flight.end_s
                 velocity[disc] = impact[f"velocity_{side}_after"]
-    yield from modes_before(count)
+    yield from build_mode_flights(count)
     for disc in range(len(discs)):
-        yield from flights_to(disc, count, trace.end_time_s)
+        yield from build_disc_flights(disc, count, trace.end_time_s)

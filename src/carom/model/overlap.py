@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.model.broad_phase import near_pairs, near_walls
+from carom.model.broad_phase import find_near_pairs, find_near_walls
 from carom.model.chain_geometry import Outline
-from carom.support.formatting import metres
+from carom.support.formatting import format_metres
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
@@ -43,7 +43,7 @@ class Overlap(NamedTuple):
     message: str
 
 
-def input_rounding(size: Floats) -> Floats:
+def compute_input_rounding(size: Floats) -> Floats:
     """Return the largest overlap that rounding of the input can explain.
 
     The gap of two discs depends on six numbers. Each number is rounded to a float, by half a unit in the last place of
@@ -57,7 +57,7 @@ def input_rounding(size: Floats) -> Floats:
     return rounding
 
 
-def overlaps(
+def find_overlaps(
     position_m: Floats,
     radius_m: Floats,
     movable: NDArray[np.bool_],
@@ -99,20 +99,20 @@ def _find_disc_overlaps(
 ) -> Iterator[Overlap]:
     # The tolerance of a pair of discs is at least the mean of two tolerances: for each disc, the tolerance with a disc
     # of its own size.
-    reach = radius * _ROUNDED_UP - input_rounding(size) / 2.0
-    for first, second in near_pairs(position, reach, movable):
+    reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
+    for first, second in find_near_pairs(position, reach, movable):
         if not len(first):  # most scenes are small, and the following steps take longer than the search
             continue
         offset = position[second] - position[first]
         gap = np.hypot(offset[:, 0], offset[:, 1]) - (radius[first] + radius[second])
-        wrong = np.flatnonzero(gap < -input_rounding(np.maximum(size[first], size[second])))
+        wrong = np.flatnonzero(gap < -compute_input_rounding(np.maximum(size[first], size[second])))
         for k in wrong[np.lexsort((first[wrong], second[wrong]))].tolist():
             i, j = int(first[k]), int(second[k])
             yield Overlap(
                 j,
                 i,
                 f"must not overlap {name.format(i)} at the start, got {tuple(position[j].tolist())}: "
-                f"the two overlap by {metres(-gap[k])}; move them apart",
+                f"the two overlap by {format_metres(-gap[k])}; move them apart",
             )
 
 
@@ -126,17 +126,17 @@ def _find_half_plane_overlaps(
 ) -> Iterator[Overlap]:
     numbers = [k for k, wall in enumerate(walls) if isinstance(wall, tuple)]
     planes = np.array([walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
-    for disc, wall in near_walls(position, radius, movable, planes):
+    for disc, wall in find_near_walls(position, radius, movable, planes):
         x, y, nx, ny = planes[wall].T
         gap = (position[disc, 0] - x) * nx + (position[disc, 1] - y) * ny - radius[disc]
         largest = np.maximum(size[disc], np.abs(planes[wall, :2]).max(axis=1))
-        for n in np.flatnonzero(gap < -input_rounding(largest)).tolist():
+        for n in np.flatnonzero(gap < -compute_input_rounding(largest)).tolist():
             i, k = int(disc[n]), numbers[int(wall[n])]
             yield Overlap(
                 i,
                 k,
                 f"must not overlap {name.format(k)} at the start, got {tuple(position[i].tolist())}: "
-                f"the disc reaches {metres(-gap[n])} into it; move the disc, or turn the wall's normal round",
+                f"the disc reaches {format_metres(-gap[n])} into it; move the disc, or turn the wall's normal round",
             )
 
 
@@ -153,16 +153,16 @@ def _find_outline_overlaps(
         if isinstance(wall, tuple):
             continue
         largest = np.array(max(float(size[i]), *map(abs, wall.lengths)))
-        gap = wall.gap(x, y, r)
-        inside = wall.solid and wall.encloses(x, y)
-        if not inside and gap >= -input_rounding(largest):
+        gap = wall.compute_gap(x, y, r)
+        inside = wall.solid and wall.does_enclose(x, y)
+        if not inside and gap >= -compute_input_rounding(largest):
             continue
         found = f"must not overlap {name.format(k)} at the start, got {(x, y)}: "
         if inside:
             yield Overlap(i, k, f"{found}the disc is inside this solid wall; move the disc")
         else:
-            edge = "" if wall.radius is not None else f"edge {wall.nearest(x, y).edge} of "
-            yield Overlap(i, k, f"{found}the disc reaches {metres(-gap)} into {edge}it; move the disc")
+            edge = "" if wall.radius is not None else f"edge {wall.find_nearest(x, y).edge} of "
+            yield Overlap(i, k, f"{found}the disc reaches {format_metres(-gap)} into {edge}it; move the disc")
 
 
 def _find_near_outlines(

@@ -75,11 +75,11 @@ class Drive(NamedTuple):
 
     def leg_at(self, time_s: float) -> Course:
         """Return the leg at a time since the start; before the start, the first leg."""
-        return self.legs[self._number(time_s)]
+        return self.legs[self._find_leg_number(time_s)]
 
     def legs_from(self, time_s: float) -> tuple[Course, ...]:
         """Return the leg at a time since the start, and all later legs."""
-        return self.legs[self._number(time_s) :]
+        return self.legs[self._find_leg_number(time_s) :]
 
     def velocity_at(self, time_s: float) -> Vector:
         """Return the body's velocity at a time since the start, metres a second."""
@@ -93,12 +93,12 @@ class Drive(NamedTuple):
         """Return the velocities of all legs in a time span. For an empty span, return the later leg's velocity."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
 
-    def begun_at(self, time_s: float) -> list[tuple[float, Vector]]:
+    def shift_legs(self, time_s: float) -> list[tuple[float, Vector]]:
         """Return the legs of the same path, with times counted from another instant, before or after the start."""
         legs = list(self.legs_from(time_s))
         return [(max(0.0, leg.begin_s - time_s) if k else 0.0, leg.velocity) for k, leg in enumerate(legs)]
 
-    def _number(self, time_s: float) -> int:
+    def _find_leg_number(self, time_s: float) -> int:
         if len(self.legs) == 1:
             return 0
         return max(bisect_right(self.legs, time_s, key=lambda leg: leg.begin_s) - 1, 0)

@@ -15,9 +15,9 @@ from carom.errors import InputError, Problem, SceneError
 from carom.model.disc_arrays import DiscArrays, Material
 from carom.model.prescribed_motion import Drive
 from carom.model.scene_names import find_scene
-from carom.model.sizes import span_problems, steps_to_cover
-from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, leg_problems
-from carom.support.checks import shown
+from carom.model.sizes import count_steps, find_span_problems
+from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, build_drive, find_leg_problems
+from carom.support.checks import format_value
 from carom.support.display import Drawn
 from carom.support.fields import (
     Coefficient,
@@ -32,13 +32,13 @@ from carom.support.fields import (
     Vector,
 )
 
-__all__ = ["Chain", "Disc", "Need", "Ring", "Scene", "Wall", "as_scene"]
+__all__ = ["Chain", "Disc", "Need", "Ring", "Scene", "Wall", "to_scene"]
 
 #: Coefficients of friction that have the same name in a scene and its arrays.
 _OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
 
 
-def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
+def _require_disc(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
     if not discs:
         raise ValueError("must hold at least one disc")
     return discs
@@ -106,7 +106,7 @@ class Disc(Model):
             SceneError: The mass is infinite and velocity or spin is not zero. The inertia is infinite and the spin is
                 not zero. A driven disc has a finite mass. The legs form no path, or the disc is not driven.
         """
-        problems = list(leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
+        problems = list(find_leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
         if self.legs and not self.driven:
             problems.append(Problem(("legs",), "need driven = true: only a driven disc has legs"))
         stands = self.immovable and not self.driven
@@ -132,7 +132,7 @@ class Disc(Model):
     @property
     def drive(self) -> Drive:
         """The path of a driven disc."""
-        return drive_of(self.legs, self.velocity_m_s)
+        return build_drive(self.legs, self.velocity_m_s)
 
 
 class Scene(Drawn, Model):
@@ -176,7 +176,7 @@ class Scene(Drawn, Model):
     # Control characters are refused, since they would reach terminals and reports unchanged.
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
     description: str = ""
-    discs: Annotated[tuple[Disc, ...], AfterValidator(_at_least_one), Field(json_schema_extra={"minItems": 1})]
+    discs: Annotated[tuple[Disc, ...], AfterValidator(_require_disc), Field(json_schema_extra={"minItems": 1})]
     walls: tuple[AnyWall, ...] = ()
     restitution: Coefficient = 1.0
     wall_restitution: Coefficient = 1.0
@@ -200,19 +200,19 @@ class Scene(Drawn, Model):
                 law.
         """
         start = self.arrays
-        problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
+        problems = list(find_span_problems(start, self.gravity_m_s2, self.duration_s))
         if self.damping_per_s and self.gravity_m_s2 != (0.0, 0.0):
             problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with gravity, got {self.damping_per_s}"))
         if self.damping_per_s and start.driven:
             what = "a driven body, whose path is not damped"
             problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with {what}, got {self.damping_per_s}"))
-        problems += self._unsolved_frictions()
+        problems += self._find_unsolved_frictions()
         found, more = start.overlaps("discs[{}]", "walls[{}]")
         problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
         if problems:
             raise SceneError(problems, more=more)
 
-    def _unsolved_frictions(self) -> Generator[Problem, None, None]:
+    def _find_unsolved_frictions(self) -> Generator[Problem, None, None]:
         falls = self.gravity_m_s2 != (0.0, 0.0)
         if self.wall_rolling_resistance:
             why = "" if falls else "without gravity, because only gravity presses discs to walls"
@@ -244,7 +244,7 @@ class Scene(Drawn, Model):
             walls=tuple(
                 (*wall.point_m, *wall.normal) if isinstance(wall, Wall) else wall.outline for wall in self.walls
             ),
-            wall_materials=self._wall_materials(),
+            wall_materials=self._build_wall_materials(),
             wall_drives=tuple(wall.drive for wall in self.walls) if any(wall.driven for wall in self.walls) else None,
             belts_m_s=tuple(wall.surface_speed_m_s for wall in self.walls)
             if any(wall.surface_speed_m_s for wall in self.walls)
@@ -258,7 +258,7 @@ class Scene(Drawn, Model):
             **{name: getattr(self, name) for name in _OF_FRICTION},
         )
 
-    def _wall_materials(self) -> tuple[Material, ...] | None:
+    def _build_wall_materials(self) -> tuple[Material, ...] | None:
         scene = Material(self.wall_restitution, self.wall_friction)
         own = tuple(
             Material(
@@ -304,7 +304,7 @@ class Scene(Drawn, Model):
         start = self.arrays
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
-        around = [self._encloses(wall) if isinstance(wall, Ring) else any(wall.bulges) for wall in finite]
+        around = [self._does_enclose(wall) if isinstance(wall, Ring) else any(wall.bulges) for wall in finite]
         wanted = {
             Need.WALLS: bool(self.walls),
             Need.SEGMENTS: any(isinstance(wall, Chain) and not (wall.bulges and all(wall.bulges)) for wall in finite),
@@ -329,7 +329,7 @@ class Scene(Drawn, Model):
         }
         return frozenset(need for need, is_needed in wanted.items() if is_needed)
 
-    def _encloses(self, ring: Ring) -> bool:
+    def _does_enclose(self, ring: Ring) -> bool:
         """Whether a disc is inside a circle at time 0. The disc then stays inside, since no centre crosses a wall."""
         return any(math.dist(disc.position_m, ring.centre_m) < ring.radius_m for disc in self.discs)
 
@@ -346,16 +346,16 @@ class Scene(Drawn, Model):
         return planes
 
     def step_count(self, dt_s: float) -> int:
-        """Return the number of steps of length `dt_s` that cover the duration: see `steps_to_cover`.
+        """Return the number of steps of length `dt_s` that cover the duration: see `count_steps`.
 
         Raises:
             InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
                 steps.
         """
-        return steps_to_cover(self.duration_s, dt_s)
+        return count_steps(self.duration_s, dt_s)
 
 
-def as_scene(scene: Scene | str) -> Scene:
+def to_scene(scene: Scene | str) -> Scene:
     """Return the given scene, or the scene of the catalogue with the given full name.
 
     Raises:
@@ -368,6 +368,6 @@ def as_scene(scene: Scene | str) -> Scene:
         found: Scene = find_scene(scene)
         return found
     raise InputError(
-        f"scene must be a Scene or the name of one in the catalogue, got {shown(scene)}",
+        f"scene must be a Scene or the name of one in the catalogue, got {format_value(scene)}",
         hints=["carom.load_scene reads a file"],
     )

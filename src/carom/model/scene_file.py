@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import InputError, Problem, SceneError
-from carom.model.file_shorthand import with_shorthand, written_out
+from carom.model.file_shorthand import add_shorthand, expand_shorthand
 from carom.model.scene import Disc, Scene
-from carom.model.walls import edge_count, kind_of_wall
-from carom.support.checks import instance
+from carom.model.walls import count_edges, kind_of_wall
+from carom.support.checks import check_instance
 from carom.support.fields import Model
 from carom.support.limits import MOST_BYTES, MOST_DISCS, MOST_WALLS
 
@@ -17,7 +17,7 @@ from carom.support.limits import MOST_BYTES, MOST_DISCS, MOST_WALLS
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
-def scene_schema() -> dict[str, Any]:
+def build_scene_schema() -> dict[str, Any]:
     """Return the JSON Schema of a scene file, published as ``carom/scene.schema.json``."""
     schema = Scene.model_json_schema()
     for name, most in MOST_BODIES.items():
@@ -25,7 +25,7 @@ def scene_schema() -> dict[str, Any]:
     for part in (schema, *schema["$defs"].values()):  # the examples of docstrings are Python
         if "description" in part:
             part["description"] = part["description"].partition("\n\nExamples:")[0]
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **with_shorthand(schema)}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **add_shorthand(schema)}
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -44,13 +44,13 @@ def load_scene(path: str | Path) -> Scene:
     """
     path = Path(path)
     try:
-        return Scene(**_few_problems(written_out(_parse(path))))
+        return Scene(**_limit_problems(expand_shorthand(_parse_file(path))))
     except SceneError as error:
         more = error.more or len(error.problems) > SceneError.SHOWN  # the search stops early
         raise SceneError(error.problems, source=str(path), more=more) from None
 
 
-def _parse(path: Path) -> dict[str, Any]:
+def _parse_file(path: Path) -> dict[str, Any]:
     if path.suffix not in MOST_BYTES:
         raise SceneError(
             [
@@ -70,36 +70,36 @@ def _parse(path: Path) -> dict[str, Any]:
         bodies = content.get(name)
         if not isinstance(bodies, list):
             continue
-        edges = f" with {total} edges" if (total := sum(map(edge_count, bodies))) > len(bodies) else ""
+        edges = f" with {total} edges" if (total := sum(map(count_edges, bodies))) > len(bodies) else ""
         if total > most:
             found = f"got {len(bodies)}{edges}"
             raise SceneError([Problem((name,), f"a scene file can have at most {most}, {found}")])
     return content
 
 
-def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
+def _limit_problems(content: dict[str, Any]) -> dict[str, Any]:
     """Return the content of a file with only as many invalid entries as a message shows.
 
     Each problem takes a kilobyte, and a file can have millions of problems.
     """
-    content = _few_unknown(content, Scene)
+    content = _limit_unknown_fields(content, Scene)
     if isinstance(walls := content.get("walls"), list):
         content["walls"] = [
-            _few_unknown(wall, kind_of_wall(wall)) if isinstance(wall, dict) else wall for wall in walls
+            _limit_unknown_fields(wall, kind_of_wall(wall)) if isinstance(wall, dict) else wall for wall in walls
         ]
     if isinstance(discs := content.get("discs"), list):
         good: list[Any] = []
         for k, disc in enumerate(discs):
             try:
-                good.append(Disc(**_few_unknown(disc, Disc)))
+                good.append(Disc(**_limit_unknown_fields(disc, Disc)))
             except (SceneError, TypeError):
-                good += [_few_unknown(one, Disc) for one in discs[k : k + SceneError.SHOWN]]
+                good += [_limit_unknown_fields(one, Disc) for one in discs[k : k + SceneError.SHOWN]]
                 break
         content["discs"] = good
     return content
 
 
-def _few_unknown(fields: Any, model: type[Model]) -> Any:
+def _limit_unknown_fields(fields: Any, model: type[Model]) -> Any:
     if not isinstance(fields, dict) or len(fields) <= len(model.model_fields):
         return fields
     unknown = [name for name in fields if name not in model.model_fields]
@@ -120,7 +120,7 @@ def save_scene(scene: Scene, path: str | Path) -> None:
         >>> carom.load_scene("late.json") == scene
         True
     """
-    instance("scene", scene, Scene)
+    check_instance("scene", scene, Scene)
     path = Path(path)
     if path.suffix == ".toml":
         import tomli_w

@@ -14,13 +14,13 @@ import numpy as np
 
 from carom.errors import InputError, Problem
 from carom.model.chain_geometry import Outline
-from carom.model.disc_arrays import DiscArrays, wall_lengths
-from carom.support.formatting import metres, number
+from carom.model.disc_arrays import DiscArrays, list_wall_lengths
+from carom.support.formatting import format_metres, format_number
 from carom.support.limits import MOST_STEPS, SPAN
 
 Vector = tuple[float, float]
 
-_LEAST = number(1.0 / SPAN)
+_LEAST = format_number(1.0 / SPAN)
 
 
 class Sizes(NamedTuple):
@@ -46,7 +46,7 @@ class Sizes(NamedTuple):
     @classmethod
     def of(cls, start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Sizes:
         """Return the sizes of a scene with this start."""
-        points = [abs(length) for wall in start.walls for length in wall_lengths(wall)]
+        points = [abs(length) for wall in start.walls for length in list_wall_lengths(wall)]
         masses = start.mass_kg[start.movable]
         return cls(
             max(float(np.abs(start.position_m).max()), float(start.radius_m.max()), *points),
@@ -68,49 +68,51 @@ class Sizes(NamedTuple):
         return self.speed * self.duration
 
 
-def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
+def find_span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
     """Yield the problems of sizes that are too far apart for one system of units."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(
             ("discs", int(start.radius_m.argmin()), "radius_m"),
-            f"must be at least {_LEAST} of the greatest length in the scene, {metres(sizes.length)}, "
+            f"must be at least {_LEAST} of the greatest length in the scene, {format_metres(sizes.length)}, "
             f"got {sizes.radius}; remove bodies that are so small, or so far away",
         )
     for index, wall in enumerate(start.walls):
         if isinstance(wall, Outline):
-            yield from _short_edges(index, wall, sizes.length)
+            yield from _find_short_edges(index, wall, sizes.length)
     if sizes.heaviest > SPAN * sizes.lightest:
         yield Problem(
             ("discs", int(start.mass_kg.argmin()), "mass_kg"),
-            f"must be at least {_LEAST} of the greatest finite mass in the scene, {number(sizes.heaviest, 3)} kg, "
+            f"must be at least {_LEAST} of the greatest finite mass in the scene, {format_number(sizes.heaviest, 3)} "
+            "kg, "
             f"got {sizes.lightest}; make the heavy discs immovable (mass_kg = inf)",
         )
     if sizes.speed > 0.0 and SPAN * sizes.way < sizes.length:
         yield Problem(
             ("duration_s",),
             f"must be so long that the fastest disc moves by {_LEAST} of the greatest length in the scene, "
-            f"{metres(sizes.length)}, got {sizes.duration}: it moves by {metres(sizes.way)}; use a longer duration",
+            f"{format_metres(sizes.length)}, got {sizes.duration}: it moves by {format_metres(sizes.way)}; use a "
+            "longer duration",
         )
     if not sizes.way <= SPAN * sizes.radius:
         yield Problem(
             ("duration_s",),
-            f"must be so short that no disc flies further than {number(SPAN, 3)} times the smallest radius, "
-            f"got {sizes.duration}: the path is {metres(sizes.way)} long; use a shorter duration",
+            f"must be so short that no disc flies further than {format_number(SPAN, 3)} times the smallest radius, "
+            f"got {sizes.duration}: the path is {format_metres(sizes.way)} long; use a shorter duration",
         )
 
 
-def _short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Problem]:
+def _find_short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Problem]:
     for edge, (a, b, _) in enumerate(wall.edges):
         if greatest > SPAN * (length := math.dist(a, b)):
             yield Problem(
                 ("walls", index, "points_m", (edge + 1) % len(wall.points)),
-                f"makes edge {edge} {metres(length)} long; edges must be at least {_LEAST} of the greatest "
-                f"length in the scene, {metres(greatest)}; remove the point",
+                f"makes edge {edge} {format_metres(length)} long; edges must be at least {_LEAST} of the greatest "
+                f"length in the scene, {format_metres(greatest)}; remove the point",
             )
 
 
-def steps_to_cover(duration_s: float, dt_s: float) -> int:
+def count_steps(duration_s: float, dt_s: float) -> int:
     """Return the number of steps of length `dt_s` that cover a duration, 0 or more.
 
     The last step may end after the duration.
@@ -128,7 +130,7 @@ def steps_to_cover(duration_s: float, dt_s: float) -> int:
     whole, part = a * d, b * c  # the quotient is whole / part
     if whole > MOST_STEPS * part:
         raise InputError(
-            f"a step must be at least {number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} s), "
+            f"a step must be at least {format_number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} s), "
             f"got {dt_s}: lengthen it, or shorten the scene"
         )
     nearest = (2 * whole + part) // (2 * part)

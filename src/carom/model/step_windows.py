@@ -110,7 +110,7 @@ class States:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def part(self, rows: slice | NDArray[Any]) -> States:
+    def select_rows(self, rows: slice | NDArray[Any]) -> States:
         """Return some of the states, selected by their numbers."""
         spins = None if self.spin_rad_s is None else self.spin_rad_s[rows]
         return States(self.time_s[rows], self.position_m[rows], self.velocity_m_s[rows], spins)
@@ -161,7 +161,7 @@ class LocalTruth:
     polygon: bool
     rests: NDArray[np.void] | None = None
 
-    def before(self, time_s: float) -> LocalTruth:
+    def clip_to(self, time_s: float) -> LocalTruth:
         """Return the part up to a time: windows that end, turns that happen and rest that begins by then."""
         return replace(
             self,

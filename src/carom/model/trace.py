@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Setting = float | int | bool | str
 
 
-def setting_text(value: Setting) -> str:
+def format_setting(value: Setting) -> str:
     """Return the text of a setting. ``--set`` reads the text back as the same value."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
@@ -35,18 +35,18 @@ PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
 }
 
 
-def canonical_profile(method: str, profile: str) -> str:
+def resolve_profile(method: str, profile: str) -> str:
     """Return the canonical name of a method's profile, from that name or an alias of it."""
     return PROFILE_ALIASES.get(method, {}).get(profile, profile)
 
 
-def profile_shown(method: str, profile: str, tried: Mapping[str, Setting]) -> str:
+def format_profile(method: str, profile: str, tried: Mapping[str, Setting]) -> str:
     """Return the text shown for a profile: its name, and the settings that were changed.
 
     PIT has one form, so its profile has no name.
     """
-    own = "" if method == "pit" else canonical_profile(method, profile)
-    values = ", ".join(f"{name}={setting_text(value)}" for name, value in tried.items())
+    own = "" if method == "pit" else resolve_profile(method, profile)
+    values = ", ".join(f"{name}={format_setting(value)}" for name, value in tried.items())
     return f"{own} with {values}".lstrip() if values else own
 
 
@@ -159,27 +159,27 @@ class ModeRecord(NamedTuple):
     spin_rate: float
 
 
-def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+def build_impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     """Return impact records as a read-only structured array of `IMPACT_DTYPE`."""
-    return _read_only([record[:_COLUMNS] for record in records], IMPACT_DTYPE)
+    return _build_read_only([record[:_COLUMNS] for record in records], IMPACT_DTYPE)
 
 
-def spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+def build_spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     """Return the spins of impact records, which all have them, as a read-only structured array of `SPIN_DTYPE`."""
-    return _read_only([record.spins for record in records], SPIN_DTYPE)
+    return _build_read_only([record.spins for record in records], SPIN_DTYPE)
 
 
-def edge_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+def build_edge_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     """Return the edges of impact records as a read-only structured array of `EDGE_DTYPE`."""
-    return _read_only([record.edge for record in records], EDGE_DTYPE)
+    return _build_read_only([record.edge for record in records], EDGE_DTYPE)
 
 
-def mode_array(records: Iterable[ModeRecord]) -> NDArray[np.void]:
+def build_mode_array(records: Iterable[ModeRecord]) -> NDArray[np.void]:
     """Return mode records as a read-only structured array of `MODE_DTYPE`."""
-    return _read_only(list(records), MODE_DTYPE)
+    return _build_read_only(list(records), MODE_DTYPE)
 
 
-def _read_only(rows: list[Any], dtype: np.dtype[np.void]) -> NDArray[np.void]:
+def _build_read_only(rows: list[Any], dtype: np.dtype[np.void]) -> NDArray[np.void]:
     array = np.array(rows, dtype=dtype)
     array.flags.writeable = False
     return array
@@ -362,7 +362,7 @@ class Trace(ByValue, Tabular):
     @property
     def profile_shown(self) -> str:
         """The name of the profile, with the settings that were changed."""
-        return profile_shown(self.method, self.profile, self.tried)
+        return format_profile(self.method, self.profile, self.tried)
 
     @property
     def contact_s(self) -> float:

@@ -14,11 +14,11 @@ from typing import Annotated, Any, ClassVar, Union
 from pydantic import BeforeValidator, Field, Strict
 
 from carom.errors import Problem, SceneError
-from carom.model.chain_checks import meetings
+from carom.model.chain_checks import find_crossings
 from carom.model.chain_geometry import Outline
 from carom.model.prescribed_motion import Drive
 from carom.support.fields import Direction, Friction, Model, Number, Since, Vector
-from carom.support.formatting import metres, number
+from carom.support.formatting import format_metres, format_number
 from carom.support.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
 
 #: Most crossings of one chain that a message names.
@@ -51,7 +51,7 @@ class Leg(Model):
     velocity_m_s: Vector
 
 
-def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
+def find_leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
     """Yield the errors in the legs of a driven body; its own velocity must be (0, 0)."""
     if not legs:
         return
@@ -69,7 +69,7 @@ def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
             return
 
 
-def drive_of(legs: tuple[Leg, ...], velocity: Point) -> Drive:
+def build_drive(legs: tuple[Leg, ...], velocity: Point) -> Drive:
     """Return the path of a body from its legs or, if it has no legs, from its velocity."""
     return Drive.along([(leg.from_s, leg.velocity_m_s) for leg in legs] or [(0.0, velocity)])
 
@@ -92,7 +92,7 @@ class _Common(Model):
             SceneError: The first leg does not begin at 0, a leg does not begin after the previous leg, there are too
                 many legs, or a velocity is also given.
         """
-        if self.legs and (problems := list(leg_problems(self.legs, self.velocity_m_s))):
+        if self.legs and (problems := list(find_leg_problems(self.legs, self.velocity_m_s))):
             raise SceneError(problems)
 
     @property
@@ -103,7 +103,7 @@ class _Common(Model):
     @property
     def drive(self) -> Drive:
         """The path of the wall."""
-        return drive_of(self.legs, self.velocity_m_s)
+        return build_drive(self.legs, self.velocity_m_s)
 
 
 class Wall(_Common):
@@ -172,13 +172,13 @@ class Chain(_Common):
             SceneError: The message names the edge, or the two edges and the point where they meet.
         """
         super().model_post_init(_context)
-        if problems := list(_shape_problems(self)) or list(_crossing_problems(self)):
+        if problems := list(_find_shape_problems(self)) or list(_find_crossing_problems(self)):
             raise SceneError(problems)
 
     @property
     def outline(self) -> Outline:
         """The shape of the wall."""
-        return _outline(self)
+        return _build_outline(self)
 
 
 class Ring(_Common):
@@ -223,7 +223,7 @@ def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
     return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
 
 
-def _as_wall(value: Any) -> Any:
+def _parse_wall(value: Any) -> Any:
     if isinstance(value, Wall | Chain | Ring):
         return value
     if not isinstance(value, dict):
@@ -236,16 +236,16 @@ def _as_wall(value: Any) -> Any:
     return kind(**value)
 
 
-AnyWall = Annotated[Union[Wall, Chain, Ring], BeforeValidator(_as_wall)]  # noqa: UP007 - of types that are made late
+AnyWall = Annotated[Union[Wall, Chain, Ring], BeforeValidator(_parse_wall)]  # noqa: UP007 - of types that are made late
 
 
-def _outline(chain: Chain) -> Outline:
+def _build_outline(chain: Chain) -> Outline:
     edges = len(chain.points_m) - (not chain.closed)
     bulges = chain.bulges or (0.0,) * edges
     return Outline(chain.points_m, bulges, chain.half_width_m, chain.closed, chain.solid)
 
 
-def _shape_problems(chain: Chain) -> Iterator[Problem]:
+def _find_shape_problems(chain: Chain) -> Iterator[Problem]:
     points = len(chain.points_m)
     least = 2 if not chain.closed or any(chain.bulges) else 3
     if points < least:
@@ -258,7 +258,9 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
     for k, bulge in enumerate(chain.bulges[:edges]):
         chord = math.dist(chain.points_m[k], chain.points_m[(k + 1) % points])
         if bulge and not chord * (1.0 / abs(bulge) + abs(bulge)) / 4.0 <= LARGEST:
-            yield Problem(("bulges", k), f"makes edge {k} an arc of a radius above {metres(LARGEST)}; 0 is straight")
+            yield Problem(
+                ("bulges", k), f"makes edge {k} an arc of a radius above {format_metres(LARGEST)}; 0 is straight"
+            )
     if chain.solid and not chain.closed:
         yield Problem(("solid",), "needs closed = true: an open chain has no inside")
     for k in range(edges):
@@ -268,20 +270,21 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
             yield Problem(place, f"must not be where edge {k} begins, got {a}: the edge has no length")
         elif (length := math.dist(a, b)) < SMALLEST:
             yield Problem(
-                place, f"makes edge {k} {metres(length)} long: the least is {metres(SMALLEST)}, as for a radius"
+                place,
+                f"makes edge {k} {format_metres(length)} long: the least is {format_metres(SMALLEST)}, as for a radius",
             )
 
 
-def _crossing_problems(chain: Chain) -> Iterator[Problem]:
-    for met in islice(meetings(chain.outline.edges, closed=chain.closed), _NAMED):
+def _find_crossing_problems(chain: Chain) -> Iterator[Problem]:
+    for met in islice(find_crossings(chain.outline.edges, closed=chain.closed), _NAMED):
         yield Problem(
             ("points_m",),
             "must not cross, touch or run back over itself other than at its joints: "
-            f"edge {met.second} meets edge {met.first} at ({number(met.x, 6)}, {number(met.y, 6)})",
+            f"edge {met.second} meets edge {met.first} at ({format_number(met.x, 6)}, {format_number(met.y, 6)})",
         )
 
 
-def edge_count(wall: object) -> int:
+def count_edges(wall: object) -> int:
     """Return the number of edges of a wall in a file, valid or not; 1 for a half-plane or a circle."""
     points = wall.get("points_m") if isinstance(wall, dict) else None
     return max(1, len(points)) if isinstance(points, list) else 1
@@ -290,14 +293,14 @@ def edge_count(wall: object) -> int:
 Unit = Callable[[float], float]
 
 
-def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
+def convert_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
     """Return a wall with converted lengths, speeds and times.
 
     Each of the three has its own function. The shape is not checked again.
     """
     changed: dict[str, Any] = {
         "velocity_m_s": _map_point(wall.velocity_m_s, speed),
-        "legs": with_speeds(wall.legs, speed, time),
+        "legs": convert_speeds(wall.legs, speed, time),
         "surface_speed_m_s": speed(wall.surface_speed_m_s),
     }
     if not isinstance(wall, Wall):
@@ -307,7 +310,7 @@ def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWal
     return _map_points(wall, lambda point: _map_point(point, length)).model_copy(update=changed)
 
 
-def with_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
+def convert_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
     """Return legs with converted velocities and times. Each of the two has its own function."""
     return tuple(
         leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _map_point(leg.velocity_m_s, speed)})
@@ -315,22 +318,22 @@ def with_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ..
     )
 
 
-def begun_at(body: Any, time_s: float) -> Any:
+def shift_legs(body: Any, time_s: float) -> Any:
     """Return a wall or driven disc whose legs are counted from another time, before or after the start."""
     if not body.legs:
         return body
-    legs = tuple(Leg(from_s=begin_s, velocity_m_s=velocity) for begin_s, velocity in body.drive.begun_at(time_s))
+    legs = tuple(Leg(from_s=begin_s, velocity_m_s=velocity) for begin_s, velocity in body.drive.shift_legs(time_s))
     return body.model_copy(update={"legs": legs})
 
 
-def driven_back(wall: AnyWall) -> AnyWall:
+def reverse_motion(wall: AnyWall) -> AnyWall:
     """Return a wall with the opposite motion and belt: its motion before the start, seen backwards in time."""
     u, v = wall.drive.velocity_at(0.0)
     changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
     return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall
 
 
-def moved_by(wall: AnyWall, x: float, y: float) -> AnyWall:
+def move_wall(wall: AnyWall, x: float, y: float) -> AnyWall:
     """Return a wall moved by a vector. The shape is not checked again."""
     return _map_points(wall, lambda point: (point[0] + x, point[1] + y))
 

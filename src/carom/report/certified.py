@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from carom.solvers.certified.result import CertifiedTrace
 
 
-def scene_text(entry: CatalogueScene) -> str:
+def format_scene_file(entry: CatalogueScene) -> str:
     """Return a scene as a loadable TOML file, with its known answer in comments at the top."""
     lines = [entry.shows, f"Known answer: {entry.known.source}"]
     if entry.known.count is not None:
@@ -32,17 +32,17 @@ def scene_text(entry: CatalogueScene) -> str:
     return comments + tomli_w.dumps(entry.scene.model_dump(mode="python"))
 
 
-def certified_document(certified: CertifiedTrace, most: int) -> Document:
+def build_certified_document(certified: CertifiedTrace, most: int) -> Document:
     """Return a document of the first impacts, with digits right to one unit in the last, and the extent of the run."""
     left_out = len(certified) - most
     table = Table(
         (
             Column("#", str, number=True),
-            Column("time, s", lambda k: _decimals(certified, k)[0]),
+            Column("time, s", lambda k: _list_decimals(certified, k)[0]),
             Column("bodies", lambda k: pair_name(certified.trace.impacts[k])),
-            Column("velocities after, m/s", lambda k: _velocities(certified, k)),
+            Column("velocities after, m/s", lambda k: _format_velocities(certified, k)),
             *(
-                [Column("spins after, rad/s", lambda k: _spins(certified, k))]
+                [Column("spins after, rad/s", lambda k: _format_spins(certified, k))]
                 if certified.trace.spins is not None
                 else []
             ),
@@ -53,15 +53,15 @@ def certified_document(certified: CertifiedTrace, most: int) -> Document:
     )
     blocks: tuple[Table, ...] = (table,) if most and len(certified) else ()
     if most and certified.trace.modes is not None:
-        blocks = (*blocks, _modes(certified, certified.trace.modes, most))
-    return Document("Carom: certified", Headline.of(_reach(certified)), (Section(table.title, blocks),))
+        blocks = (*blocks, _build_modes_table(certified, certified.trace.modes, most))
+    return Document("Carom: certified", Headline.of(_describe_reach(certified)), (Section(table.title, blocks),))
 
 
-def _modes(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Table:
+def _build_modes_table(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Table:
     """Return a table of the first changes of contact mode."""
     from carom.solvers.certified.result import proven_decimal
 
-    def number(k: int, field: str, *part: int) -> str:
+    def format_proven_number(k: int, field: str, *part: int) -> str:
         radii = certified.mode_radii
         bound = 0.0 if radii is None else radii[field][k][part[0]] if part else radii[field][k]
         return proven_decimal(float(modes[field][k][part[0]] if part else modes[field][k]), float(bound))
@@ -69,11 +69,14 @@ def _modes(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Tab
     left_out = len(modes) - most
     return Table(
         (
-            Column("time, s", lambda k: number(k, "time_s")),
+            Column("time, s", lambda k: format_proven_number(k, "time_s")),
             Column("disc", lambda k: body_name(int(modes["disc"][k]))),
             Column("on", lambda k: body_name(int(modes["wall"][k]))),
             Column("new mode", lambda k: Mode(modes["after"][k]).name.lower()),
-            Column("velocity, m/s", lambda k: f"({number(k, 'velocity', 0)}, {number(k, 'velocity', 1)})"),
+            Column(
+                "velocity, m/s",
+                lambda k: f"({format_proven_number(k, 'velocity', 0)}, {format_proven_number(k, 'velocity', 1)})",
+            ),
         ),
         range(min(most, len(modes))),
         title=f"{certified.trace.scene.name}: contact",
@@ -81,7 +84,7 @@ def _modes(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Tab
     )
 
 
-def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
+def _list_decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
     """Return the proven digits of an impact: its time, both velocities after it, and its discs' spins."""
     if certified.decimals:
         return certified.decimals[k]
@@ -96,23 +99,23 @@ def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
     return [proven_decimal(float(value), float(bound)) for value, bound in numbers]
 
 
-def _velocities(certified: CertifiedTrace, k: int) -> str:
-    _, *velocity = _decimals(certified, k)
+def _format_velocities(certified: CertifiedTrace, k: int) -> str:
+    _, *velocity = _list_decimals(certified, k)
     after = f"({velocity[0]}, {velocity[1]})"
     return after if certified.trace.impacts[k]["second"] < 0 else f"{after}  ({velocity[2]}, {velocity[3]})"
 
 
-def _spins(certified: CertifiedTrace, k: int) -> str:
-    return "  ".join(_decimals(certified, k)[5:])
+def _format_spins(certified: CertifiedTrace, k: int) -> str:
+    return "  ".join(_list_decimals(certified, k)[5:])
 
 
-def _reach(certified: CertifiedTrace) -> Iterator[str]:
+def _describe_reach(certified: CertifiedTrace) -> Iterator[str]:
     """Describe the certified part of the run, and why it ended."""
-    impacts, end_s = formatting.count(len(certified), "impact"), certified.trace.end_time_s
-    reach = f"certified to {certified.digits} digits for {impacts}, to {formatting.instant(end_s)}"
+    impacts, end_s = formatting.format_count(len(certified), "impact"), certified.trace.end_time_s
+    reach = f"certified to {certified.digits} digits for {impacts}, to {formatting.format_instant(end_s)}"
     cost = f"{certified.precision_bits} bits, {certified.bits_lost:.0f} lost, {certified.elapsed_s:.2f} s"
     yield f"{certified.trace.scene.name}: {reach} of {certified.trace.scene.duration_s:g} s ({cost})."
-    yield f"{formatting.capitalised(certified.ending.value)}."
+    yield f"{formatting.capitalise(certified.ending.value)}."
     if certified.degeneracy is not None:
         yield f"{certified.degeneracy}."
     if certified.commuted:

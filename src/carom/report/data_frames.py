@@ -13,7 +13,7 @@ import numpy as np
 from carom.comparator import Errors, Score
 from carom.errors import MissingExtraError
 from carom.execution.results import Results
-from carom.model.trace import EdgeKind, Trace, setting_text
+from carom.model.trace import EdgeKind, Trace, format_setting
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -31,21 +31,21 @@ def to_pandas(thing: object) -> DataFrame:
         raise MissingExtraError(
             "a data frame needs pandas, which is not installed", hints=["pip install 'carom[pandas]'"]
         ) from None
-    return pd.DataFrame(_columns(thing)).rename_axis("impact" if isinstance(thing, Trace) else "run")
+    return pd.DataFrame(_build_columns(thing)).rename_axis("impact" if isinstance(thing, Trace) else "run")
 
 
-def _error_name(metric: str) -> str:
+def _format_error_column(metric: str) -> str:
     """Return the column name of a metric. A column without a unit is relative to the scene's own scales."""
     name, _, unit = metric.rpartition("_")
     return f"{name}_error_{unit}" if unit in {"s", "rad"} else f"{metric}_error"
 
 
 @singledispatch
-def _columns(thing: object) -> dict[str, Any]:
+def _build_columns(thing: object) -> dict[str, Any]:
     raise TypeError(f"a {type(thing).__name__} can't be converted to a data frame")
 
 
-@_columns.register
+@_build_columns.register
 def _(thing: Trace) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     for name in thing.impacts.dtype.names or ():
@@ -65,12 +65,12 @@ def _(thing: Trace) -> dict[str, Any]:
     return columns
 
 
-@_columns.register
+@_build_columns.register
 def _(thing: Results) -> dict[str, Any]:
     columns: dict[str, list[Any]] = {"scene": [row.job.scene.name for row in thing.rows]}
     columns |= {name: [getattr(row.job, name) for row in thing.rows] for name in _OF_JOB}
     columns["tried"] = [
-        ", ".join(f"{name}={setting_text(value)}" for name, value in row.job.method.tried) for row in thing.rows
+        ", ".join(f"{name}={format_setting(value)}" for name, value in row.job.method.tried) for row in thing.rows
     ]
     columns["status"] = [row.status.value for row in thing.rows]
     columns["reason"] = [row.reason for row in thing.rows]
@@ -89,5 +89,5 @@ _OF_SCORE: dict[str, Callable[[Score], float]] = {
     "missed": lambda score: len(score.missed),
     "invented": lambda score: len(score.spurious),
     "price_paid": attrgetter("price_paid"),
-    **{_error_name(metric.name): attrgetter(f"total.{metric.name}") for metric in dataclasses.fields(Errors)},
+    **{_format_error_column(metric.name): attrgetter(f"total.{metric.name}") for metric in dataclasses.fields(Errors)},
 }

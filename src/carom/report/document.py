@@ -95,7 +95,7 @@ class Column:
         """The heading in one line."""
         return f"{self.head} {self.under}".rstrip()
 
-    def cell(self, item: object) -> Cell:
+    def build_cell(self, item: object) -> Cell:
         """Return the column's cell in the row of an item."""
         said = self.say(item)
         return said if isinstance(said, Cell) else Cell(said)
@@ -126,10 +126,10 @@ class Table:
     only: Media = Media.EVERYWHERE
     packed: bool = False
 
-    def shown(self, medium: Media) -> tuple[list[Column], list[list[Cell]]]:
+    def select_for(self, medium: Media) -> tuple[list[Column], list[list[Cell]]]:
         """Return columns and rows as a medium shows them."""
         columns = [column for column in self.columns if medium in column.only]
-        return columns, [[column.cell(item) for column in columns] for item in self.items]
+        return columns, [[column.build_cell(item) for column in columns] for item in self.items]
 
 
 @dataclass(frozen=True)
@@ -272,7 +272,7 @@ class Section:
     only: Media = Media.EVERYWHERE
     short: str = ""
 
-    def shown(self, medium: Media) -> tuple[Block, ...]:
+    def select_for(self, medium: Media) -> tuple[Block, ...]:
         """Return the blocks that a medium shows."""
         return tuple(block for block in self.blocks if medium in block.only)
 
@@ -324,6 +324,6 @@ class Document:
         """The sentences of the answer."""
         return self.answer.sentences
 
-    def shown(self, medium: Media) -> Iterable[Section]:
+    def select_for(self, medium: Media) -> Iterable[Section]:
         """Return the sections that a medium shows, except for empty ones."""
-        return (section for section in self.sections if medium in section.only and section.shown(medium))
+        return (section for section in self.sections if medium in section.only and section.select_for(medium))

@@ -13,11 +13,11 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Document, Facts, Headline, Lines, Media, Section, Table
 
 
-def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
+def format_engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
     """Return a table of engines, one line each."""
     known = [(info.name, info.capabilities, info) for info in infos if info.capabilities is not None]
     heading = ("name", "version", "swept in", "friction", "spin", "floats")
-    lines = _aligned([heading, *(_engine_row(info, able) for _, able, info in known)])
+    lines = _align_columns([heading, *(_build_engine_row(info, able) for _, able, info in known)])
     lines_by_name = dict(zip((name for name, _, _ in known), lines[1:], strict=True))
     # An adapter without capabilities has only the reason why it is unavailable.
     return [
@@ -26,7 +26,7 @@ def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
     ]
 
 
-def _engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:
+def _build_engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:
     version = info.version or "unavailable"
     # The adapter's general declaration is that of `tuned`.
     kinds = {"tuned": able, **info.own}
@@ -55,27 +55,27 @@ _GROUPS = {
 }
 
 
-def group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
+def format_group_lines(entries: Sequence[CatalogueScene]) -> list[str]:
     """Return a table of groups with their numbers of scenes, and the commands that list scenes."""
     counts = Counter(entry.group for entry in entries)
     rows = [("group", "scenes", "content"), *((name, str(n), _GROUPS.get(name, "")) for name, n in counts.items())]
     return [
-        *_aligned(rows, numbers=(1,)),
+        *_align_columns(rows, numbers=(1,)),
         "",
         "List one group: carom scenes GROUP. List every scene: carom scenes --all.",
     ]
 
 
-def scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
+def format_scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
     """Return a table of scenes. The topic is the last column, because a terminal may cut it."""
     rows = [("name", "discs", "impacts", "topic")]
     for entry in entries:
         count = entry.known.count
         rows.append((entry.name, str(len(entry.scene.discs)), "" if count is None else str(count), entry.shows))
-    return _aligned(rows, numbers=(1, 2))
+    return _align_columns(rows, numbers=(1, 2))
 
 
-def _aligned(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = ()) -> list[str]:
+def _align_columns(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = ()) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(
@@ -86,9 +86,9 @@ def _aligned(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = ()) -> 
     ]
 
 
-def engine_page(info: EngineInfo) -> Document:
+def build_engine_document(info: EngineInfo) -> Document:
     """Return a document of everything that an adapter declares about its engine, and of the engine's reported bugs."""
-    sections = [Section(info.name, (Facts(tuple(_facts(info)), only=Media.EVERYWHERE),))]
+    sections = [Section(info.name, (Facts(tuple(_list_facts(info)), only=Media.EVERYWHERE),))]
     if info.profiles:
         table = Table(
             (Column("profile", lambda item: item[0]), Column("meaning", lambda item: item[1])),
@@ -97,18 +97,18 @@ def engine_page(info: EngineInfo) -> Document:
         sections.append(Section("Profiles", (table,)))
     if info.knobs:
         knobs = Table(
-            (Column("knob", lambda item: item[0]), Column("range", lambda item: _range(item[1]))),
+            (Column("knob", lambda item: item[0]), Column("range", lambda item: _format_range(item[1]))),
             list(info.knobs.items()),
             note=f"To search these settings: carom tune {info.name}.",
         )
         sections.append(Section("Knobs", (knobs,)))
     if info.capabilities is not None:
-        sections.append(_capabilities({"value": info.capabilities, **info.own}))
-    sections.append(_hazards(info))
+        sections.append(_build_capabilities({"value": info.capabilities, **info.own}))
+    sections.append(_build_hazards(info))
     able = (
         f"is not available: {info.unavailable}"
         if info.unavailable
-        else f"has {formatting.count(len(info.profiles), 'profile')}"
+        else f"has {formatting.format_count(len(info.profiles), 'profile')}"
     )
     return Document(
         f"Carom: {info.name}",
@@ -117,7 +117,7 @@ def engine_page(info: EngineInfo) -> Document:
     )
 
 
-def _facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
+def _list_facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
     yield "engine", f"{info.engine} {info.version}".rstrip()
     if info.unavailable:
         yield "unavailable", info.unavailable
@@ -170,24 +170,24 @@ _SAID = {
 }
 
 
-def _capabilities(kinds: Mapping[str, Capabilities]) -> Section:
+def _build_capabilities(kinds: Mapping[str, Capabilities]) -> Section:
     """Return the capabilities of an engine and of each profile that differs, without infinite limits."""
     rows = []
     for name, (word, unit) in _SAID.items():
         values = [getattr(able, name) for able in kinds.values()]
         if all(value in (math.inf, 0.0) and not isinstance(value, bool) for value in values):
             continue  # no limit
-        rows.append((word, [_value(value, unit) for value in values]))
+        rows.append((word, [_format_value(value, unit) for value in values]))
 
-    def column(head: str, k: int) -> Column:
+    def build_column(head: str, k: int) -> Column:
         return Column(head, lambda row: Cell(row[1][k]))
 
     columns = [Column("capability", lambda row: row[0])]
-    columns += [column(profile, k) for k, profile in enumerate(kinds)]
+    columns += [build_column(profile, k) for k, profile in enumerate(kinds)]
     return Section("Capabilities", (Table(tuple(columns), rows),))
 
 
-def _value(value: object, unit: str) -> str:
+def _format_value(value: object, unit: str) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, ContactTimes | Stamp):
@@ -198,13 +198,13 @@ def _value(value: object, unit: str) -> str:
     return "no limit" if value == math.inf else f"{value:g}{unit}"
 
 
-def _range(knob: Knob) -> str:
+def _format_range(knob: Knob) -> str:
     if knob.choices:
         return ", ".join(map(str, knob.choices))
     return f"{knob.low:g} to {knob.high:g}"
 
 
-def _hazards(info: EngineInfo) -> Section:
+def _build_hazards(info: EngineInfo) -> Section:
     """Return the reported bugs of an engine, each with a scene that reproduces it."""
     found = [entry for entry in all_scenes().values() if isinstance(entry, Complaint) and entry.engine == info.name]
     blocks: list[Block] = []

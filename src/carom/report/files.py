@@ -35,22 +35,22 @@ def require_report_extra() -> None:
             )
 
 
-def packed(data: object) -> str:
+def pack_data(data: object) -> str:
     """Pack data as text for the script of a page: JSON, gzip, base64."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
 
 
-def plain(value: object) -> object:
+def to_json_types(value: object) -> object:
     """Convert a result to JSON types. An enum becomes its name, and a number that is not finite becomes null."""
     if isinstance(value, Enum):
         return value.name.lower()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {name: plain(item) for name, item in fields_of(value).items()}
+        return {name: to_json_types(item) for name, item in fields_of(value).items()}
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {str(key): to_json_types(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
+        return [to_json_types(item) for item in value]
     number = value.item() if hasattr(value, "item") else value  # of NumPy
     return None if isinstance(number, float) and not math.isfinite(number) else number
 
@@ -60,8 +60,8 @@ def fields_of(result: DataclassInstance) -> dict[str, object]:
     return {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
 
 
-def as_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
+def format_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
     """Return the text of a strict JSON file: the fields of a result except `leave_out`, and further content."""
     own = {name: value for name, value in fields_of(result).items() if name not in leave_out}
-    fields = plain({"format": FORMATS[kind], **own, **content})
+    fields = to_json_types({"format": FORMATS[kind], **own, **content})
     return json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

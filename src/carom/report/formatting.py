@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from typing import TypeVar
 
 from carom.model.trace import Setting
-from carom.support.formatting import ABSENT, instant, metres, number, seconds, steps
+from carom.support.formatting import ABSENT, format_instant, format_metres, format_number, format_seconds, format_steps
 
-__all__ = ["ABSENT", "instant", "metres", "number", "seconds", "steps"]
+__all__ = ["ABSENT", "format_instant", "format_metres", "format_number", "format_seconds", "format_steps"]
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -18,51 +18,51 @@ V = TypeVar("V")
 WHOLE = 1e-9
 
 
-def step(dt_s: float) -> str:
+def format_step(dt_s: float) -> str:
     """Format a step, as a fraction of a second where possible: 1/240 s."""
     if 0.0 < dt_s < 1.0 and abs(1.0 / dt_s - round(1.0 / dt_s)) < WHOLE / dt_s:
         return f"1/{round(1.0 / dt_s)} s"
-    return seconds(dt_s)
+    return format_seconds(dt_s)
 
 
-def time_left(left_s: float) -> str:
+def format_time_left(left_s: float) -> str:
     """Format the rest of a budget for a progress line; empty if there is no limit, or if the budget is used up."""
     return f", at most {left_s:.0f} s left" if 0.5 < left_s < math.inf else ""
 
 
-def step_option(dt_s: float) -> str:
+def format_step_option(dt_s: float) -> str:
     """Format a step for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
     whole = round(1.0 / dt_s)
     return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
 
 
-def fraction(share: float) -> str:
+def format_fraction(share: float) -> str:
     """Format a part of a whole, as a fraction where possible: 1/16."""
     inverse = round(1.0 / share)
-    return f"1/{inverse}" if inverse > 1 and math.isclose(share * inverse, 1.0, rel_tol=WHOLE) else number(share)
+    return f"1/{inverse}" if inverse > 1 and math.isclose(share * inverse, 1.0, rel_tol=WHOLE) else format_number(share)
 
 
-def percent(share: float) -> str:
+def format_percent(share: float) -> str:
     """Format a fraction in per cent; with the sign for an absent number if it is NaN."""
-    return ABSENT if math.isnan(share) else f"{number(100.0 * share)} %"
+    return ABSENT if math.isnan(share) else f"{format_number(100.0 * share)} %"
 
 
-def percent_or_blank(part: float) -> str:
+def format_percent_or_blank(part: float) -> str:
     """Format a fraction in per cent; NaN as an empty text."""
-    return "" if math.isnan(part) else percent(part)
+    return "" if math.isnan(part) else format_percent(part)
 
 
-def ratio(value: float | None) -> str:
+def format_ratio(value: float | None) -> str:
     """Format a ratio of times."""
-    return ABSENT if value is None else f"{number(value)} ×"  # noqa: RUF001 - the multiplication sign is meant
+    return ABSENT if value is None else f"{format_number(value)} ×"  # noqa: RUF001 - the multiplication sign is meant
 
 
-def count(n: int, one: str, many: str = "") -> str:
+def format_count(n: int, one: str, many: str = "") -> str:
     """Format a number of things: 1 impact, 2 impacts."""
     return f"{n} {one if n == 1 else many or one + 's'}"
 
 
-def missed_and_invented(missed: int, invented: int) -> str:
+def format_missed_and_invented(missed: int, invented: int) -> str:
     """Format the numbers of missed and invented impacts that are not 0, such as -1 +2."""
     return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
 
@@ -82,15 +82,15 @@ def group_by(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
     return found
 
 
-def capitalised(sentence: str) -> str:
+def capitalise(sentence: str) -> str:
     """Return a sentence with its first letter in upper case and the rest unchanged."""
     return sentence[:1].upper() + sentence[1:]
 
 
-def setting(value: Setting) -> str:
+def format_setting(value: Setting) -> str:
     """Format the value of an engine's setting."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return number(value, 6)
+        return format_number(value, 6)
     return str(value)

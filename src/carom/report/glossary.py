@@ -35,7 +35,7 @@ class Meaning:
         return f"{text}\n  When: {self.when}." if self.when else text
 
 
-def glossary() -> Iterator[Meaning]:
+def list_meanings() -> Iterator[Meaning]:
     """Yield all words: grades from best to worst, then other marks of tables, then verdicts."""
     for mark in Mark:
         grade = GRADED.get(mark)
@@ -46,23 +46,23 @@ def glossary() -> Iterator[Meaning]:
         yield Meaning(word, "verdict", verdict.value, when.replace("*", ""))
 
 
-def explained(word: str) -> list[Meaning]:
+def find_meanings(word: str) -> list[Meaning]:
     """Return the meaning of each verdict, grade or mark with this name or sentence.
 
     Raises:
         UnknownNameError: No report uses the word. The message names similar words.
     """
-    asked = _ALSO.get(_plain(word), _plain(word))
-    entries = list(glossary())
-    names = {_plain(name): entry for entry in entries for name in (entry.sentence, entry.word)}
-    if found := [entry for entry in entries if asked in (_plain(entry.word), _plain(entry.sentence))]:
+    asked = _ALSO.get(_normalise_word(word), _normalise_word(word))
+    entries = list(list_meanings())
+    names = {_normalise_word(name): entry for entry in entries for name in (entry.sentence, entry.word)}
+    if found := [entry for entry in entries if asked in (_normalise_word(entry.word), _normalise_word(entry.sentence))]:
         return found
     near = [names[name].word for name in difflib.get_close_matches(asked, names, n=3, cutoff=0.5)]
-    near += [entry.word for entry in entries if asked and asked in _plain(entry.sentence)][:3]
+    near += [entry.word for entry in entries if asked and asked in _normalise_word(entry.sentence)][:3]
     hint = " or ".join(repr(one) for one in dict.fromkeys(near))
     hints = [f"did you mean {hint}?" if near else "`carom explain` lists the words"]
     raise UnknownNameError(f"no report uses the word {word!r}", hints=hints)
 
 
-def _plain(word: str) -> str:
+def _normalise_word(word: str) -> str:
     return " ".join(word.lower().replace("_", " ").replace("-", " ").replace(",", " ").rstrip(".").split())

@@ -8,10 +8,10 @@ from xml.etree import ElementTree as ET
 
 from carom.comparator import Grade
 from carom.execution.job import Method
-from carom.execution.results import Results, Row, violates
+from carom.execution.results import Results, Row, is_violation
 from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, Mark, mark_of
-from carom.report.results_file.lines_from_rows import line_of, reasons_of
+from carom.report.results_file.lines_from_rows import build_line, list_reasons
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
@@ -19,7 +19,7 @@ _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
+def render_junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
     """Return one test case per cell, and one suite per engine and profile.
 
     A case fails if its grade is `fail_on` or worse. With None, no grade fails.
@@ -27,53 +27,53 @@ def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
     suites: dict[Method, list[Row]] = {}
     for row in results.rows:
         suites.setdefault(row.job.method, []).append(row)
-    root = ET.Element("testsuites", {"name": "carom", **_counts(results.rows, fail_on)})
+    root = ET.Element("testsuites", {"name": "carom", **_count_outcomes(results.rows, fail_on)})
     for method, rows in suites.items():
         name = _clean(method.name.replace("/", " ", 1))
-        fields = {"name": name, "timestamp": results.environment.date, **_counts(rows, fail_on)}
+        fields = {"name": name, "timestamp": results.environment.date, **_count_outcomes(rows, fail_on)}
         suite = ET.SubElement(root, "testsuite", fields)
         for row in rows:
-            _case(suite, row, fail_on)
+            _add_case(suite, row, fail_on)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _kind(row: Row, fail_on: Grade | None) -> str:
+def _classify_row(row: Row, fail_on: Grade | None) -> str:
     """Return JUnit's element for the outcome of a row; an empty text if it passes."""
-    if fail_on is not None and violates(row, fail_on):
+    if fail_on is not None and is_violation(row, fail_on):
         return "failure"
     mark = mark_of(row)
     return "error" if mark in BROKEN else "skipped" if mark in _SKIPPED else ""
 
 
-def _case(suite: ET.Element, row: Row, fail_on: Grade | None) -> None:
-    mark, reasons = mark_of(row), reasons_of(line_of(row))
+def _add_case(suite: ET.Element, row: Row, fail_on: Grade | None) -> None:
+    mark, reasons = mark_of(row), list_reasons(build_line(row))
     case = ET.SubElement(
         suite,
         "testcase",
         classname=_clean(f"carom.{row.job.method.name.replace('/', '.', 1)}"),
-        name=_clean(f"{row.job.scene.name} at {formatting.step(row.job.dt_s)}"),
-        time=f"{_seconds(row):.6f}",
+        name=_clean(f"{row.job.scene.name} at {formatting.format_step(row.job.dt_s)}"),
+        time=f"{_compute_seconds(row):.6f}",
     )
-    if kind := _kind(row, fail_on):
+    if kind := _classify_row(row, fail_on):
         found = ET.SubElement(case, kind, message=_clean(f"{mark.word}: {reasons[0]}"))
         if kind != "skipped":
             found.set("type", mark.word)
             found.text = _clean("\n".join(reasons))
 
 
-def _counts(rows: Sequence[Row], fail_on: Grade | None) -> dict[str, str]:
-    kinds = [_kind(row, fail_on) for row in rows]
+def _count_outcomes(rows: Sequence[Row], fail_on: Grade | None) -> dict[str, str]:
+    kinds = [_classify_row(row, fail_on) for row in rows]
     return {
         "tests": str(len(rows)),
         "failures": str(kinds.count("failure")),
         "errors": str(kinds.count("error")),
         "skipped": str(kinds.count("skipped")),
-        "time": f"{sum(map(_seconds, rows)):.6f}",
+        "time": f"{sum(map(_compute_seconds, rows)):.6f}",
     }
 
 
-def _seconds(row: Row) -> float:
+def _compute_seconds(row: Row) -> float:
     return row.timing.prepare_s + row.timing.advance_s if row.timing else 0.0
 
 

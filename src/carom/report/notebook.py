@@ -18,12 +18,12 @@ from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.files import require_report_extra
-from carom.report.notebook_picture import axes_of, picture
+from carom.report.notebook_picture import get_axes, render_picture
 from carom.report.outcome_marks import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_trace, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE
 from carom.solvers.certified.result import CertifiedTrace
-from carom.support.checks import instance
+from carom.support.checks import check_instance
 from carom.support.limits import MOST_DISCS_DRAWN
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def html_of(thing: object) -> str | None:
     else:
         below = f'<pre style="color:{INK}">{escape(str(thing))}</pre>'
         if _has_picture(thing):
-            drawn = picture(partial(_draw, thing), str(thing).partition("\n")[0], _SIZE_IN)
+            drawn = render_picture(partial(_draw, thing), str(thing).partition("\n")[0], _SIZE_IN)
             below = f'<div style="max-width:34em">{drawn}</div>{below}'
     return f'<div style="background:{SURFACE};color:{INK};padding:.5em;overflow:auto">{below}</div>'
 
@@ -71,7 +71,7 @@ def plot(thing: object, axes: Axes | None = None) -> Axes:
         MissingExtraError: The extra `report` is not installed.
         InputError: A number of the trace is NaN or infinite.
     """
-    axes = axes_of(axes, _SIZE_IN)
+    axes = get_axes(axes, _SIZE_IN)
     _draw(thing, axes)
     return axes
 
@@ -96,7 +96,7 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     if not traces:
         raise InputError("plot_beside needs at least one trace")
     for k, trace in enumerate(traces):
-        instance(f"traces[{k}]", trace, Trace)
+        check_instance(f"traces[{k}]", trace, Trace)
         if trace.scene != traces[0].scene:
             raise InputError(f"the traces belong to two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
         if broken := find_non_finite(trace):
@@ -110,7 +110,7 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     for axes, trace in zip(several, traces, strict=True):
         axes.set_title(f"{trace.method} {trace.profile_shown}".strip())
         if not axes.get_xlabel():
-            _in_metres(axes)
+            _label_axes_in_metres(axes)
     return several
 
 
@@ -122,7 +122,7 @@ def _draw(thing: object, _axes: Axes) -> None:
 @_draw.register(Scene)
 def _(thing: Scene, axes: Axes) -> None:
     draw_start(axes, thing)
-    _in_metres(axes)
+    _label_axes_in_metres(axes)
 
 
 @_draw.register(Trace)
@@ -131,7 +131,7 @@ def _(thing: Trace, axes: Axes) -> None:
         raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
     draw_trace(axes, thing)
     if not axes.get_xlabel():
-        _in_metres(axes)
+        _label_axes_in_metres(axes)
 
 
 @_draw.register(CertifiedTrace)
@@ -159,7 +159,7 @@ def _(thing: Results, axes: Axes) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 
 
-def _in_metres(axes: Axes) -> None:
+def _label_axes_in_metres(axes: Axes) -> None:
     axes.set_xlabel("x in m")
     axes.set_ylabel("y in m")
 
@@ -182,12 +182,12 @@ def _score_rows(score: Score) -> Iterator[str]:
         "invented": str(len(score.spurious)),
     }
     if not math.isnan(score.price_paid):  # an error that was not measured has no row
-        rows["error / PIT's"] = formatting.number(score.price_paid)
+        rows["error / PIT's"] = formatting.format_number(score.price_paid)
     for metric in dataclasses.fields(score.total):
         unit = {"s": " s", "rad": " rad"}.get(metric.name.rpartition("_")[2], "")
         error = getattr(score.total, metric.name)
         if not math.isnan(error):
-            rows[metric.metadata["name"]] = formatting.number(error) + unit
+            rows[metric.metadata["name"]] = formatting.format_number(error) + unit
     rows |= {finding.verdict.value: finding.reason for finding in score.findings}
     for name, value in rows.items():
         yield f'<tr><th style="text-align:left">{escape(name)}</th><td>{escape(value)}</td></tr>'

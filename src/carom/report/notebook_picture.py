@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from carom.errors import MissingExtraError
 from carom.report.files import require_report_extra
-from carom.report.svg import drawing, new_figure, render
+from carom.report.svg import build_figure, render, use_drawing_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,9 +35,9 @@ class ShownResult:
         return cls(**{field.name: getattr(found, field.name) for field in fields(found)})
 
     def __repr__(self) -> str:
-        from carom.report.render.terminal import plain_text  # imports Rich
+        from carom.report.render.terminal import render_plain_text  # imports Rich
 
-        return plain_text(self._show()[0])
+        return render_plain_text(self._show()[0])
 
     def _repr_html_(self) -> str | None:
         """Return the result as HTML, with a picture; None if the extra `report` is missing."""
@@ -46,7 +46,7 @@ class ShownResult:
         except MissingExtraError:
             return None
         _, title, draw = self._show()
-        return f'<div style="max-width:46em">{picture(draw, title)}</div><pre>{escape(repr(self))}</pre>'
+        return f'<div style="max-width:46em">{render_picture(draw, title)}</div><pre>{escape(repr(self))}</pre>'
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the picture of the result on the given axes, or on new ones, and return the axes.
@@ -54,12 +54,12 @@ class ShownResult:
         Raises:
             MissingExtraError: The extra `report` is not installed.
         """
-        axes = axes_of(ax)
+        axes = get_axes(ax)
         self._show()[2](axes)
         return axes
 
 
-def picture(
+def render_picture(
     draw: Callable[[Axes], None], title: str, size_in: tuple[float, float] = SIZE_IN, *, narrow: bool = False
 ) -> str:
     """Draw on new axes and return the picture as SVG. A narrow picture fits a phone.
@@ -67,14 +67,14 @@ def picture(
     Raises:
         MissingExtraError: The extra `report` is not installed.
     """
-    with drawing():
-        figure = new_figure(*(_NARROW_IN if narrow else size_in))
+    with use_drawing_style():
+        figure = build_figure(*(_NARROW_IN if narrow else size_in))
         figure.set_layout_engine("constrained")
         draw(figure.add_subplot())
         return render(figure, title, narrow=narrow)
 
 
-def axes_of(ax: Axes | None, size_in: tuple[float, float] = SIZE_IN) -> Axes:
+def get_axes(ax: Axes | None, size_in: tuple[float, float] = SIZE_IN) -> Axes:
     """Return the given axes, or new axes.
 
     Raises:

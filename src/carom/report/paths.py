@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.trace import Trace
-from carom.report.tracks import Track, Turning, reference_tracks, turnings
+from carom.report.tracks import Track, Turning, build_reference_tracks, compute_turnings
 
 #: Number of straight pieces of a parabola. A piece differs from the parabola by at most 1/576 of the parabola's height,
 #: which is less than a line's width in any picture.
@@ -43,19 +43,19 @@ class Paths:
     frame_times: NDArray[np.float64] | None = None
     turned: tuple[Turning, ...] = ()
 
-    def at(self, disc: int, time_s: float) -> NDArray[np.float64]:
+    def position_at(self, disc: int, time_s: float) -> NDArray[np.float64]:
         """Return the position of a disc at a time."""
         times, points = self.lines[disc]
         return np.array([np.interp(time_s, times, points[:, axis]) for axis in (0, 1)])
 
-    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def compute_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the least and the greatest coordinates of all centres."""
         points = np.concatenate([points for _, points in self.lines])
         points = points[np.isfinite(points).all(axis=1)]
         return points.min(axis=0), points.max(axis=0)
 
 
-def exact_paths(trace: Trace) -> Paths:
+def build_exact_paths(trace: Trace) -> Paths:
     """Return the paths from impact to impact that follow from the trace's velocities.
 
     The paths are exact for a trace without steps.
@@ -63,44 +63,48 @@ def exact_paths(trace: Trace) -> Paths:
     A free flight is straight without gravity. With gravity a flight is a parabola, which is drawn as a chain of short
     lines.
     """
-    tracks = reference_tracks(trace)
-    turns = _turns(trace, trace.impacts["time_s"])
-    stands = tuple(Stand(disc, time, tracks[disc].at(np.array([time]))[0]) for disc, time in turns)
-    return Paths(tuple(map(_line, tracks)), stands, turned=turnings(trace))
+    tracks = build_reference_tracks(trace)
+    turns = _list_turns(trace, trace.impacts["time_s"])
+    stands = tuple(Stand(disc, time, tracks[disc].positions_at(np.array([time]))[0]) for disc, time in turns)
+    return Paths(tuple(map(_build_line, tracks)), stands, turned=compute_turnings(trace))
 
 
-def _line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _build_line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     pieces = np.where(track.pulls_m_s2.any(axis=1), _PIECES_OF_A_PARABOLA, 1).tolist()
     flights = zip(track.time_s[:-1].tolist(), np.diff(track.time_s).tolist(), pieces, strict=True)
     times = np.array([begin + lasts * (k / n) for begin, lasts, n in flights for k in range(n)] + [track.time_s[-1]])
-    return times, track.at(times)
+    return times, track.positions_at(times)
 
 
-def _turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int, float]]:
+def _list_turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int, float]]:
     """Yield each disc of each impact, with the impact's time."""
     for impact, time in zip(trace.impacts, time_s.tolist(), strict=True):
         yield from ((int(impact[side]), time) for side in ("first", "second") if impact[side] >= 0)
 
 
-def observed_paths(trace: Trace) -> Paths:
+def build_observed_paths(trace: Trace) -> Paths:
     """Return lines through the sampled states, with impacts where they turn; without samples, return exact paths."""
     samples = trace.samples
     if samples is None or not len(samples.time_s):
-        return exact_paths(trace)
+        return build_exact_paths(trace)
     # The last step may end after the scene. The final state is the state at the end of the scene.
     inside = samples.time_s < trace.end_time_s
     times = np.append(samples.time_s[inside], trace.end_time_s)
     positions = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
     paths = Paths(
-        tuple((times, positions[:, disc]) for disc in range(positions.shape[1])), (), positions, times, turnings(trace)
+        tuple((times, positions[:, disc]) for disc in range(positions.shape[1])),
+        (),
+        positions,
+        times,
+        compute_turnings(trace),
     )
     reported = trace.impacts["time_s"]
     effective = reported if trace.effective_time_s is None else trace.effective_time_s
-    turns = _turns(trace, np.where(np.isfinite(effective), effective, reported))
-    return replace(paths, stands=tuple(Stand(disc, time, paths.at(disc, time)) for disc, time in turns))
+    turns = _list_turns(trace, np.where(np.isfinite(effective), effective, reported))
+    return replace(paths, stands=tuple(Stand(disc, time, paths.position_at(disc, time)) for disc, time in turns))
 
 
-def extent_of(trace: Trace) -> float:
+def compute_extent(trace: Trace) -> float:
     """Return the larger side of the bounding box of a trace's discs, metres."""
-    low, high = exact_paths(trace).bounds()
+    low, high = build_exact_paths(trace).compute_bounds()
     return float(np.max(high - low)) + 2.0 * max(disc.radius_m for disc in trace.scene.discs)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from carom.model.scene import Wall
 from carom.model.trace import Trace
-from carom.model.walls import moved_by
+from carom.model.walls import move_wall
 from carom.report import formatting
-from carom.report.paths import Paths, Stand, exact_paths, observed_paths
-from carom.report.svg import INK, MUTED, SERIES, SURFACE, WALL, drawing, new_figure, render
+from carom.report.paths import Paths, Stand, build_exact_paths, build_observed_paths
+from carom.report.svg import INK, MUTED, SERIES, SURFACE, WALL, build_figure, render, use_drawing_style
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -58,18 +58,19 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
         missed: The impacts of the reference that the run missed.
         labels: Accessible names of the drawings.
     """
-    scene, right, found = reference.scene, exact_paths(reference), observed_paths(observed)
-    axis, limits = _line_of_motion(right, scene), limits_of(scene, right, found)
+    scene, right, found = reference.scene, build_exact_paths(reference), build_observed_paths(observed)
+    axis, limits = _find_axis_of_motion(right, scene), compute_limits(scene, right, found)
     if axis is not None:
         first, second = (
-            _over_time(scene, paths, axis, limits, label) for paths, label in zip((right, found), labels, strict=True)
+            _render_over_time(scene, paths, axis, limits, label)
+            for paths, label in zip((right, found), labels, strict=True)
         )
         return first, second
-    misses = _missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
+    misses = _find_missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
     dotted = max(len(right.stands), len(found.stands)) > _MOST_STANDS
     return (
-        _in_the_plane(scene, right, [], limits, labels[0], dotted=dotted),
-        _in_the_plane(scene, found, misses, limits, labels[1], dotted=dotted),
+        _render_in_plane(scene, right, [], limits, labels[0], dotted=dotted),
+        _render_in_plane(scene, found, misses, limits, labels[1], dotted=dotted),
     )
 
 
@@ -80,10 +81,10 @@ def draw_trace(axes: Axes, trace: Trace) -> None:
 
 def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
     """Draw each trace of a scene on its axes, to one scale; against time if the first trace is along a line."""
-    scene, paths = traces[0].scene, [observed_paths(trace) for trace in traces]
-    corners = [limits_of(scene, paths[0], other) for other in paths]
+    scene, paths = traces[0].scene, [build_observed_paths(trace) for trace in traces]
+    corners = [compute_limits(scene, paths[0], other) for other in paths]
     limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
-    axis = _line_of_motion(paths[0], scene)
+    axis = _find_axis_of_motion(paths[0], scene)
     dotted = max(len(one.stands) for one in paths) > _MOST_STANDS
     for axes, one in zip(several, paths, strict=True):
         if axis is not None:
@@ -97,13 +98,13 @@ def draw_start(axes: Axes, scene: Scene) -> None:
     """Draw the discs and walls of a scene at the start, with velocities as arrows."""
     start = scene.arrays
     paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
-    draw_walls(axes, scene, limits_of(scene, paths, paths))
+    draw_walls(axes, scene, compute_limits(scene, paths, paths))
     _draw_paths(axes, scene, paths, [], dotted=False)
     if start.velocity_m_s.any():
         axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
 
 
-def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
+def _find_axis_of_motion(paths: Paths, scene: Scene) -> int | None:
     """Return the axis along which everything moves; None if the motion or a wall needs the plane."""
     if not all(isinstance(wall, Wall) for wall in scene.walls):
         return None
@@ -115,13 +116,13 @@ def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
     return None
 
 
-def limits_of(scene: Scene, reference: Paths, observed: Paths) -> Limits:
+def compute_limits(scene: Scene, reference: Paths, observed: Paths) -> Limits:
     """Return the lower left and the upper right corner of the shown region, metres."""
     radius = max(disc.radius_m for disc in scene.discs)
-    low, high = reference.bounds()
+    low, high = reference.compute_bounds()
     low, high = low - radius, high + radius
     spare = (_WIDEST - 1.0) / 2.0 * float(np.max(high - low))
-    other_low, other_high = observed.bounds()
+    other_low, other_high = observed.compute_bounds()
     low, high = (
         np.maximum(np.minimum(low, other_low - radius), low - spare),
         np.minimum(np.maximum(high, other_high + radius), high + spare),
@@ -130,7 +131,9 @@ def limits_of(scene: Scene, reference: Paths, observed: Paths) -> Limits:
     return low - margin, high + margin
 
 
-def _missed_frames(reference: Trace, observed: Paths, missed: Sequence[int]) -> list[tuple[int, NDArray[np.float64]]]:
+def _find_missed_frames(
+    reference: Trace, observed: Paths, missed: Sequence[int]
+) -> list[tuple[int, NDArray[np.float64]]]:
     """Return the discs of each missed impact at the frames just before and just after it."""
     if observed.frame_times is None or observed.frame_positions is None:
         return []
@@ -148,11 +151,11 @@ def _missed_frames(reference: Trace, observed: Paths, missed: Sequence[int]) -> 
     return found
 
 
-def _colour(disc: int) -> str:
+def _colour_of(disc: int) -> str:
     return SERIES[disc % len(SERIES)]
 
 
-def _in_the_plane(
+def _render_in_plane(
     scene: Scene,
     paths: Paths,
     misses: Sequence[tuple[int, NDArray[np.float64]]],
@@ -164,8 +167,8 @@ def _in_the_plane(
     low, high = limits
     width, height = high - low
     aspect = min(max(height / width, _FLATTEST), _TALLEST)
-    with drawing():
-        figure = new_figure(_WIDTH_IN, _WIDTH_IN * aspect)
+    with use_drawing_style():
+        figure = build_figure(_WIDTH_IN, _WIDTH_IN * aspect)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
         # Both axes have the same scale, so the longer side of the picture shows more of the plane.
@@ -181,10 +184,12 @@ def _draw_paths(
 ) -> None:
     from matplotlib.patches import Circle
 
-    def circle(disc: int, centre: NDArray[np.float64], alpha: float, line: str, linewidth: float, order: float) -> None:
+    def draw_circle(
+        disc: int, centre: NDArray[np.float64], alpha: float, line: str, linewidth: float, order: float
+    ) -> None:
         if not np.isfinite(centre).all():
             return
-        radius, colour = scene.discs[disc].radius_m, _colour(disc)
+        radius, colour = scene.discs[disc].radius_m, _colour_of(disc)
         if alpha:
             axes.add_artist(Circle(tuple(centre), radius, color=colour, alpha=alpha, linewidth=0, zorder=order))
         edge = {"edgecolor": colour, "linestyle": line, "linewidth": linewidth, "zorder": order + 0.1}
@@ -194,10 +199,10 @@ def _draw_paths(
         """Draw a line from a turning disc's centre to its rim."""
         if not paths.turned or not np.isfinite(centre).all():
             return
-        angle = paths.turned[disc].at(time_s)
+        angle = paths.turned[disc].angle_at(time_s)
         out = scene.discs[disc].radius_m * np.array([math.cos(angle), math.sin(angle)])
         ends = np.stack([centre + 0.45 * out, centre + out])
-        axes.plot(*ends.T, color=_colour(disc), linewidth=1.5, zorder=3.7, solid_capstyle="butt")
+        axes.plot(*ends.T, color=_colour_of(disc), linewidth=1.5, zorder=3.7, solid_capstyle="butt")
 
     for k, disc in enumerate(scene.discs):
         times, points = paths.lines[k]
@@ -206,39 +211,39 @@ def _draw_paths(
             if disc.driven:
                 axes.add_artist(Circle(tuple(points[-1]), disc.radius_m, **(_SOLID | {"alpha": _GONE})))
             continue
-        axes.plot(points[:, 0], points[:, 1], color=_colour(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
-        circle(k, points[0], 0.0, "-", 0.9, 3)
-        circle(k, points[-1], 0.45, "-", 1.1, 3)
+        axes.plot(points[:, 0], points[:, 1], color=_colour_of(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
+        draw_circle(k, points[0], 0.0, "-", 0.9, 3)
+        draw_circle(k, points[-1], 0.45, "-", 1.1, 3)
         for end in (0, -1):
             mark(k, points[end], float(times[end]))
-        _number(axes, k, points[0])
+        _draw_number(axes, k, points[0])
     if paths.frame_positions is not None and len(paths.frame_positions) <= _MOST_FRAMES:
         for k, disc in enumerate(scene.discs):
             if not disc.immovable:
-                _dots(axes, paths.frame_positions[:, k], k, marker=".", size=3.2)
-    for k, stands in _by_disc(scene, paths):
+                _draw_dots(axes, paths.frame_positions[:, k], k, marker=".", size=3.2)
+    for k, stands in _group_by_disc(scene, paths):
         if dotted:
-            _dots(axes, np.array([stand.position_m for stand in stands]), k)
+            _draw_dots(axes, np.array([stand.position_m for stand in stands]), k)
         else:
             for stand in stands:
-                circle(k, stand.position_m, 0.16, "-", 1.5, 3.5)
+                draw_circle(k, stand.position_m, 0.16, "-", 1.5, 3.5)
                 mark(k, stand.position_m, stand.time_s)
     for disc_number, centre in misses:
-        circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
+        draw_circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
 
 
-def _by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[Stand]]]:
+def _group_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[Stand]]]:
     for k, disc in enumerate(scene.discs):
         stands = [stand for stand in paths.stands if stand.disc == k]
         if stands and not disc.immovable:
             yield k, stands
 
 
-def _dots(axes: Axes, points: NDArray[np.float64], disc: int, marker: str = "o", size: float = 2.8) -> None:
-    axes.plot(*points.T, linestyle="", marker=marker, markersize=size, color=_colour(disc), zorder=4)
+def _draw_dots(axes: Axes, points: NDArray[np.float64], disc: int, marker: str = "o", size: float = 2.8) -> None:
+    axes.plot(*points.T, linestyle="", marker=marker, markersize=size, color=_colour_of(disc), zorder=4)
 
 
-def _number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
+def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
     axes.annotate(
         str(disc),
         tuple(centre),
@@ -263,17 +268,17 @@ def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -
     if ends:
         for wall in scene.walls:
             if wall.driven:
-                gone = moved_by(wall, *wall.drive.moved_at(scene.duration_s))
-                list(_drawn(axes, gone, limits, _GONE))
-    return [list(_drawn(axes, wall, limits, 1.0)) for wall in scene.walls]
+                gone = move_wall(wall, *wall.drive.moved_at(scene.duration_s))
+                list(_draw_wall(axes, gone, limits, _GONE))
+    return [list(_draw_wall(axes, wall, limits, 1.0)) for wall in scene.walls]
 
 
-def _drawn(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[Artist]:
+def _draw_wall(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[Artist]:
     """Draw a wall, and yield its artists."""
     from matplotlib.patches import Polygon
 
     if not isinstance(wall, Wall):
-        yield from _drawn_outline(axes, wall.outline, alpha)
+        yield from _draw_outline(axes, wall.outline, alpha)
         return
     low, high = limits
     reach = 4.0 * float(np.max(high - low))  # the ends of the line are outside of the picture on every side
@@ -291,12 +296,12 @@ def _drawn(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[
     yield axes.add_artist(Polygon(corners, **(_SOLID | ({} if alpha == 1.0 else {"alpha": alpha}))))
 
 
-def _drawn_outline(axes: Axes, outline: Outline, alpha: float) -> Iterator[Artist]:
+def _draw_outline(axes: Axes, outline: Outline, alpha: float) -> Iterator[Artist]:
     """Draw a finite wall: its line, and the area within its half width."""
     from matplotlib.patches import Circle, Polygon
 
     faint: dict[str, Any] = {} if alpha == 1.0 else {"alpha": alpha}
-    points = np.array(list(outline.drawn(ARC_PARTS)))
+    points = np.array(list(outline.build_polyline(ARC_PARTS)))
     if outline.solid:
         yield axes.add_artist(Polygon(points, **(_SOLID | faint)))
     yield from axes.plot(*points.T, color=WALL, linewidth=1.5, zorder=1, solid_capstyle="butt", **faint)
@@ -312,9 +317,9 @@ def _drawn_outline(axes: Axes, outline: Outline, alpha: float) -> Iterator[Artis
     yield axes.add_artist(Circle(points[-1], width, **shade))
 
 
-def _over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, label: str) -> str:
-    with drawing():
-        figure = new_figure(_WIDTH_IN, _WIDTH_IN)
+def _render_over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, label: str) -> str:
+    with use_drawing_style():
+        figure = build_figure(_WIDTH_IN, _WIDTH_IN)
         _draw_over_time(figure.add_axes((0.155, 0.135, 0.825, 0.845)), scene, paths, axis, limits)
         return render(figure, label)
 
@@ -327,13 +332,13 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
     for k, disc in enumerate(scene.discs):
         times, points = paths.lines[k]
         along = points[:, axis]
-        colour = WALL if disc.immovable else _colour(k)
+        colour = WALL if disc.immovable else _colour_of(k)
         edges = (along - disc.radius_m, along + disc.radius_m)
         axes.fill_betweenx(times, *edges, color=colour, alpha=0.18, linewidth=0)
         for edge in edges:
             axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
         axes.plot(along, times, color=colour, linewidth=1.2)
-        _number(axes, k, np.array([along[0], 0.0]))
+        _draw_number(axes, k, np.array([along[0], 0.0]))
     for wall in scene.half_planes():
         if abs(wall.normal[axis]) > math.sqrt(0.5):  # the wall is perpendicular to the line of motion
             end = low if wall.normal[axis] > 0 else high
@@ -346,8 +351,8 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
                 axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **_SOLID)
             else:
                 axes.axvspan(begin, end, **_SOLID)
-    for k, stands in _by_disc(scene, paths):
-        _dots(axes, np.array([(stand.position_m[axis], stand.time_s) for stand in stands]), k)
+    for k, stands in _group_by_disc(scene, paths):
+        _draw_dots(axes, np.array([(stand.position_m[axis], stand.time_s) for stand in stands]), k)
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, scene.duration_s)
     axes.set_xlabel(f"{'xy'[axis]} in m")
@@ -355,4 +360,4 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
     axes.tick_params(length=2.5, color=MUTED)
     for side in (axes.xaxis, axes.yaxis):
         side.set_major_locator(MaxNLocator(5))
-        side.set_major_formatter(lambda value, _: formatting.number(value, 3))
+        side.set_major_formatter(lambda value, _: formatting.format_number(value, 3))

@@ -17,18 +17,18 @@ import tomli_w
 from carom.comparator import ImpactError, Score
 from carom.comparator.measure.local_errors import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
-from carom.engines.registry import engine_argument
+from carom.engines.registry import format_engine_argument
 from carom.execution.job import Job
 from carom.execution.results import Row
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
-from carom.model.trace import Mode, Trace, pair_name, setting_text
+from carom.model.trace import Mode, Trace, format_setting, pair_name
 from carom.report import formatting
 from carom.report.outcome_marks import mark_of
-from carom.report.paths import extent_of
+from carom.report.paths import compute_extent
 from carom.report.picture import ARC_PARTS
-from carom.report.results_file.lines_from_rows import line_of, reasons_of
-from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
-from carom.support.escaping import visible
+from carom.report.results_file.lines_from_rows import build_line, list_reasons
+from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks, compute_turnings
+from carom.support.escaping import escape_controls
 
 #: Decimal digits of positions, relative to the scene's extent. The last digit is a tenth of the largest error of a
 #: track.
@@ -58,15 +58,15 @@ _MOST_THROWN = 10
 _NEAR_STEPS = 2.0
 
 
-def replay_key(job: Job) -> str:
+def build_replay_key(job: Job) -> str:
     """Return the key of a replay on a page, with the scene's name as shown."""
-    return f"{visible(job.scene.name)}/{job.method.name}"
+    return f"{escape_controls(job.scene.name)}/{job.method.name}"
 
 
-def run_command(scene: str, job: Job) -> str:
+def format_run_command(scene: str, job: Job) -> str:
     """Return the command that repeats a job. `scene` is the name or file of the scene."""
-    tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={setting_text(value)}"))
-    asked = ("carom", "run", scene, "-e", engine_argument(job.engine), "-p", job.profile)
+    tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={format_setting(value)}"))
+    asked = ("carom", "run", scene, "-e", format_engine_argument(job.engine), "-p", job.profile)
     return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
 
 
@@ -80,51 +80,51 @@ def describe_run(row: Row, engine: str, key: str, command: str) -> Json:
         "word": mark.word,
         "symbol": mark.symbol,
         "css": mark.css,
-        "said": [formatting.capitalised(reason) + "." for reason in reasons_of(line_of(row))],
+        "said": [formatting.capitalise(reason) + "." for reason in list_reasons(build_line(row))],
         "command": command,
     }
 
 
-def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str, Any]]]) -> Json:
+def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str, Any]]]) -> Json:
     """Return a scene, its reference and its runs as plain data.
 
     Args:
         reference: The reference trace.
         runs: Each run with its score and its description.
     """
-    scene, extent_m = reference.scene, extent_of(reference)
+    scene, extent_m = reference.scene, compute_extent(reference)
     places = _SHARP - math.floor(math.log10(extent_m))
     return {
-        **_of_scene(scene),
+        **_build_scene(scene),
         "reference": [
-            _of_track(track.under(np.array(scene.gravity_m_s2), _NEAR_IN_CONTACT * extent_m), None)
-            for track in reference_tracks(reference)
+            _build_track(track.convert_to_pull(np.array(scene.gravity_m_s2), _NEAR_IN_CONTACT * extent_m), None)
+            for track in build_reference_tracks(reference)
         ],
-        "turned": _of_turnings(reference),
-        "modes": _of_modes(reference),
+        "turned": _build_turnings(reference),
+        "modes": _build_modes(reference),
         "impacts": [
             [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
         ],
-        "meetings": [_rounded(meeting, places) for meeting in meetings(reference)],
+        "meetings": [_round_meeting(meeting, places) for meeting in list_meetings(reference)],
         "runs": [
             {
                 **said,
                 "dt": trace.dt_s or 1.0 / scene.frame_rate_hz,
                 "sampled": trace.dt_s > 0.0,
                 "end": trace.end_time_s,
-                "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
-                "turned": _of_turnings(trace),
-                "modes": _of_modes(trace),
-                "sampler": _sampler(reference, trace),
-                **_of_impacts(reference, trace, score),
-                "settings": {name: formatting.setting(value) for name, value in trace.settings.items()},
+                "tracks": [_build_track(track, places) for track in build_observed_tracks(trace, extent_m)],
+                "turned": _build_turnings(trace),
+                "modes": _build_modes(trace),
+                "sampler": _build_sampler(reference, trace),
+                **_build_impacts(reference, trace, score),
+                "settings": {name: formatting.format_setting(value) for name, value in trace.settings.items()},
             }
             for trace, score, said in runs
         ],
     }
 
 
-def _sampler(reference: Trace, trace: Trace) -> Json | None:
+def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
     """Return data with which the page runs PIT at other steps.
 
     Return None unless the method is PIT and the scene has two free discs.
@@ -147,26 +147,26 @@ def _sampler(reference: Trace, trace: Trace) -> Json | None:
     return sampled
 
 
-def _rounded(meeting: tuple[float, float, float | None], places: int) -> list[float | None]:
+def _round_meeting(meeting: tuple[float, float, float | None], places: int) -> list[float | None]:
     x, y, overlap_s = meeting
     return [round(x, places), round(y, places), None if overlap_s is None else float(f"{overlap_s:.6g}")]
 
 
-def meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
+def list_meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
     """Yield each impact's contact point, metres, and the seconds for which the bodies would overlap in free flight.
 
     The bodies approach in the first half of this time. The time is None for impacts on walls, if something slows discs,
     or if only one of two discs falls.
     """
-    scene, tracks = reference.scene, reference_tracks(reference)
+    scene, tracks = reference.scene, build_reference_tracks(reference)
     for impact in reference.impacts:
-        first, second = _bodies(impact)
+        first, second = _list_bodies(impact)
         one, normal = scene.discs[first], impact["normal"]
-        x, y = tracks[first].at(impact["time_s"][None])[0] + one.radius_m * normal
-        yield float(x), float(y), _overlap_s(scene, impact, first, second)
+        x, y = tracks[first].positions_at(impact["time_s"][None])[0] + one.radius_m * normal
+        yield float(x), float(y), _compute_overlap_time(scene, impact, first, second)
 
 
-def _overlap_s(scene: Scene, impact: np.void, first: int, second: int) -> float | None:
+def _compute_overlap_time(scene: Scene, impact: np.void, first: int, second: int) -> float | None:
     if second < 0:
         return None
     one, other = scene.discs[first], scene.discs[second]
@@ -177,22 +177,22 @@ def _overlap_s(scene: Scene, impact: np.void, first: int, second: int) -> float 
     speed = math.hypot(*passing.tolist())
     inwards = abs(float(impact["normal"] @ passing))
     overlap_s = 2.0 * (inwards / speed) * ((one.radius_m + other.radius_m) / speed) if speed > 0.0 else math.inf
-    return _or_none(overlap_s)
+    return _replace_non_finite(overlap_s)
 
 
-def _of_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
-    rows = list(impact_rows(reference, trace, score))
-    k = first_fault(rows)
+def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
+    rows = list(build_impact_rows(reference, trace, score))
+    k = find_first_fault(rows)
     if k is None:
         return {"impacts": rows, "fault": None}
-    overlaps_s = [overlap_s for _, _, overlap_s in meetings(reference)]
+    overlaps_s = [overlap_s for _, _, overlap_s in list_meetings(reference)]
     at = rows[k].get("at")
     overlap_s = None if at is None else overlaps_s[at]
-    said, moment_s = _fault_said(rows[k], overlap_s, trace.dt_s), held_at_s(rows[k], overlap_s, trace)
+    said, moment_s = _describe_fault(rows[k], overlap_s, trace.dt_s), find_pause_time(rows[k], overlap_s, trace)
     return {"impacts": rows, "fault": {"row": k, "said": said, "moment": moment_s}}
 
 
-def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
+def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
     """Return the instant at which a replay shows a fault, seconds: the reported time, or the best view of a miss.
 
     A miss is best seen half-way through the overlap, when the overlap is deepest, but at most one step after the true
@@ -204,7 +204,7 @@ def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
     return float(min(row["true"] + min(overlap_s or 0.0, _NEAR_STEPS * dt_s) / 2.0, trace.scene.duration_s))
 
 
-def first_fault(rows: list[Json]) -> int | None:
+def find_first_fault(rows: list[Json]) -> int | None:
     """Return the row at which a replay pauses: the first missed or invented impact, otherwise the largest error.
 
     The first inexact impact would be a poor choice, because it may be only a twentieth of a step late.
@@ -216,47 +216,47 @@ def first_fault(rows: list[Json]) -> int | None:
     return max(off, key=lambda k: rows[k]["velocity"] or 0.0, default=None)
 
 
-def _fault_said(row: Json, overlap_s: float | None, dt_s: float) -> str:
+def _describe_fault(row: Json, overlap_s: float | None, dt_s: float) -> str:
     why = f" ({row['cause']})" if row["cause"] else ""
     became = f"{row['became']}{why}."
     if overlap_s is None or not dt_s:
-        return f"{formatting.capitalised(row['pair'])}: {became}"
-    approach = f"approach in overlap for {formatting.number(500.0 * overlap_s, 3)} ms"
-    step = f"a step lasts {formatting.number(1000.0 * dt_s, 3)} ms"
-    return f"{formatting.capitalised(row['pair'])} {approach}, and {step}: {became}"
+        return f"{formatting.capitalise(row['pair'])}: {became}"
+    approach = f"approach in overlap for {formatting.format_number(500.0 * overlap_s, 3)} ms"
+    step = f"a step lasts {formatting.format_number(1000.0 * dt_s, 3)} ms"
+    return f"{formatting.capitalise(row['pair'])} {approach}, and {step}: {became}"
 
 
-def _of_scene(scene: Scene) -> Json:
+def _build_scene(scene: Scene) -> Json:
     return {
-        "name": visible(scene.name),
+        "name": escape_controls(scene.name),
         "description": scene.description,
         "duration": scene.duration_s,
         "frame": 1.0 / scene.frame_rate_hz,
         "gravity": list(scene.gravity_m_s2),
         "discs": [[disc.radius_m, disc.immovable] for disc in scene.discs],
-        "walls": [_of_wall(wall) for wall in scene.walls],
-        "thrown": _thrown(scene),
+        "walls": [_build_wall(wall) for wall in scene.walls],
+        "thrown": _format_play_command(scene),
         "file": tomli_w.dumps(scene.model_dump(mode="python")),
     }
 
 
-def _thrown(scene: Scene) -> str:
+def _format_play_command(scene: Scene) -> str:
     """Return the command that opens the scene's file on the play page; empty if that page can't show the scene."""
     is_shown = len(scene.discs) <= _MOST_THROWN and not scene.table_deceleration_m_s2
     return "carom play scene.toml" if is_shown else ""
 
 
-def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
+def _build_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
     legs = [[leg.begin_s, *leg.moved, *leg.velocity] for leg in wall.drive.legs]
     moves = {"legs": legs} if wall.driven else {}
     if isinstance(wall, Wall):
         plane = [*wall.point_m, *wall.normal]
         return {"plane": plane, **moves} if moves else plane
-    line = [list(point) for point in wall.outline.drawn(ARC_PARTS)]
+    line = [list(point) for point in wall.outline.build_polyline(ARC_PARTS)]
     return {"line": line, "half_width": wall.half_width_m, **moves}
 
 
-def _of_track(track: Track, places: int | None) -> list[list[float]]:
+def _build_track(track: Track, places: int | None) -> list[list[float]]:
     columns = (track.time_s, *track.position_m.T)
     if places is None:
         return [column.tolist() for column in columns]
@@ -264,11 +264,11 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
     return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
 
 
-def _of_turnings(trace: Trace) -> list[list[list[float]]]:
-    return [[turning.time_s.tolist(), turning.angle_rad.tolist()] for turning in turnings(trace)]
+def _build_turnings(trace: Trace) -> list[list[list[float]]]:
+    return [[turning.time_s.tolist(), turning.angle_rad.tolist()] for turning in compute_turnings(trace)]
 
 
-def _of_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
+def _build_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
     """Return each disc with lasting contact, and the times at which it enters each mode of contact."""
     if trace.modes is None:
         return []
@@ -281,45 +281,45 @@ def _of_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
     return [(disc, [*of_disc, (trace.end_time_s, "")]) for disc, of_disc in sorted(changes.items())]
 
 
-def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
+def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
     """Yield every impact of the reference and every spurious impact, in order of time, with outcome and cause."""
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []
     for k, impact in enumerate(reference.impacts):
         true_s = float(impact["time_s"])
-        row: Json = {"bodies": _bodies(impact), "pair": pair_name(impact), "true": true_s, "at": k}
+        row: Json = {"bodies": _list_bodies(impact), "pair": pair_name(impact), "true": true_s, "at": k}
         error = found.get(k)
         if error is None:
-            rows.append(row | _lost(k, score) | _why_lost(k, impact, trace, score))
+            rows.append(row | _describe_unmatched(k, score) | _explain_missed(k, impact, trace, score))
             continue
         rows.append(
             row
             | {
-                "reported": _or_none(true_s + error.reported_time_s),
-                "turned": _or_none(true_s + error.effective_time_s),
-                "velocity": _or_none(error.velocity),
-                "spin": _or_none(error.spin),
-                "flag": _flag(error.time_s, trace.dt_s, score),
-                "became": _became(error.time_s, trace.dt_s, score),
-                "cause": _cause(error, score),
+                "reported": _replace_non_finite(true_s + error.reported_time_s),
+                "turned": _replace_non_finite(true_s + error.effective_time_s),
+                "velocity": _replace_non_finite(error.velocity),
+                "spin": _replace_non_finite(error.spin),
+                "flag": _classify_delay(error.time_s, trace.dt_s, score),
+                "became": _describe_delay(error.time_s, trace.dt_s, score),
+                "cause": _explain_error(error, score),
             }
         )
     for k in score.spurious:
         impact = trace.impacts[k]
         rows.append(
             {
-                "bodies": _bodies(impact),
+                "bodies": _list_bodies(impact),
                 "pair": pair_name(impact),
-                "reported": _or_none(float(impact["time_s"])),
+                "reported": _replace_non_finite(float(impact["time_s"])),
                 "flag": "invented",
                 "became": "invented",
-                "cause": _invented(k, score.local),
+                "cause": _explain_invented(k, score.local),
             }
         )
     yield from sorted(rows, key=lambda row: row.get("true", row.get("reported")) or 0.0)
 
 
-def _invented(k: int, local: LocalErrors) -> str:
+def _explain_invented(k: int, local: LocalErrors) -> str:
     """Describe the cause of a spurious impact, if the run's own state before it shows a cause."""
     if k in local.spurious:
         return "from the run's own state before the impact, the bodies do not collide"
@@ -328,15 +328,15 @@ def _invented(k: int, local: LocalErrors) -> str:
     return "from the run's own state before the impact, the bodies collide"
 
 
-def _bodies(impact: np.void) -> list[int]:
+def _list_bodies(impact: np.void) -> list[int]:
     return [int(impact["first"]), int(impact["second"])]
 
 
-def _or_none(value: float) -> float | None:
+def _replace_non_finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _lost(k: int, score: Score) -> Json:
+def _describe_unmatched(k: int, score: Score) -> Json:
     if k >= score.expected:
         return {"flag": "beyond", "became": "not compared"}
     if k in score.undecided:
@@ -346,7 +346,7 @@ def _lost(k: int, score: Score) -> Json:
     return {"flag": "missed", "became": "missed"}
 
 
-def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
+def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
     """Describe why an impact is missed: by the run's own states if they were checked, otherwise by PIT."""
     if k >= score.expected or k not in score.missed:
         return {"cause": ""}
@@ -366,20 +366,20 @@ def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
     }
 
 
-def _flag(time_s: float, dt_s: float, score: Score) -> str:
+def _classify_delay(time_s: float, dt_s: float, score: Score) -> str:
     if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
         return "found"
     return "late" if time_s > 0 else "early"
 
 
-def _became(time_s: float, dt_s: float, score: Score) -> str:
-    flag = _flag(time_s, dt_s, score)
+def _describe_delay(time_s: float, dt_s: float, score: Score) -> str:
+    flag = _classify_delay(time_s, dt_s, score)
     if flag == "found":
         return "found"
-    return f"{formatting.steps(abs(time_s), dt_s) if dt_s else formatting.seconds(abs(time_s))} {flag}"
+    return f"{formatting.format_steps(abs(time_s), dt_s) if dt_s else formatting.format_seconds(abs(time_s))} {flag}"
 
 
-def _cause(error: ImpactError, score: Score) -> str:
+def _explain_error(error: ImpactError, score: Score) -> str:
     """Describe the cause of a velocity or spin error, by the run's own state before the impact."""
     rounding, local, k = THRESHOLDS.rounding_of(score.float_bits), score.local, error.observed
     wrong, here = error.velocity, local.velocity[k]
@@ -396,4 +396,7 @@ def _cause(error: ImpactError, score: Score) -> str:
         return "checking once per step"
     if math.isnan(own) or sampling <= rounding:
         return "the method itself"
-    return f"checking once per step ({formatting.number(sampling)}) and the method itself ({formatting.number(own)})"
+    return (
+        f"checking once per step ({formatting.format_number(sampling)}) and the method itself "
+        f"({formatting.format_number(own)})"
+    )

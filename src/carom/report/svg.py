@@ -69,7 +69,7 @@ _STYLE = {
 
 
 @contextmanager
-def drawing() -> Iterator[None]:
+def use_drawing_style() -> Iterator[None]:
     """Use the report's drawing style without a lasting change of matplotlib's settings.
 
     Raises:
@@ -82,7 +82,7 @@ def drawing() -> Iterator[None]:
         yield
 
 
-def new_figure(width_in: float, height_in: float) -> Figure:
+def build_figure(width_in: float, height_in: float) -> Figure:
     """Return an empty figure that is not registered with pyplot."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
@@ -131,7 +131,7 @@ _ENGINES = (
 )
 
 
-def _look(engine: str) -> tuple[str, str]:
+def _choose_look(engine: str) -> tuple[str, str]:
     """Return the colour and mark of an engine, which are the same in every diagram."""
     if engine == "pic":
         return SERIES[0], _MARKERS[0]
@@ -141,13 +141,13 @@ def _look(engine: str) -> tuple[str, str]:
     return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # 7 colours and 8 marks give 56 styles
 
 
-def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
+def choose_line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
     """Return the line style of an engine: a colour and a mark per engine, a dash pattern per profile.
 
     PIT's line is broad and below the other lines, which stay visible on it. Default settings have hollow marks.
     """
     hollow, pit = profile in {"default", "frame-by-frame"}, engine == "pit"
-    colour, marker = _look(engine)
+    colour, marker = _choose_look(engine)
     return {
         "color": INK if pit else colour,
         "linewidth": 3.2 if pit else 1.3,
@@ -165,7 +165,7 @@ def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
 _NARROW_IN, _NARROW_LEFT_IN, _NAMES_IN, _ENTRY_IN = (3.9, 3.9), 0.8, 1.3, 0.18
 
 
-def framed(
+def build_framed_figure(
     width_in: float,
     height_in: float,
     title: str = "",
@@ -187,7 +187,7 @@ def framed(
     if narrow:
         width_in, height_in = _NARROW_IN[0], _NARROW_IN[1] + _ENTRY_IN * math.ceil(below / 2)
     height = height_in + _FOOT_IN * len(foot)
-    figure = new_figure(width_in, height)
+    figure = build_figure(width_in, height)
     left_in, right_in = (_NARROW_LEFT_IN, 0.1 if below else _NAMES_IN) if narrow else (_LEFT_IN, 0.28 * width_in)
     foot_in, head_in = 0.55 + _ENTRY_IN * narrow * math.ceil(below / 2), _HEAD_IN if title else _BARE_IN
     left, wide = left_in / width_in, 1.0 - (left_in + right_in) / width_in
@@ -199,7 +199,7 @@ def framed(
     return figure, axes
 
 
-def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
+def draw_link_target(axes: Axes, x: float, y: float, anchor: str) -> None:
     """Draw an invisible disc that links to a part of the page, large enough to click."""
     clear = (0.0, 0.0, 0.0, 0.0)
     axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
@@ -225,7 +225,9 @@ def finish(axes: Axes, below: Figure | None = None) -> None:
         axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0.0)
 
 
-def error_scale(axes: Axes, name: str, errors: Iterable[float], *, narrow: bool = False) -> Callable[[float], float]:
+def scale_error_axis(
+    axes: Axes, name: str, errors: Iterable[float], *, narrow: bool = False
+) -> Callable[[float], float]:
     """Scale the x or y axis logarithmically for errors, with a shaded strip for errors within rounding.
 
     Returns:
@@ -241,7 +243,7 @@ def error_scale(axes: Axes, name: str, errors: Iterable[float], *, narrow: bool 
     foot = bottom / math.sqrt(strip)
     apart = math.ceil((high - low) / _MOST_TICKS) if narrow else 1
     ticks = [10.0**k for k in range(high, low - 1 + narrow, -apart)][::-1]  # a phone has no room for the lowest label
-    labels = [f"≤ {formatting.number(THRESHOLDS.rounding)}", *map(formatting.number, ticks)]
+    labels = [f"≤ {formatting.format_number(THRESHOLDS.rounding)}", *map(formatting.format_number, ticks)]
     axes.set(**{f"{name}scale": "log", f"{name}lim": (bottom / strip, top), f"{name}ticks": [foot, *ticks]})
     axes.set(**{f"{name}ticklabels": labels})
     axes.minorticks_off()
@@ -262,7 +264,7 @@ class LineEnd(NamedTuple):
     colour: str
 
 
-def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
+def label_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
     """Write each line's name to the right of the axes, near the end of the line, so that names do not overlap.
 
     A thin line leads from the end of a line to its name.
@@ -293,12 +295,12 @@ def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
         axes.text(1.05, level, end.name, transform=axes.transAxes, fontsize=_NAME_PT, verticalalignment="center")
 
 
-def plain_number(value: float, _position: float) -> str:
+def format_tick(value: float, _position: float) -> str:
     """Format a tick as the report formats numbers."""
-    return formatting.number(value)
+    return formatting.format_number(value)
 
 
-def png(figure: Figure) -> bytes:
+def render_png(figure: Figure) -> bytes:
     """Return the figure as PNG."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=_PNG_DPI, facecolor="white", metadata={"Software": None})
@@ -345,7 +347,7 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     return text.strip().replace("LABEL", html.escape(label, quote=True), 1)
 
 
-def alone(svg: str) -> str:
+def to_separate_svg(svg: str) -> str:
     """Convert a drawing of a page to a separate SVG file, which needs XML namespaces."""
     svg = re.sub(r"</?a\b[^>]*>", "", svg)  # the links are removed, since they lead to parts of the page
     names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'

@@ -46,7 +46,7 @@ class Track:
         """The acceleration of each flight, shape ``(k - 1, 2)``."""
         return np.broadcast_to(self.pull_m_s2, (len(self.time_s) - 1, 2))
 
-    def at(self, time_s: Array) -> Array:
+    def positions_at(self, time_s: Array) -> Array:
         """Return the positions of the disc at times within the run, shape ``(len(time_s), 2)``."""
         after = np.clip(np.searchsorted(self.time_s, time_s, side="right"), 1, len(self.time_s) - 1)
         begin, end = self.time_s[after - 1], self.time_s[after]
@@ -57,7 +57,7 @@ class Track:
         found: Array = straight + bulge
         return found
 
-    def under(self, pull_m_s2: Array, near_m: float) -> Track:
+    def convert_to_pull(self, pull_m_s2: Array, near_m: float) -> Track:
         """Return the track as flights that have the same acceleration, with a position error of at most `near_m`."""
         if self.pull_m_s2.ndim == 1:
             return self
@@ -67,7 +67,7 @@ class Track:
         begins = self.time_s[:-1]
         pieces = [begins[k] + lasted[k] * np.arange(n) / n for k, n in enumerate(count.tolist())]
         times = np.append(np.concatenate(pieces), self.time_s[-1])
-        return Track(times, self.at(times), pull_m_s2)
+        return Track(times, self.positions_at(times), pull_m_s2)
 
 
 @dataclass(frozen=True)
@@ -83,12 +83,12 @@ class Turning:
     time_s: Array
     angle_rad: Array
 
-    def at(self, time_s: float) -> float:
+    def angle_at(self, time_s: float) -> float:
         """Return the angle at a time within the run, radians."""
         return float(np.interp(time_s, self.time_s, self.angle_rad))
 
 
-def turnings(trace: Trace) -> tuple[Turning, ...]:
+def compute_turnings(trace: Trace) -> tuple[Turning, ...]:
     """Return the angle of each disc over time, from the trace's own spins; empty if no disc turns.
 
     A disc stops turning when its spin is NaN.
@@ -133,16 +133,16 @@ def turnings(trace: Trace) -> tuple[Turning, ...]:
     return tuple(Turning(*np.array(of_disc).T) for of_disc in knots)
 
 
-def reference_tracks(trace: Trace) -> tuple[Track, ...]:
+def build_reference_tracks(trace: Trace) -> tuple[Track, ...]:
     """Return the free flights of each disc from impact to impact. The flights are exact for a trace without steps."""
     discs = trace.scene.discs
     times = [[0.0] for _ in discs]
     places = [[np.array(disc.position_m, dtype=np.float64)] for disc in discs]
     pulls: list[list[Array]] = [[] for _ in discs]
     for flight in free_flights(trace):
-        for time_s in _knots(flight):
+        for time_s in _compute_knot_times(flight):
             times[flight.disc].append(time_s)
-            places[flight.disc].append(flight.at(time_s))
+            places[flight.disc].append(flight.position_at(time_s))
             pulls[flight.disc].append(flight.pull_m_s2)
     bent = set[int]() if trace.modes is None else set(trace.modes["disc"].tolist())
     if trace.scene.table_deceleration_m_s2:
@@ -153,14 +153,14 @@ def reference_tracks(trace: Trace) -> tuple[Track, ...]:
     )
 
 
-def _knots(flight: Flight) -> list[float]:
+def _compute_knot_times(flight: Flight) -> list[float]:
     """Return the times of a flight's knots, up to its end. With damping, a flight needs several knots.
 
     Between two knots at a distance h in time, a disc has an error of up to c v h^2 / 8. The error must be at most
     `SHARPNESS` of the flight's length. When a smaller part of the flight remains, the disc is drawn at rest.
     """
     lasted, rate = flight.end_s - flight.begin_s, flight.damping.per_s
-    way, begun = flight.damping.undamped(lasted), flight.begin_s
+    way, begun = flight.damping.to_undamped(lasted), flight.begin_s
     if not rate * lasted > SHARPNESS:
         return [flight.end_s]
     moved = min(lasted, -math.log(SHARPNESS) / rate)
@@ -168,7 +168,7 @@ def _knots(flight: Flight) -> list[float]:
     return [*(begun + moved * k / count for k in range(1, count)), flight.end_s]
 
 
-def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
+def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     """Return tracks through the recorded states.
 
     If there are none, or if the impacts explain them, return tracks from the impacts.
@@ -180,37 +180,37 @@ def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
         trace: The run.
         extent_m: Size of the drawing, to which `SHARPNESS` is relative.
     """
-    flown = reference_tracks(trace)
+    flown = build_reference_tracks(trace)
     samples = trace.samples
     if samples is None or not len(samples.time_s):
-        return tuple(map(_finite, flown))
+        return tuple(map(_cut_at_non_finite, flown))
     inside = samples.time_s < trace.end_time_s
     times = np.append(samples.time_s[inside], trace.end_time_s)
     places = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
     near = SHARPNESS * extent_m
-    if all(_passes(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
+    if all(_does_pass_through(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
         return flown
-    return tuple(_thinned(times, places[:, disc], _fall(trace, disc), near) for disc, track in enumerate(flown))
+    return tuple(_thin_track(times, places[:, disc], _pull_of(trace, disc), near) for disc, track in enumerate(flown))
 
 
-def _fall(trace: Trace, disc: int) -> Array:
+def _pull_of(trace: Trace, disc: int) -> Array:
     return np.zeros(2) if trace.scene.discs[disc].immovable else np.array(trace.scene.gravity_m_s2)
 
 
-def _finite(track: Track) -> Track:
+def _cut_at_non_finite(track: Track) -> Track:
     """Return a track up to its first non-finite number. After its last finite position, the disc does not move."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
     return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
 
 
-def _passes(track: Track, times: Array, places: Array, near: float) -> bool:
+def _does_pass_through(track: Track, times: Array, places: Array, near: float) -> bool:
     """Whether a track passes through the states. Return False for a track that is not finite."""
-    away = np.abs(track.at(times) - places)
+    away = np.abs(track.positions_at(times) - places)
     return bool(np.isfinite(away).all() and away.max() <= near)
 
 
-def _thinned(times: Array, places: Array, pull: Array, near: float) -> Track:
+def _thin_track(times: Array, places: Array, pull: Array, near: float) -> Track:
     """Return a track through as few states as are needed to explain the other states."""
     finite = np.isfinite(places).all(axis=1)
     times, places = times[finite], places[finite]
@@ -218,7 +218,7 @@ def _thinned(times: Array, places: Array, pull: Array, near: float) -> Track:
     while pending:
         first, last = pending.pop()
         flight = Track(times[[first, last]], places[[first, last]], pull)
-        away = np.abs(flight.at(times[first : last + 1]) - places[first : last + 1]).max(axis=1)
+        away = np.abs(flight.positions_at(times[first : last + 1]) - places[first : last + 1]).max(axis=1)
         worst = first + int(away.argmax())
         if last - first > 1 and away.max() > near:
             pending += [(worst, last), (first, worst)]

@@ -27,15 +27,21 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-def undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
+def build_undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
     """Return the options of the undamped run, without a contact time, which damping does not support."""
     if options.window_s == ALWAYS:
         return replace(options, contact_duration_s=0.0)
     begin, end = options.window_s
     # Several undamped times can map to the same damped time. Start with the smallest undamped time that maps into the
     # window.
-    least = -math.inf if begin <= 0.0 else math.nextafter(damping.latest(math.nextafter(begin, -math.inf)), math.inf)
-    return replace(options, contact_duration_s=0.0, window_s=(least, end if end < 0.0 else damping.latest(end)))
+    least = (
+        -math.inf
+        if begin <= 0.0
+        else math.nextafter(damping.find_latest_undamped(math.nextafter(begin, -math.inf)), math.inf)
+    )
+    return replace(
+        options, contact_duration_s=0.0, window_s=(least, end if end < 0.0 else damping.find_latest_undamped(end))
+    )
 
 
 class DampedRun(SeenRun):
@@ -58,21 +64,21 @@ class DampedRun(SeenRun):
             InputError: An argument is invalid, see `carom.solvers.options.require_goal`.
         """
         require_goal(time_s, max_impacts)
-        look = None if progress is None else lambda impacts, time: progress(impacts, self._damping.damped(time))
-        goal_s = time_s if time_s < 0.0 else self._damping.latest(time_s)
+        look = None if progress is None else lambda impacts, time: progress(impacts, self._damping.to_damped(time))
+        goal_s = time_s if time_s < 0.0 else self._damping.find_latest_undamped(time_s)
         outcome = self._run.advance_to(goal_s, max_impacts, look)
         completed = outcome is Outcome.COMPLETED and time_s < math.inf
-        self.time_s = max(self.time_s, time_s if completed else self._damping.damped(self._run.time_s))
+        self.time_s = max(self.time_s, time_s if completed else self._damping.to_damped(self._run.time_s))
         return outcome
 
     def velocities(self) -> Array:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
-        return self._run.velocities() * self._damping.kept(self.time_s)
+        return self._run.velocities() * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> Array | None:
         """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
         spins = self._run.spins()
-        return None if spins is None else spins * self._damping.kept(self.time_s)
+        return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
 
 def _slow_rows(rows: NDArray[np.void], log: RunImpacts, damping: Damping) -> NDArray[np.void]:

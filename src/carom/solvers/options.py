@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import InputError
-from carom.support.checks import count, number, shown
+from carom.support.checks import check_count, check_number, format_value
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units
@@ -37,10 +37,10 @@ class RunOptions:
     def __post_init__(self) -> None:
         """Check the values."""
         if self.record not in ("all", "none"):
-            raise InputError(f"record must be 'all' or 'none', got {shown(self.record)}")
+            raise InputError(f"record must be 'all' or 'none', got {format_value(self.record)}")
         if self.window_s is not ALWAYS:
-            object.__setattr__(self, "window_s", _window(self.window_s))
-        duration_s = number("contact_duration_s", self.contact_duration_s, least=0.0)
+            object.__setattr__(self, "window_s", _check_window(self.window_s))
+        duration_s = check_number("contact_duration_s", self.contact_duration_s, least=0.0)
         object.__setattr__(self, "contact_duration_s", duration_s)
 
     @classmethod
@@ -53,21 +53,21 @@ class RunOptions:
             return PLAIN
         return cls(record, window_s, contact_duration_s)
 
-    def in_units(self, units: Units) -> RunOptions:
+    def convert_units(self, units: Units) -> RunOptions:
         """Return these options converted to other units."""
         if self is PLAIN:
             return self
-        begin, end = map(units.of_seconds, self.window_s)
-        return RunOptions(self.record, (begin, end), units.of_seconds(self.contact_duration_s))
+        begin, end = map(units.from_seconds, self.window_s)
+        return RunOptions(self.record, (begin, end), units.from_seconds(self.contact_duration_s))
 
 
-def _window(window_s: Any) -> tuple[float, float]:
+def _check_window(window_s: Any) -> tuple[float, float]:
     try:
         begin, end = map(float, window_s)
     except (TypeError, ValueError, OverflowError):
         begin = end = math.nan
     if math.isnan(begin) or math.isnan(end):
-        raise InputError(f"window_s must be a pair of times, got {shown(window_s)}")
+        raise InputError(f"window_s must be a pair of times, got {format_value(window_s)}")
     return begin, end
 
 
@@ -84,9 +84,9 @@ def require_goal(time_s: float, max_impacts: int | None) -> None:
         InputError: The message names the argument and its value.
     """
     if isinstance(time_s, (bool, str)) or not _is_time(time_s):
-        raise InputError(f"time_s must be a number of seconds, got {shown(time_s)}")
+        raise InputError(f"time_s must be a number of seconds, got {format_value(time_s)}")
     if max_impacts is not None:
-        count("max_impacts", max_impacts)
+        check_count("max_impacts", max_impacts)
 
 
 def _is_time(value: Any) -> bool:

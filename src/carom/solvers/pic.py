@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.core.extension import find_extension_notes
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.model.trace import IMPACT_DTYPE, Trace
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
-from carom.solvers.run import trace_of
+from carom.solvers.run import build_trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
-def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
+def start_pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
     """Return an event-driven PIC run of a scene. The run can be advanced in pieces.
 
     With `all_pairs`, all pairs are computed at each event, with the same result.
@@ -40,13 +40,15 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
     def make(start: Start, units: Units) -> Run:
         if not scene.damping_per_s:
-            return undamped(start, options.in_units(units))
-        from carom.solvers.damped import DampedRun, undamped_options
+            return build_undamped_run(start, options.convert_units(units))
+        from carom.solvers.damped import DampedRun, build_undamped_options
 
-        damping = units.damping(scene.damping_per_s)
-        return DampedRun(undamped(start, undamped_options(options.in_units(units), damping)), damping)
+        damping = units.convert_damping(scene.damping_per_s)
+        return DampedRun(
+            build_undamped_run(start, build_undamped_options(options.convert_units(units), damping)), damping
+        )
 
-    def undamped(start: Start, options: RunOptions) -> Run:
+    def build_undamped_run(start: Start, options: RunOptions) -> Run:
         return EventDrivenRun(
             start,
             record=options.record,
@@ -94,7 +96,7 @@ def solve_pic(
         >>> [float(time_s) for time_s in trace.impacts["time_s"]]
         [0.425]
     """
-    scene = as_scene(scene)
+    scene = to_scene(scene)
     request = Request.checked(
         scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )
@@ -104,9 +106,9 @@ def solve_pic(
         trace = _solve_two_discs(scene, request.end_s)
         if trace is not None:
             return trace
-    run = pic_run(scene, request.options)
-    outcome, samples = request.carry_out(run)
-    return trace_of(
+    run = start_pic_run(scene, request.options)
+    outcome, samples = request.advance_run(run)
+    return build_trace(
         run,
         "pic",
         scene,
@@ -118,7 +120,7 @@ def solve_pic(
 
 
 @functools.cache
-def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes] | None]:
+def _load_compiled_solver() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes] | None]:
     from carom.core import pic
 
     return pic.solve_two_discs
@@ -127,7 +129,7 @@ def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
     """Run a scene of two discs without walls by its closed form; None if the closed form does not apply."""
     first, second = scene.discs
-    solution = _compiled_solve()(first, second, scene.restitution, end_s)
+    solution = _load_compiled_solver()(first, second, scene.restitution, end_s)
     if solution is None:
         return None
     impacts = np.frombuffer(solution[0], IMPACT_DTYPE)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from carom.errors import InputError
-from carom.model.sizes import span_problems
+from carom.model.sizes import find_span_problems
 from carom.model.trace import Outcome, Samples
 from carom.solvers.options import PLAIN, RunOptions
-from carom.support.checks import count, number, times
-from carom.support.formatting import number as number_text
-from carom.support.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
+from carom.support.checks import check_count, check_number, check_times
+from carom.support.formatting import format_number as number_text
+from carom.support.limits import LARGEST, MOST_STEPS, SMALLEST, format_limits
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -47,13 +47,13 @@ class Request(NamedTuple):
                 names it.
         """
         options = RunOptions.of(record, window_s, contact_duration_s)
-        if options.contact_duration_s and (law := _bending_law(scene)):
+        if options.contact_duration_s and (law := _find_bending_law(scene)):
             raise InputError(f"contact_duration_s must be 0 in a scene with {law}, got {options.contact_duration_s}")
         return cls(
-            scene.duration_s if until_s is None else _until(scene, until_s),
-            None if max_impacts is None else count("max_impacts", max_impacts),
+            scene.duration_s if until_s is None else _check_end_time(scene, until_s),
+            None if max_impacts is None else check_count("max_impacts", max_impacts),
             options,
-            tuple(times("sample_times_s", sample_times_s)),
+            tuple(check_times("sample_times_s", sample_times_s)),
             progress,
         )
 
@@ -62,7 +62,7 @@ class Request(NamedTuple):
         """Whether the run needs no samples, progress or special options."""
         return self.max_impacts != 0 and self[2:] == (PLAIN, (), None)
 
-    def carry_out(self, run: Run) -> tuple[Outcome, Samples | None]:
+    def advance_run(self, run: Run) -> tuple[Outcome, Samples | None]:
         """Advance a run to its end. Return the outcome, and the samples if any were requested."""
         outcome, reached, places = Outcome.COMPLETED, [], []
         for time_s in (*(time_s for time_s in self.samples_s if time_s <= self.end_s), self.end_s):
@@ -78,7 +78,7 @@ class Request(NamedTuple):
         return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
 
 
-def _bending_law(scene: Scene) -> str:
+def _find_bending_law(scene: Scene) -> str:
     """Return the name of a law that changes velocities between impacts; empty if the scene has no such law."""
     laws = {
         "gravity": scene.gravity_m_s2 != (0.0, 0.0),
@@ -88,17 +88,17 @@ def _bending_law(scene: Scene) -> str:
     return next((law for law, acts in laws.items() if acts), "")
 
 
-def _until(scene: Scene, until_s: object) -> float:
-    end_s = number("until_s", until_s, least=0.0)
+def _check_end_time(scene: Scene, until_s: object) -> float:
+    end_s = check_number("until_s", until_s, least=0.0)
     if end_s > LARGEST:
-        raise InputError(f"until_s {beyond(0.0, LARGEST)}, got {end_s}")
+        raise InputError(f"until_s {format_limits(0.0, LARGEST)}, got {end_s}")
     if end_s > scene.duration_s:
-        for problem in span_problems(scene.arrays, scene.gravity_m_s2, end_s):
+        for problem in find_span_problems(scene.arrays, scene.gravity_m_s2, end_s):
             raise InputError(f"until_s {problem.message}")
     return end_s
 
 
-def frames_of(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
+def compute_frames(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
     """Return the frame rate, by default the scene's own, and the number of frames that cover the scene.
 
     Raises:
@@ -106,9 +106,9 @@ def frames_of(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
     """
     if frame_rate_hz is None:
         frame_rate_hz = scene.frame_rate_hz
-    rate = number("frame_rate_hz", frame_rate_hz, positive=True)
+    rate = check_number("frame_rate_hz", frame_rate_hz, positive=True)
     if not SMALLEST <= rate <= LARGEST:
-        raise InputError(f"frame_rate_hz {beyond(SMALLEST, LARGEST)}, got {rate}")
+        raise InputError(f"frame_rate_hz {format_limits(SMALLEST, LARGEST)}, got {rate}")
     if rate > MOST_STEPS / scene.duration_s:
         raise InputError(
             f"frame_rate_hz must give at most {MOST_STEPS} frames in {scene.duration_s} s "

@@ -170,7 +170,7 @@ class SeenLog:
         return seen
 
 
-def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any) -> Trace:
+def build_trace(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any) -> Trace:
     """Return the trace of a run with its outcome. `more` adds or replaces fields of the trace."""
     told: dict[str, Any] = {
         "impacts": run.log.array(),

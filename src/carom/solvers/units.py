@@ -45,7 +45,7 @@ class Units(NamedTuple):
     time: int
     mass: int
 
-    def start(self, scene: Scene) -> Start:
+    def convert_scene(self, scene: Scene) -> Start:
         """Return the scene converted to these units, as the start of a run."""
         if self == SI:
             return scene
@@ -57,43 +57,45 @@ class Units(NamedTuple):
         ):
             scaled[name] = np.ldexp(scaled[name], exponent)
         scaled["walls"] = tuple(
-            (*_vector(wall[:2], -self.length), *wall[2:]) if isinstance(wall, tuple) else wall.scaled(self.length)
+            (*_scale_vector(wall[:2], -self.length), *wall[2:])
+            if isinstance(wall, tuple)
+            else wall.scale_lengths(self.length)
             for wall in start.walls
         )
         for name in ("wall_drives", "disc_drives"):
             if drives := scaled[name]:
-                scaled[name] = tuple(self._drive(drive) for drive in drives)
+                scaled[name] = tuple(self._convert_drive(drive) for drive in drives)
         if start.belts_m_s is not None:
-            scaled["belts_m_s"] = tuple(_times_power(belt, -speed) for belt in start.belts_m_s)
+            scaled["belts_m_s"] = tuple(_scale_by_power(belt, -speed) for belt in start.belts_m_s)
         return _ScaledStart(
             DiscArrays.of_valid(**scaled),
-            _vector(scene.gravity_m_s2, self.time - speed),
+            _scale_vector(scene.gravity_m_s2, self.time - speed),
             scene.wall_rolling_resistance,
-            _times_power(scene.table_deceleration_m_s2, self.time - speed),
-            self.of_seconds(scene.duration_s),
+            _scale_by_power(scene.table_deceleration_m_s2, self.time - speed),
+            self.from_seconds(scene.duration_s),
         )
 
-    def _drive(self, drive: Drive) -> Drive:
+    def _convert_drive(self, drive: Drive) -> Drive:
         speed = self.length - self.time
-        return Drive.along((self.of_seconds(leg.begin_s), _vector(leg.velocity, -speed)) for leg in drive.legs)
+        return Drive.along((self.from_seconds(leg.begin_s), _scale_vector(leg.velocity, -speed)) for leg in drive.legs)
 
-    def of_seconds(self, time_s: float) -> float:
+    def from_seconds(self, time_s: float) -> float:
         """Convert a time from seconds to these units."""
-        return _times_power(time_s, -self.time)
+        return _scale_by_power(time_s, -self.time)
 
-    def seconds(self, time: float) -> float:
+    def to_seconds(self, time: float) -> float:
         """Convert a time from these units to seconds."""
-        return _times_power(time, self.time)
+        return _scale_by_power(time, self.time)
 
-    def a_second(self, rate: float) -> float:
+    def from_hertz(self, rate: float) -> float:
         """Convert a rate from 1/s to these units."""
-        return _times_power(rate, self.time)
+        return _scale_by_power(rate, self.time)
 
-    def damping(self, per_s: float) -> Damping:
+    def convert_damping(self, per_s: float) -> Damping:
         """Convert a damping rate to these units, limited to the largest float."""
-        return Damping(min(self.a_second(per_s), sys.float_info.max))
+        return Damping(min(self.from_hertz(per_s), sys.float_info.max))
 
-    def rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+    def convert_rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
         """Convert rows of impacts, spins or modes from these units to SI units."""
         in_si = rows.copy()
         speed = self.length - self.time
@@ -113,20 +115,22 @@ class Units(NamedTuple):
 SI = Units(0, 0, 0)
 
 
-def units_of(scene: Scene) -> Units:
+def choose_units(scene: Scene) -> Units:
     """Return the units in which to run a scene; `SI` if all its numbers have ordinary sizes."""
     if _is_ordinary(scene):
         return SI
     sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
-    length = _middle(sizes.radius, max(sizes.length, sizes.way))
-    time = length + _FASTEST - _exponent(sizes.speed) if sizes.speed > 0.0 else _exponent(sizes.duration)
-    return Units(length, time, _middle(sizes.lightest, sizes.heaviest))
+    length = _compute_middle_exponent(sizes.radius, max(sizes.length, sizes.way))
+    time = (
+        length + _FASTEST - _compute_exponent(sizes.speed) if sizes.speed > 0.0 else _compute_exponent(sizes.duration)
+    )
+    return Units(length, time, _compute_middle_exponent(sizes.lightest, sizes.heaviest))
 
 
 def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> Any:
-    """Return a run of a scene with results in SI units. `make` builds the run in the units of `units_of`."""
-    units = units_of(scene)
-    run = make(units.start(scene), units)
+    """Return a run of a scene with results in SI units. `make` builds the run in the units of `choose_units`."""
+    units = choose_units(scene)
+    run = make(units.convert_scene(scene), units)
     return run if units == SI else RunInUnits(run, units)
 
 
@@ -144,7 +148,7 @@ class RunInUnits(SeenRun):
     """A PIC or PIT run in other units, with results in SI units; implements `carom.solvers.run.Run`."""
 
     def __init__(self, run: Any, units: Units) -> None:
-        super().__init__(run, units.rows)
+        super().__init__(run, units.convert_rows)
         self._of_frames = run
         self._units = units
 
@@ -160,12 +164,12 @@ class RunInUnits(SeenRun):
     @property
     def time_s(self) -> float:
         """Time that the run has reached, seconds from the start."""
-        return self._units.seconds(self._run.time_s)
+        return self._units.to_seconds(self._run.time_s)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
-        look = None if progress is None else lambda impacts, time: progress(impacts, self._units.seconds(time))
-        return self._run.advance_to(self._units.of_seconds(time_s), max_impacts, look)
+        look = None if progress is None else lambda impacts, time: progress(impacts, self._units.to_seconds(time))
+        return self._run.advance_to(self._units.from_seconds(time_s), max_impacts, look)
 
     def positions(self) -> Array:
         """Return the centres now, metres, shape ``(n, 2)``."""
@@ -186,21 +190,21 @@ def _is_ordinary(scene: Scene) -> bool:
     return scene.arrays.is_ordinary and all(_LEAST <= abs(number) <= ORDINARY or number == 0.0 for number in others)
 
 
-def _middle(least: float, most: float) -> int:
+def _compute_middle_exponent(least: float, most: float) -> int:
     """Return the exponent half-way between the exponents of two numbers."""
-    return (_exponent(least) + _exponent(most)) // 2
+    return (_compute_exponent(least) + _compute_exponent(most)) // 2
 
 
-def _exponent(number: float) -> int:
+def _compute_exponent(number: float) -> int:
     return math.frexp(number)[1]
 
 
-def _times_power(number: float, exponent: int) -> float:
+def _scale_by_power(number: float, exponent: int) -> float:
     try:
         return math.ldexp(number, exponent)
     except OverflowError:
         return math.copysign(math.inf, number)
 
 
-def _vector(vector: Vector, exponent: int) -> Vector:
-    return (_times_power(vector[0], exponent), _times_power(vector[1], exponent))
+def _scale_vector(vector: Vector, exponent: int) -> Vector:
+    return (_scale_by_power(vector[0], exponent), _scale_by_power(vector[1], exponent))

@@ -10,9 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from carom.errors import InputError
-from carom.support.escaping import shown
+from carom.support.escaping import format_value
 
-__all__ = ["count", "finite", "floats", "instance", "number", "shown", "times", "vectors"]
+__all__ = [
+    "check_count",
+    "check_finite",
+    "check_floats",
+    "check_instance",
+    "check_number",
+    "check_times",
+    "check_vectors",
+    "format_value",
+]
 
 Array = NDArray[np.float64]
 
@@ -21,7 +30,7 @@ _TEXTS = (str, bytes)
 _TRUTH_VALUES = (bool, np.bool_)
 
 
-def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = False) -> float:
+def check_number(name: str, value: Any, *, least: float = -math.inf, positive: bool = False) -> float:
     """Return an argument as a finite float.
 
     Args:
@@ -43,20 +52,20 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
         return found
     span = f", {least:g} or more" if least > -math.inf else ""
     kind = "positive" if positive else "finite"
-    raise InputError(f"{name} must be a {kind} number{span}, got {shown(value)}")
+    raise InputError(f"{name} must be a {kind} number{span}, got {format_value(value)}")
 
 
-def instance(name: str, value: Any, kind: type) -> None:
+def check_instance(name: str, value: Any, kind: type) -> None:
     """Check the type of an argument.
 
     Raises:
         InputError: The value is not an instance of `kind`.
     """
     if not isinstance(value, kind):
-        raise InputError(f"{name} must be a {kind.__name__}, got {shown(value)}")
+        raise InputError(f"{name} must be a {kind.__name__}, got {format_value(value)}")
 
 
-def count(name: str, value: Any, *, least: int = 0) -> int:
+def check_count(name: str, value: Any, *, least: int = 0) -> int:
     """Return an argument as a whole number, `least` or more.
 
     Raises:
@@ -69,11 +78,11 @@ def count(name: str, value: Any, *, least: int = 0) -> int:
     except TypeError:
         found = least - 1
     if found < least:
-        raise InputError(f"{name} must be a whole number, {least} or more, got {shown(value)}")
+        raise InputError(f"{name} must be a whole number, {least} or more, got {format_value(value)}")
     return found
 
 
-def times(name: str, values: Any) -> list[float]:
+def check_times(name: str, values: Any) -> list[float]:
     """Return an argument as a list of finite times, 0 or more, in ascending order.
 
     Raises:
@@ -84,15 +93,15 @@ def times(name: str, values: Any) -> list[float]:
             raise TypeError
         items = list(values)
     except TypeError:
-        raise InputError(f"{name} must be a list of times, got {shown(values)}") from None
-    found = [number(f"{name}[{k}]", value, least=0.0) for k, value in enumerate(items)]
+        raise InputError(f"{name} must be a list of times, got {format_value(values)}") from None
+    found = [check_number(f"{name}[{k}]", value, least=0.0) for k, value in enumerate(items)]
     for k in range(1, len(found)):
         if found[k] < found[k - 1]:
             raise InputError(f"{name} must ascend, got {found[k]} after {found[k - 1]} ({name}[{k}])")
     return found
 
 
-def floats(name: str, value: ArrayLike) -> Array:
+def check_floats(name: str, value: ArrayLike) -> Array:
     """Return an argument as an array of floats.
 
     Raises:
@@ -104,28 +113,28 @@ def floats(name: str, value: ArrayLike) -> Array:
             raise TypeError(f"of type {array.dtype}")
         return np.asarray(array, np.float64)
     except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{name} must be numbers: {error}; got {shown(value)}") from None
+        raise InputError(f"{name} must be numbers: {error}; got {format_value(value)}") from None
 
 
-def finite(name: str, value: ArrayLike) -> Array:
+def check_finite(name: str, value: ArrayLike) -> Array:
     """Return an argument as an array of finite floats.
 
     Raises:
         InputError: The value does not consist of finite numbers.
     """
-    array = floats(name, value)
+    array = check_floats(name, value)
     if not np.all(np.isfinite(array)):
         raise InputError(f"{name} must be finite everywhere, got {array[~np.isfinite(array)].flat[0]}")
     return array
 
 
-def vectors(name: str, value: ArrayLike) -> Array:
+def check_vectors(name: str, value: ArrayLike) -> Array:
     """Return an argument as an array of finite vectors, with x and y along its last axis.
 
     Raises:
         InputError: A number is not finite, or the last axis does not have length 2.
     """
-    array = finite(name, value)
+    array = check_finite(name, value)
     if array.ndim == 0 or array.shape[-1] != 2:
         raise InputError(f"{name} must have x and y along its last axis, got shape {array.shape}")
     return array

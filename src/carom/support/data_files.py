@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import InputError
-from carom.support.checks import shown
-from carom.support.escaping import shortened
-from carom.support.limits import MOST_BYTES, MOST_KEY_PARTS, MOST_VALUES, values_in
+from carom.support.checks import format_value
+from carom.support.escaping import shorten
+from carom.support.limits import MOST_BYTES, MOST_KEY_PARTS, MOST_VALUES, count_values
 
 _PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_KEY_PARTS}}}".encode())
@@ -41,14 +41,14 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
     if len(data) > most:
         raise InputError(f"is larger than {most >> 20} MiB, the limit for {name}")
     lines = data.count(b"\n") + data.count(b"\r") if kind == ".toml" else 0
-    if lines + values_in(data) > MOST_VALUES[kind]:
+    if lines + count_values(data) > MOST_VALUES[kind]:
         larger = "; JSON files can have more" if kind == ".toml" else ""
         raise InputError(f"has more than {MOST_VALUES[kind]} values, the limit for {name}{larger}")
     if kind == ".toml" and _LONG_KEY.search(data):
         raise InputError(f"has a key of more than {MOST_KEY_PARTS} dotted parts")
     try:
         text = data.decode("utf-8")
-        found = tomllib.loads(text) if kind == ".toml" else json.loads(text, object_pairs_hook=without_doubles)
+        found = tomllib.loads(text) if kind == ".toml" else json.loads(text, object_pairs_hook=reject_duplicate_keys)
     except UnicodeDecodeError as error:
         raise InputError(f"is not {name}: byte {error.start} is not UTF-8 text") from None
     except RecursionError:
@@ -57,13 +57,13 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
         raise
     except ValueError as error:
         what = (str(error) or type(error).__name__).splitlines()[0]
-        raise InputError(f"is not {name}: {shortened(what, 200)}") from None
+        raise InputError(f"is not {name}: {shorten(what, 200)}") from None
     if not isinstance(found, dict):
-        raise InputError(f"must be an object with named fields, got {shown(found)}")
+        raise InputError(f"must be an object with named fields, got {format_value(found)}")
     return found
 
 
-def without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def reject_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """Build a dict from a JSON object's pairs and refuse duplicate keys. Used as ``object_pairs_hook`` of `json.loads`.
 
     Raises:
@@ -73,5 +73,5 @@ def without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in found if names.count(name) > 1)
-        raise InputError(f"is ambiguous: one object has the key {shown(twice)} twice")
+        raise InputError(f"is ambiguous: one object has the key {format_value(twice)} twice")
     return found

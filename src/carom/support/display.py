@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,14 +25,14 @@ class Shown:
 
     def __repr__(self) -> str:
         text: str = _view("summary")(self)
-        return visible(text)
+        return escape_controls(text)
 
     def __str__(self) -> str:
         return repr(self)
 
     def _repr_html_(self) -> str | None:
         page: str | None = _view("html_of")(self)
-        return page and visible(page)
+        return page and escape_controls(page)
 
 
 class Drawn(Shown):

@@ -23,23 +23,25 @@ class ByValue:
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return _same_fields(self, other)
+        return _are_fields_equal(self, other)
 
 
-def _same_fields(one: Any, other: Any) -> bool:
-    return all(_same(getattr(one, field.name), getattr(other, field.name)) for field in fields(one) if field.compare)
+def _are_fields_equal(one: Any, other: Any) -> bool:
+    return all(
+        _are_equal(getattr(one, field.name), getattr(other, field.name)) for field in fields(one) if field.compare
+    )
 
 
-def _same(one: Any, other: Any) -> bool:
+def _are_equal(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         alike = isinstance(one, np.ndarray) and isinstance(other, np.ndarray) and one.dtype == other.dtype
         return alike and one.shape == other.shape and one.tobytes() == other.tobytes()
     if type(one) is not type(other):
         return bool(one == other)
     if isinstance(one, Mapping):
-        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+        return one.keys() == other.keys() and all(_are_equal(one[key], other[key]) for key in one)
     if isinstance(one, tuple | list):
-        return len(one) == len(other) and all(map(_same, one, other))
+        return len(one) == len(other) and all(map(_are_equal, one, other))
     if is_dataclass(one) and not isinstance(one, type):
-        return _same_fields(one, other)
+        return _are_fields_equal(one, other)
     return bool(one == other or (isinstance(one, float) and one != one and other != other))

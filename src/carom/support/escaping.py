@@ -19,7 +19,7 @@ _HIDDEN = re.compile(
 )
 
 
-def visible(text: str) -> str:
+def escape_controls(text: str) -> str:
     r"""Return the text with each control character as an escape, such as ``\u001b``.
 
     JSON has the same escapes, so JSON text keeps its meaning. XML, Markdown and terminals show the escapes as they are.
@@ -27,19 +27,19 @@ def visible(text: str) -> str:
     return _HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
-def shortened(text: str, most: int = 60) -> str:
+def shorten(text: str, most: int = 60) -> str:
     """Return the text with at most `most` characters, for a message."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
-def last_words(printed: str) -> str:
+def find_last_message(printed: str) -> str:
     """Return the last line that begins like an error, else the last line, cut to 200 characters."""
     lines = [line for line in map(str.strip, printed.splitlines()) if line][-_LAST_LINES:]
     errors = [line for line in lines if _ERROR.match(line)]
     return (errors or lines or [""])[-1][:200]
 
 
-def shown(value: object) -> str:
+def format_value(value: object) -> str:
     """Return a value as text for a message, 60 characters at most."""
     try:
         text = repr(value)
@@ -50,7 +50,7 @@ def shown(value: object) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def near(name: str, known: Iterable[str]) -> str:
+def suggest_name(name: str, known: Iterable[str]) -> str:
     """Return "did you mean ...?" with the known name most similar to `name`; empty if no known name is similar."""
     import difflib  # imported here, because few messages need it and `import carom` would become slower
 
@@ -58,12 +58,12 @@ def near(name: str, known: Iterable[str]) -> str:
     return f"did you mean {found[0]!r}?" if found else ""
 
 
-def named_hints(name: str, known: Iterable[str], there_are: str) -> tuple[str, ...]:
+def build_name_hints(name: str, known: Iterable[str], there_are: str) -> tuple[str, ...]:
     """Return the hints of an error about an unknown name: a similar known name if there is one, and `there_are`."""
-    return tuple(filter(None, (near(name, known), there_are)))
+    return tuple(filter(None, (suggest_name(name, known), there_are)))
 
 
-def release_numbers(version: str) -> tuple[int, ...]:
+def parse_release_numbers(version: str) -> tuple[int, ...]:
     """Return the leading numbers of a release, without zeros at the end: 4.0.0rc1 counts as 4."""
     found = re.match(r"[0-9]+(\.[0-9]+)*", version)
     numbers = [int(number) for number in found[0].split(".")] if found else []
@@ -74,4 +74,4 @@ def release_numbers(version: str) -> tuple[int, ...]:
 
 def is_older(version: str, oldest: str) -> bool:
     """Return whether a release is older than another; False if `version` does not start with a digit."""
-    return version[:1].isdigit() and release_numbers(version) < release_numbers(oldest)
+    return version[:1].isdigit() and parse_release_numbers(version) < parse_release_numbers(oldest)

@@ -20,9 +20,9 @@ from pydantic import (
 )
 
 from carom.errors import Problem, SceneError
-from carom.support.checks import shown
-from carom.support.formatting import number
-from carom.support.limits import LARGEST, ORDINARY, SMALLEST, beyond
+from carom.support.checks import format_value
+from carom.support.formatting import format_number
+from carom.support.limits import LARGEST, ORDINARY, SMALLEST, format_limits
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -30,32 +30,32 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 
-def _plain(value: object) -> object:
+def _to_plain(value: object) -> object:
     """Accept NumPy scalars and arrays wherever a plain number or list is accepted."""
     tolist = getattr(value, "tolist", None)
     return tolist() if callable(tolist) else value
 
 
-def _infinity_from_text(value: object) -> object:
-    return math.inf if value == "inf" else _plain(value)
+def _parse_infinity(value: object) -> object:
+    return math.inf if value == "inf" else _to_plain(value)
 
 
-def _mass_of_size(mass: float) -> float:
+def _check_mass(mass: float) -> float:
     if LARGEST < mass < math.inf:
-        raise ValueError(beyond(SMALLEST, LARGEST))
+        raise ValueError(format_limits(SMALLEST, LARGEST))
     return mass
 
 
-def _inertia_of_size(factor: float) -> float:
+def _check_inertia(factor: float) -> float:
     if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
-        least = number(1.0 / ORDINARY, 3)
+        least = format_number(1.0 / ORDINARY, 3)
         raise ValueError(
             f'must be from {least} to 1, where all mass is in the rim, or "inf" for a disc that cannot turn'
         )
     return factor
 
 
-def _unit(vector: tuple[float, float]) -> tuple[float, float]:
+def _normalise_vector(vector: tuple[float, float]) -> tuple[float, float]:
     x, y = vector
     if vector == (0.0, 0.0):
         raise ValueError("must not be of length zero")
@@ -72,35 +72,35 @@ def _unit(vector: tuple[float, float]) -> tuple[float, float]:
 
 
 # The bounds come before the validator. In the other order Pydantic enforces them, but omits them from the JSON Schema.
-_Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
-Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
-Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
-Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
-Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
-Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
+_Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_to_plain)]
+Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_to_plain)]
+Vector = Annotated[tuple[Number, Number], BeforeValidator(_to_plain)]
+Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_to_plain)]
+Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_to_plain)]
+Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False), BeforeValidator(_to_plain)]
 Rate = Friction
 Since = Friction
-SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
+SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_to_plain)]
 # JSON has no infinity, so files contain the mass of an immovable disc as the string "inf".
 _InfinityAsText = PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json")
 Mass = Annotated[
     float,
     Strict(),
     Field(ge=SMALLEST, allow_inf_nan=True),
-    BeforeValidator(_infinity_from_text),
-    AfterValidator(_mass_of_size),
+    BeforeValidator(_parse_infinity),
+    AfterValidator(_check_mass),
     _InfinityAsText,
     WithJsonSchema({"anyOf": [{"type": "number", "minimum": SMALLEST, "maximum": LARGEST}, {"const": "inf"}]}),
 ]
 Inertia = Annotated[
     float,
     Strict(),
-    BeforeValidator(_infinity_from_text),
-    AfterValidator(_inertia_of_size),
+    BeforeValidator(_parse_infinity),
+    AfterValidator(_check_inertia),
     _InfinityAsText,
     WithJsonSchema({"anyOf": [{"type": "number", "minimum": 1.0 / ORDINARY, "maximum": 1}, {"const": "inf"}]}),
 ]
-Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_plain), AfterValidator(_unit)]
+Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_to_plain), AfterValidator(_normalise_vector)]
 
 
 class Model(BaseModel):
@@ -117,10 +117,10 @@ class Model(BaseModel):
         except ValidationError as error:
             items = error.errors(include_url=False)
             more = any(getattr(item.get("ctx", {}).get("error"), "more", False) for item in items)
-            raise SceneError([*_problems(items)], more=more) from None
+            raise SceneError([*_list_problems(items)], more=more) from None
 
     @model_serializer(mode="wrap")
-    def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _drop_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         fields: dict[str, Any] = handler(self)
         for name in self.left_out:
             if getattr(self, name) == type(self).model_fields[name].default:
@@ -128,7 +128,7 @@ class Model(BaseModel):
         return fields
 
 
-def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
+def _list_problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
     for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
@@ -140,13 +140,13 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
             case "extra_forbidden":
                 yield Problem(location, "is not a field of a scene", ("see `carom scenes --schema`",))
             case "too_long" | "too_short":
-                yield Problem(location, f"must hold two numbers, got {shown(item['input'])}")
+                yield Problem(location, f"must hold two numbers, got {format_value(item['input'])}")
             case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST and not item["input"] > 0:
-                yield Problem(location, f"must be greater than 0, got {shown(item['input'])}")
+                yield Problem(location, f"must be greater than 0, got {format_value(item['input'])}")
             case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST:
-                yield Problem(location, f"{beyond(SMALLEST, LARGEST)}, got {shown(item['input'])}")
+                yield Problem(location, f"{format_limits(SMALLEST, LARGEST)}, got {format_value(item['input'])}")
             case "greater_than_equal" | "less_than_equal" if LARGEST in map(abs, item["ctx"].values()):
-                yield Problem(location, f"{beyond(0.0, LARGEST)}, got {shown(item['input'])}")
+                yield Problem(location, f"{format_limits(0.0, LARGEST)}, got {format_value(item['input'])}")
             case _:
                 yield Problem(location, describe_error(item))
 
@@ -159,11 +159,11 @@ def describe_error(item: ErrorDetails) -> str:
         case "extra_forbidden":
             return "is not known"
         case "tuple_type" | "list_type":
-            return f"must be a list, got {shown(item['input'])}"
+            return f"must be a list, got {format_value(item['input'])}"
     message = item["msg"]
     for prefix in ("Value error, ", "Input should ", "String should "):
         message = message.removeprefix(prefix)
     if item["type"] == "value_error" and not message.startswith("must"):  # a complete sentence
         return message
     message = message if message.startswith("must") else f"must {message}"
-    return f"{message}, got {shown(item['input'])}"
+    return f"{message}, got {format_value(item['input'])}"

@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from carom.errors import InputError
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 MARKER = ".carom"
 #: First line of a marker. The second line is a word for the folder's purpose.
@@ -34,7 +34,7 @@ _DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|$)")
 _PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
 
 
-def file_name(name: str) -> str:
+def build_file_name(name: str) -> str:
     """Return a unique file name, without an ending, for a name such as a scene's.
 
     Names of small letters, digits, ``-``, ``_`` and ``/`` keep these characters, with ``.`` for ``/``. Other names are
@@ -82,7 +82,7 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
 
 
 @contextmanager
-def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
+def claim_while_writing(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
     """Mark a folder like `claim` while work writes into it. If the work writes nothing, remove the marker again."""
     new, marked = not folder.exists(), (folder / MARKER).exists()
     try:
@@ -126,11 +126,11 @@ def write_file(path: Path, content: str | bytes) -> Path:
         OSError: The file can't be written.
     """
     if path.exists() and not path.is_file():
-        path.write_bytes(_bytes(content))
+        path.write_bytes(_encode_content(content))
         return path
     place = path.resolve()
     place.parent.mkdir(parents=True, exist_ok=True)
-    part = place.with_name(f".{file_name(place.name)}.{os.getpid()}.part")
+    part = place.with_name(f".{build_file_name(place.name)}.{os.getpid()}.part")
     try:
         _put(part, content)
         part.replace(place)
@@ -140,7 +140,7 @@ def write_file(path: Path, content: str | bytes) -> Path:
     return path
 
 
-def temporary(name: str) -> Path:
+def build_temporary_path(name: str) -> Path:
     """Return a path with this name in a new temporary folder. Call this function only if there is content to write."""
     return Path(tempfile.mkdtemp(prefix="carom-")) / name
 
@@ -148,14 +148,14 @@ def temporary(name: str) -> Path:
 def _put(path: Path, content: str | bytes) -> None:
     """Write a file and synchronise it to the disk."""
     with path.open("xb") as file:
-        file.write(_bytes(content))
+        file.write(_encode_content(content))
         file.flush()
         os.fsync(file.fileno())
 
 
-def _bytes(content: str | bytes) -> bytes:
+def _encode_content(content: str | bytes) -> bytes:
     """Return the content of a file as bytes. Control characters in text are escaped."""
-    return visible(content).encode() if isinstance(content, str) else content
+    return escape_controls(content).encode() if isinstance(content, str) else content
 
 
 def _is_torn(marker: Path) -> bool:

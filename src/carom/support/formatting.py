@@ -9,7 +9,7 @@ import re
 ABSENT = "n/a"
 
 
-def number(value: float, digits: int = 2) -> str:
+def format_number(value: float, digits: int = 2) -> str:
     """Return a number rounded to `digits` significant digits: 0.075, 1.5e-16, 120."""
     if math.isnan(value):
         return ABSENT
@@ -26,24 +26,24 @@ def number(value: float, digits: int = 2) -> str:
     return f"{re.sub(r'[.]?0+$', '', mantissa) if '.' in mantissa else mantissa}e{int(power)}"
 
 
-def seconds(value: float) -> str:
+def format_seconds(value: float) -> str:
     """Return a length of time: 0.0375 s."""
-    return ABSENT if math.isnan(value) else f"{number(value, 3)} s"
+    return ABSENT if math.isnan(value) else f"{format_number(value, 3)} s"
 
 
-def instant(value: float) -> str:
+def format_instant(value: float) -> str:
     """Return a point in time: 0.0375123 s."""
-    return ABSENT if math.isnan(value) else f"{number(value, 6)} s"
+    return ABSENT if math.isnan(value) else f"{format_number(value, 6)} s"
 
 
-def metres(value: float) -> str:
+def format_metres(value: float) -> str:
     """Return a length: 0.0375 m."""
-    return ABSENT if math.isnan(value) else f"{number(value, 3)} m"
+    return ABSENT if math.isnan(value) else f"{format_number(value, 3)} m"
 
 
-def steps(error_s: float, dt_s: float) -> str:
+def format_steps(error_s: float, dt_s: float) -> str:
     """Return an error of time in steps: 0.9 steps."""
     if math.isnan(error_s) or dt_s <= 0.0:
         return ABSENT
-    shown = number(error_s / dt_s, 3)
+    shown = format_number(error_s / dt_s, 3)
     return f"{shown} step" if shown in {"1", "-1"} else f"{shown} steps"

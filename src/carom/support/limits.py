@@ -16,7 +16,7 @@ import math
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,8 +43,8 @@ MOST_WALLS = 1_000
 MOST_LEGS = 10_000
 #: Most discs in one picture. A picture with more discs would be unreadable and take megabytes.
 MOST_DISCS_DRAWN = 64
-#: Most bytes and values of a file by its ending. `values_in` counts the values; lines of TOML also count as values. The
-#: largest scene fits into JSON easily. A value takes up to 100 bytes of memory. TOML has lower limits, because reading
+#: Most bytes and values of a file by its ending. `count_values` counts the values; lines of TOML also count as values.
+#: The largest scene fits into JSON easily. A value takes up to 100 bytes of memory. TOML has lower limits, because reading
 #: takes ten times as long. A .jsonl file contains results. Each line must also meet the limits of JSON; 1e5 lines take
 #: 310 MB and half of the values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
@@ -68,12 +68,12 @@ LONGEST_S = 1e7
 MOST_MB = 1e9
 
 
-def beyond(least: float, most: float) -> str:
+def format_limits(least: float, most: float) -> str:
     """Return the message for a number that is not between two limits."""
     span = (
-        f"between {number(least, 3)} and {number(most, 3)}"
+        f"between {format_number(least, 3)} and {format_number(most, 3)}"
         if least > 0.0
-        else f"at most {number(most, 3)} in magnitude"
+        else f"at most {format_number(most, 3)} in magnitude"
     )
     return f"must be {span} (measure in other units)"
 
@@ -88,7 +88,9 @@ def require_within(name: str, array: NDArray[np.float64], least: float, most: fl
     wrong = ~((size <= most) & (size >= least))
     if wrong.any():
         value = array[wrong].flat[0]
-        raise InputError(f"{name} {beyond(least, most) if math.isfinite(value) else 'must be finite'}, got {value}")
+        raise InputError(
+            f"{name} {format_limits(least, most) if math.isfinite(value) else 'must be finite'}, got {value}"
+        )
 
 
 def require_megabytes(name: str, value: float) -> None:
@@ -101,6 +103,6 @@ def require_megabytes(name: str, value: float) -> None:
         raise InputError(f"{name} must be a positive number of megabytes, {MOST_MB:g} at most, got {value!r}")
 
 
-def values_in(data: bytes) -> int:
+def count_values(data: bytes) -> int:
     """Return an upper bound of the number of values in a JSON text, without parsing it."""
     return 1 + data.count(b",") + data.count(b"[") + data.count(b"{")

@@ -17,8 +17,8 @@ from numbers import Real
 from typing import Any, ClassVar, Self
 
 from carom.errors import InputError
-from carom.support.escaping import named_hints, shown
-from carom.support.formatting import number
+from carom.support.escaping import build_name_hints, format_value
+from carom.support.formatting import format_number
 from carom.support.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
 
 
@@ -45,9 +45,9 @@ class ValueKind:
     gather: Callable[[Sequence[str]], Any] | None = None
     range: str = ""
 
-    def refusal(self, name: str, value: Any) -> InputError:
+    def build_error(self, name: str, value: Any) -> InputError:
         """Return the error for an invalid value of an option."""
-        return InputError(f"{name} must be {self.said}, got {shown(value)}")
+        return InputError(f"{name} must be {self.said}, got {format_value(value)}")
 
 
 def check_value(kind: ValueKind, name: str, value: Any) -> Any:
@@ -59,7 +59,7 @@ def check_value(kind: ValueKind, name: str, value: Any) -> Any:
     try:
         return kind.take(value)
     except (TypeError, ValueError, OverflowError):
-        raise kind.refusal(name, value) from None
+        raise kind.build_error(name, value) from None
 
 
 @dataclass(frozen=True)
@@ -90,14 +90,14 @@ class Option:
         return (*([value] for value in self.kind.wrong), "text", 5)
 
 
-def option(
+def declare_option(
     default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
 ) -> Any:
     """Declare a field of a study's options. A default of None means what `said` describes."""
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 
-def declared_options(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Option]:
+def list_declared_options(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Option]:
     """Return the options of a study by name."""
     return {field.name: field.metadata["option"] for field in dataclasses.fields(options)}
 
@@ -113,11 +113,13 @@ class DeclaredOptions:
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
-            value = _checked(field.metadata["option"], field.name, getattr(self, field.name), field.default is None)
+            value = _check_option(
+                field.metadata["option"], field.name, getattr(self, field.name), field.default is None
+            )
             object.__setattr__(self, field.name, value)
 
     @classmethod
-    def said(cls, texts: Mapping[str, Any], *, before: str = "--") -> Self:
+    def parse_command_line(cls, texts: Mapping[str, Any], *, before: str = "--") -> Self:
         """Parse options of a command line.
 
         Args:
@@ -128,13 +130,13 @@ class DeclaredOptions:
             InputError: As for the class, but with the option's name in the shell.
         """
         given = {}
-        for field_name, one in declared_options(cls).items():
+        for field_name, one in list_declared_options(cls).items():
             if (text := texts.get(field_name)) is not None and text != []:
                 given[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
         return cls(**given)
 
     @classmethod
-    def passed(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
+    def build_from_arguments(cls, function: str, options: Mapping[str, Any], **fixed: Any) -> Self:
         """Build options from a function's keyword arguments.
 
         The function sets the `fixed` options itself, so callers can't.
@@ -142,26 +144,26 @@ class DeclaredOptions:
         Raises:
             InputError: A value is invalid, or an option is unknown.
         """
-        known = [name for name in declared_options(cls) if name not in fixed]
+        known = [name for name in list_declared_options(cls) if name not in fixed]
         for name in options:
             if name not in known:
-                hints = named_hints(name, known, f"there are: {', '.join(known)}")
+                hints = build_name_hints(name, known, f"there are: {', '.join(known)}")
                 raise InputError(f"{function} has no option {name!r}", hints=hints)
         return cls(**fixed, **options)
 
     @property
     def stamp(self) -> dict[str, Any]:
         """The options with `stamped`. A journal can be resumed only if these are equal."""
-        return {name: getattr(self, name) for name, one in declared_options(self).items() if one.stamped}
+        return {name: getattr(self, name) for name, one in list_declared_options(self).items() if one.stamped}
 
 
-def _checked(one: Option, name: str, value: Any, optional: bool) -> Any:
+def _check_option(one: Option, name: str, value: Any, optional: bool) -> Any:
     if value is None and optional:
         return None
     if not one.many:
         return check_value(one.kind, name, value)
     if isinstance(value, str) or not isinstance(value, Iterable):
-        raise InputError(f"{name} must be a list, even of one item, got {shown(value)}")
+        raise InputError(f"{name} must be a list, even of one item, got {format_value(value)}")
     return tuple(check_value(one.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
 
 
@@ -175,17 +177,17 @@ def _read(one: Option, flag: str, text: Any) -> Any:
             items = said if isinstance(said, tuple) else (said,)
             found += [one.kind.take(item) for item in items]
         except (TypeError, ValueError, OverflowError):
-            raise one.kind.refusal(flag, part) from None
+            raise one.kind.build_error(flag, part) from None
     return tuple(found) if one.many else found[0]
 
 
-def _real(value: Any) -> float:
+def _to_real(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError
     return float(value)
 
 
-def whole(least: int, most: int | None = None) -> ValueKind:
+def build_whole_number_kind(least: int, most: int | None = None) -> ValueKind:
     """Return the kind of whole numbers from `least` up to `most`, where None means no upper limit."""
 
     def take(value: Any) -> int:
@@ -212,13 +214,13 @@ def format_bound(value: float) -> str:
     return f"{value:g}".replace("e+0", "e").replace("e+", "e") if isinstance(value, float) else str(value)
 
 
-def measure(
+def build_measure_kind(
     said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float, span: str = ""
 ) -> ValueKind:
     """Return the kind of finite numbers above `least` and up to `most`."""
 
     def take(value: Any) -> float:
-        found = _real(value)
+        found = _to_real(value)
         if not least < found <= most:
             raise ValueError
         return found
@@ -227,30 +229,32 @@ def measure(
     return ValueKind(said, word, take, read, wrong, range=span or f"above {format_bound(least)}")
 
 
-def _up_to(most: float) -> str:
+def _format_upper_bound(most: float) -> str:
     return f"above 0, at most {format_bound(most)}"
 
 
-def seconds() -> ValueKind:
+def build_seconds_kind() -> ValueKind:
     """Return the kind of time limits in seconds."""
     said = f"a positive number of seconds, at most {format_bound(LONGEST_S)}"
-    return measure(said, "SECONDS", 0.0, LONGEST_S, span=_up_to(LONGEST_S))
+    return build_measure_kind(said, "SECONDS", 0.0, LONGEST_S, span=_format_upper_bound(LONGEST_S))
 
 
-def megabytes() -> ValueKind:
+def build_megabytes_kind() -> ValueKind:
     """Return the kind of memory limits in megabytes."""
     said = f"a positive number of megabytes, at most {format_bound(MOST_MB)}"
-    return measure(said, "MEGABYTES", 0.0, MOST_MB, span=_up_to(MOST_MB))
+    return build_measure_kind(said, "MEGABYTES", 0.0, MOST_MB, span=_format_upper_bound(MOST_MB))
 
 
-def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
+def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return the kind of time steps. `read` parses a command-line text; `also` describes further forms of the text."""
-    limits = f"above 0: from {number(SMALLEST, 3)} to {number(LARGEST, 3)}"
+    limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
     said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
-    return measure(said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or fraction, span="above 0")
+    return build_measure_kind(
+        said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or parse_fraction, span="above 0"
+    )
 
 
-def fraction(text: str) -> float:
+def parse_fraction(text: str) -> float:
     """Read a number such as ``1/240`` or ``0.004``."""
     whole, slash, parts = text.partition("/")
     try:
@@ -259,29 +263,29 @@ def fraction(text: str) -> float:
         raise ValueError from None
 
 
-def _text(value: Any) -> str:
+def _check_text(value: Any) -> str:
     if not isinstance(value, str):
         raise TypeError
     return value
 
 
-def name() -> ValueKind:
+def build_name_kind() -> ValueKind:
     """Return the kind of names. Any text is valid; whether the name exists is checked elsewhere."""
-    return ValueKind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
+    return ValueKind("a name", "NAME", _check_text, wrong=(5, None, True, 0.5, ["x"]))
 
 
-def _bool(value: Any) -> bool:
+def _check_bool(value: Any) -> bool:
     if not isinstance(value, bool):
         raise TypeError
     return value
 
 
-def flag() -> ValueKind:
+def build_flag_kind() -> ValueKind:
     """Return the kind of boolean options."""
-    return ValueKind("True or False", "", _bool, wrong=("no", 0, 1, None))
+    return ValueKind("True or False", "", _check_bool, wrong=("no", 0, 1, None))
 
 
-def one_of(kinds: type[StrEnum]) -> ValueKind:
+def build_enum_kind(kinds: type[StrEnum]) -> ValueKind:
     """Return the kind of an enumeration's values, which may also be given by name."""
     listed = ", ".join(one.value for one in kinds)
     return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds, wrong=("x", 5, None, True))

@@ -7,14 +7,14 @@ from contextlib import suppress
 from pathlib import Path
 
 
-def available_cores() -> int:
+def count_available_cores() -> int:
     """Return the number of cores that this process may use. The machine can have more."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-def available_memory() -> int:
+def measure_available_memory() -> int:
     """Return the machine's memory in bytes, or the limit of a container."""
     whole = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     with suppress(OSError, ValueError):  # no control group, or its limit is the text "max"

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 from carom.errors import InputError
-from carom.support.escaping import release_numbers, shown
+from carom.support.escaping import format_value, parse_release_numbers
 
 #: Function that returns whether the numbers of a release meet a condition.
 VersionCondition = Callable[[tuple[int, ...]], bool]
@@ -31,12 +31,12 @@ def require_version(version: str) -> str:
     """
     if not _VERSION.fullmatch(version):
         raise InputError(
-            f"a version must begin with a digit and have only letters, digits, . + ! _ -, got {shown(version)}"
+            f"a version must begin with a digit and have only letters, digits, . + ! _ -, got {format_value(version)}"
         )
     return version
 
 
-def version_condition(word: str) -> VersionCondition | None:
+def parse_version_condition(word: str) -> VersionCondition | None:
     """Return the condition of a word such as ">=7" or "3.0..4.0"; None for a plain version.
 
     Raises:
@@ -44,16 +44,16 @@ def version_condition(word: str) -> VersionCondition | None:
     """
     low, dots, high = word.partition("..")
     if dots:
-        first, last = release_numbers(require_version(low)), release_numbers(require_version(high))
+        first, last = parse_release_numbers(require_version(low)), parse_release_numbers(require_version(high))
         return lambda one: first <= one <= last
     for sign, meets in _SIGNS.items():
         if word.startswith(sign):
-            limit = release_numbers(require_version(word.removeprefix(sign).strip()))
+            limit = parse_release_numbers(require_version(word.removeprefix(sign).strip()))
             return lambda one, meets=meets, limit=limit: meets(one, limit)  # type: ignore[misc]
     return None
 
 
-def version_conditions(text: str) -> tuple[VersionCondition, ...]:
+def parse_version_conditions(text: str) -> tuple[VersionCondition, ...]:
     """Return the conditions of a range such as ">=7,<8".
 
     A plain version such as "7.1" is a condition that only this release meets.
@@ -62,9 +62,9 @@ def version_conditions(text: str) -> tuple[VersionCondition, ...]:
         InputError: The text is empty, or a part is neither a condition nor a version.
     """
     words = [word.strip() for word in text.split(",")]
-    return tuple(version_condition(word) or _equal(require_version(word)) for word in words)
+    return tuple(parse_version_condition(word) or _build_equal_condition(require_version(word)) for word in words)
 
 
-def _equal(version: str) -> VersionCondition:
-    numbers = release_numbers(version)
+def _build_equal_condition(version: str) -> VersionCondition:
+    numbers = parse_release_numbers(version)
     return lambda one: one == numbers

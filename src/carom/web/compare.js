@@ -39,7 +39,7 @@ export function compare(scene, truth, run) {
 }
 
 // Returns the share of phases at which PIT misses the first impact. In free flight, discs approach in the first half of
-// their overlap, and PIT finds them if a frame is in that half (carom.execution.phases.pit_miss_probability).
+// their overlap, and PIT finds them if a frame is in that half (carom.execution.phases.compute_pit_miss_probability).
 export function missedShare(scene, truth, dt) {
   const first = truth.impacts[0];
   return first && first.second >= 0 ? Math.max(0, 1 - clockOf(scene, overlapOf(scene, first) / 2) / dt) : null;

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import InputError
-from carom.web.packages import PACKAGES, package_script
+from carom.web.packages import PACKAGES, load_package_script
 
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
@@ -46,7 +46,7 @@ class PageEngine:
     shared: str = ""
 
 
-def page_engine(name: str, manifest: Path) -> PageEngine | None:
+def build_page_engine(name: str, manifest: Path) -> PageEngine | None:
     """Return an engine from its manifest, ``engine.toml``; None if its npm package is not installed.
 
     Raises:
@@ -58,13 +58,13 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
     if not description.is_file():
         return None
     package = json.loads(description.read_text(encoding="utf-8"))
-    script = linked(
+    script = link_script(
         name,
-        package=package_script(PACKAGES[name], description.parent),
+        package=load_package_script(PACKAGES[name], description.parent),
         package_name=package["name"],
         module=(manifest.parent / about["command"][1]).read_text(encoding="utf-8"),
     )
-    shared = shared_script((manifest.parent / _SHARED).read_text(encoding="utf-8"))
+    shared = build_shared_script((manifest.parent / _SHARED).read_text(encoding="utf-8"))
     licences = [path for path in sorted(description.parent.glob("LICENSE*")) if path.is_file()]
     licence = licences[0].read_text(encoding="utf-8") if licences else f"{package['name']}: {package['license']}"
     profiles = {
@@ -74,7 +74,7 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
     return PageEngine(name, label, profiles, script, licence, shared=shared)
 
 
-def shared_script(shared: str) -> str:
+def build_shared_script(shared: str) -> str:
     """Return a script with the shared functions of adapters, without the request loop for Node."""
     text = re.sub(r"^export async function serve\(.*?^}\n", "", shared, flags=re.MULTILINE | re.DOTALL)
     exported = ", ".join(_EXPORTED.findall(text))
@@ -82,13 +82,13 @@ def shared_script(shared: str) -> str:
     return f"globalThis.caromShared = (() => {{\n{helpers}return {{ {exported} }};\n}})();\n"
 
 
-def linked(name: str, *, package: str, package_name: str, module: str) -> str:
+def link_script(name: str, *, package: str, package_name: str, module: str) -> str:
     """Return a script that runs an engine's adapter module without its imports and comments, and exports its class.
 
     The module must not contain strings that span lines, because imports and comments are found at the start of a line.
     """
 
-    def bound(match: re.Match[str]) -> str:
+    def format_binding(match: re.Match[str]) -> str:
         names, source = match["names"], match["source"]
         if source == _SHARED:
             return f"const {names} = caromShared;"
@@ -96,7 +96,7 @@ def linked(name: str, *, package: str, package_name: str, module: str) -> str:
             return f"const {names} = {'caromPackage' if names[0] == '{' else 'caromPackage.default ?? caromPackage'};"
         raise InputError(f"the adapter of {name} imports {source}, which the page does not support")
 
-    own = _UNSEEN.sub("", _IMPORT.sub(bound, module))
+    own = _UNSEEN.sub("", _IMPORT.sub(format_binding, module))
     if re.search(r"^\s*import\b", own, re.MULTILINE):
         raise InputError(f"the adapter of {name} has an import that the page does not support")
     key = json.dumps(name)

@@ -11,7 +11,7 @@ from carom.engines.protocol.adapter import ProgramAdapter
 from carom.engines.registry import load_adapter, require_named
 from carom.errors import InputError
 from carom.model.scene import Need
-from carom.web.engine_script import PageEngine, page_engine
+from carom.web.engine_script import PageEngine, build_page_engine
 from carom.web.packages import PACKAGES
 
 #: Engines of the page by default: small, and without WebAssembly.
@@ -24,7 +24,7 @@ _NEEDS = (
 )
 
 
-def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
+def load_page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
     """Return the installed engines with the given names.
 
     Raises:
@@ -36,7 +36,7 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
         adapter = load_adapter(name)
         if name not in PACKAGES or not isinstance(adapter, ProgramAdapter):
             raise InputError(f"the page can't run {name}: choose from {', '.join(PACKAGES)}")
-        engine = page_engine(name, Path(adapter.folder) / "engine.toml")
+        engine = build_page_engine(name, Path(adapter.folder) / "engine.toml")
         if engine is not None:
             lacks = tuple(need.value for need in _NEEDS if not supports(adapter.capabilities, need))
             found.append(replace(engine, lacks=lacks))

@@ -84,7 +84,7 @@ PACKAGES = MappingProxyType(
 )
 
 
-def package_script(package: Package, folder: Path) -> str:
+def load_package_script(package: Package, folder: Path) -> str:
     """Return the script of an installed package, which sets ``module.exports``.
 
     Raises:
@@ -93,7 +93,7 @@ def package_script(package: Package, folder: Path) -> str:
     """
     # Read bytes, because strings of a script may contain WebAssembly, whose line ends must not change.
     text = (folder / package.script).read_bytes().decode("utf-8")
-    ended = {f"export default {package.exported};": _default(package, folder)} if package.exported else {}
+    ended = {f"export default {package.exported};": _build_default_export(package, folder)} if package.exported else {}
     for old, new in (ended | dict(package.closed)).items():
         if text.count(old) != 1:
             raise InputError(f"{package.script} has an unexpected version: it does not contain {old!r} exactly once")
@@ -103,7 +103,7 @@ def package_script(package: Package, folder: Path) -> str:
     return '"use strict";\n' + text.replace("import.meta.url", "document.baseURI")
 
 
-def _default(package: Package, folder: Path) -> str:
+def _build_default_export(package: Package, folder: Path) -> str:
     """Return the code that exports a module's default, with its WebAssembly if that is a separate file."""
     if not package.binary:
         return f"module.exports = {{ default: {package.exported} }};"

@@ -43,28 +43,28 @@ _COMMENT = re.compile(r"\s// [^\"'`]*$")
 _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
 
 
-def page_script() -> str:
+def build_page_script() -> str:
     """Return all modules as one script. No name is defined in two modules."""
     joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
     own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
-    return without_comments(own)
+    return strip_comments(own)
 
 
-def without_comments(script: str) -> str:
+def strip_comments(script: str) -> str:
     """Return a script without indents and comments, except comments that contain a quote. No string may span lines."""
     lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
-def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
+def render_page(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
     """Return the page as HTML, with a choice of scenes and engines. The page opens with the first scene.
 
     Raises:
         InputError: The page can't show a scene.
     """
-    script = page_script() + (engines[0].shared if engines else "")
-    loader = without_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
-    hashes = [_hash(text) for text in (loader, script, *(engine.script for engine in engines))]
+    script = build_page_script() + (engines[0].shared if engines else "")
+    loader = strip_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
+    hashes = [_compute_hash(text) for text in (loader, script, *(engine.script for engine in engines))]
     policy = (
         f"default-src 'none'; script-src {' '.join(hashes)} 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
         "base-uri 'none'; form-action 'none'"
@@ -72,52 +72,52 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
     about = [{"name": one.name, "label": one.label, "profiles": one.profiles, "lacks": one.lacks} for one in engines]
     parts = {
         "policy": policy,
-        "style": packed_block((SOURCES / "page.css").read_bytes()),
+        "style": pack_block((SOURCES / "page.css").read_bytes()),
         "licences": "\n".join(engine.licence for engine in engines).replace("--", "- -"),
         "first": html.escape(scenes[0].name),
-        "scenes": _packed_json({scene.name: _fields(scene) for scene in scenes}),
-        "engines": _packed_json(about),
+        "scenes": _pack_json({scene.name: _build_scene_fields(scene) for scene in scenes}),
+        "engines": _pack_json(about),
         "blocks": "\n".join(
             f'<script type="text/plain" data-engine="{html.escape(one.name)}">'
-            f"{packed_block(one.script.encode())}</script>"
+            f"{pack_block(one.script.encode())}</script>"
             for one in engines
         ),
-        "core": packed_block(CORE.read_bytes()),
-        "page": packed_block(script.encode()),
+        "core": pack_block(CORE.read_bytes()),
+        "page": pack_block(script.encode()),
         "loader": loader,
     }
-    return _filled((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
+    return _fill_template((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
 
 
-def with_gallery(*own: Scene) -> list[Scene]:
+def add_gallery(*own: Scene) -> list[Scene]:
     """Return the given scenes followed by the gallery of the catalogue."""
     names = {scene.name for scene in own}
     return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
 
 
-def beyond_page(scene: Scene) -> str:
+def find_page_limit(scene: Scene) -> str:
     """Describe why the page can't show a scene; an empty text if it can."""
     if len(scene.discs) > MOST_DISCS:
         return f"the page shows at most {MOST_DISCS} discs, but {scene.name} has {len(scene.discs)}"
     return ""
 
 
-def _fields(scene: Scene) -> object:
+def _build_scene_fields(scene: Scene) -> object:
     """Return the data of a scene for the page. The page checks each number."""
-    if beyond := beyond_page(scene):
+    if beyond := find_page_limit(scene):
         raise InputError(beyond)
     return json.loads(scene.model_dump_json())
 
 
-def _filled(template: str, parts: Mapping[str, str]) -> str:
+def _fill_template(template: str, parts: Mapping[str, str]) -> str:
     return re.sub(r"@(\w+)@", lambda found: parts[found[1]], template)
 
 
-def _packed_json(value: object) -> str:
-    return packed_block(json.dumps(value, allow_nan=False, separators=(",", ":")).encode())
+def _pack_json(value: object) -> str:
+    return pack_block(json.dumps(value, allow_nan=False, separators=(",", ":")).encode())
 
 
-def packed_block(content: bytes) -> str:
+def pack_block(content: bytes) -> str:
     """Return length, Adler-32 and LZMA stream of the content as text for `loader.js`, with 13 bits in two characters.
 
     Raises:
@@ -138,5 +138,5 @@ def packed_block(content: bytes) -> str:
     return letters.decode()
 
 
-def _hash(text: str) -> str:
+def _compute_hash(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

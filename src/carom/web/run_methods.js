@@ -65,7 +65,7 @@ function whole(scene) {
   return { ...scene, walls: scene.walls ?? [], gravity_m_s2: scene.gravity_m_s2 ?? [0, 0] };
 }
 
-// As `standstill_impacts` in carom/solvers/event_driven/run.py.
+// As `compute_standstill_limit` in carom/solvers/event_driven/run.py.
 const standstillImpacts = (bodies) => Math.min(100 * bodies ** 2, 10_000_000 + Math.floor(bodies ** 2 / 2));
 const materialsOf = ({ walls, wall_restitution, wall_friction }) =>
   walls.map((wall) => [wall.restitution ?? num(wall_restitution, 1), wall.friction ?? num(wall_friction, 0)]);
@@ -151,7 +151,7 @@ function slowed(run, damping, duration_s) {
   return { ...run, impacts, end_s, velocities: left(run.velocities), spins: run.spins && left(run.spins) };
 }
 
-// Returns the number of frames before the end in integer arithmetic, as carom.model.scene.steps_to_cover.
+// Returns the number of frames before the end in integer arithmetic, as carom.model.scene.count_steps.
 function framesBefore(duration, dt) {
   const [a, e] = frac(duration),
     [c, f] = frac(dt),

@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 
 from carom import load_scene, save_scene, solve_pic
 from carom.catalogue import Complaint, all_scenes, catalogue, deviation, find_scenes
-from carom.catalogue.closed_forms import after_impact, after_wall, dot, normal_of_offset, wedge_impacts
+from carom.catalogue.closed_forms import (
+    compute_after_impact,
+    compute_after_wall,
+    compute_normal,
+    compute_wedge_impacts,
+    dot,
+)
 from carom.errors import UnknownNameError
 
 EVERY_IMPACT_KNOWN = [entry for entry in catalogue().values() if entry.known.count is not None]
@@ -28,7 +34,7 @@ def test_the_impact_law_keeps_momentum_and_restitution(
     m1: float, v1: complex, m2: float, v2: complex, normal: complex, e: float
 ) -> None:
     """Momentum is kept, the normal relative velocity turns into -e times itself, the tangential parts stay."""
-    after1, after2 = after_impact(m1, v1, m2, v2, normal, e)
+    after1, after2 = compute_after_impact(m1, v1, m2, v2, normal, e)
     assert m1 * after1 + m2 * after2 == pytest.approx(m1 * v1 + m2 * v2, abs=1e-11)
     assert dot(after2 - after1, normal) == pytest.approx(-e * dot(v2 - v1, normal), abs=1e-12)
     assert dot(after1 - v1, 1j * normal) == pytest.approx(0, abs=1e-12)
@@ -37,15 +43,15 @@ def test_the_impact_law_keeps_momentum_and_restitution(
 @given(velocities, directions, st.floats(0, 1))
 def test_a_wall_is_an_immovable_disc(velocity: complex, normal: complex, e: float) -> None:
     """The wall's law is the limit of the pair's for an infinite second mass at rest."""
-    limit, _ = after_impact(1.0, velocity, math.inf, 0j, normal, e)
-    assert after_wall(velocity, normal, e) == pytest.approx(limit, abs=1e-13)
+    limit, _ = compute_after_impact(1.0, velocity, math.inf, 0j, normal, e)
+    assert compute_after_wall(velocity, normal, e) == pytest.approx(limit, abs=1e-13)
 
 
 @given(velocities, st.floats(-1, 1))
 def test_the_normal_of_an_offset_has_that_offset(approach: complex, offset: float) -> None:
     """The second centre is `offset` to the left of the approach, and ahead."""
     assume(abs(approach) > 1e-3)
-    normal = normal_of_offset(approach, offset)
+    normal = compute_normal(approach, offset)
     assert abs(normal) == pytest.approx(1)
     assert dot(normal, 1j * approach / abs(approach)) == pytest.approx(offset, abs=1e-14)
     assert dot(normal, approach) >= -1e-14
@@ -59,7 +65,7 @@ def test_unfolding_agrees_with_reflecting_step_by_step(
     start = cmath.rect(1.0, where * angle)
     velocity = cmath.rect(speed, where * angle + direction * math.pi)
     position, now = start, 0.0
-    for bounce in wedge_impacts(start, velocity, angle):
+    for bounce in compute_wedge_impacts(start, velocity, angle):
         position += velocity * (bounce.time_s - now)
         now = bounce.time_s
         side = cmath.rect(1.0, angle if bounce.upper else 0.0)

@@ -32,19 +32,19 @@ from typer.testing import CliRunner
 import carom
 from carom import Disc, Scene, save_scene
 from carom.catalogue import all_scenes
-from carom.cli import app, app_of
-from carom.cli.command_line import command_line
-from carom.cli.common import resumable
+from carom.cli import app, build_app
+from carom.cli.command_line import get_command_line
+from carom.cli.common import guard_journals
 from carom.engines.api import Profile
 from carom.errors import InputError
 from carom.execution import describe_engines
-from carom.model.scene_file import scene_schema
-from carom.report.results_file.json_lines import records_schema
+from carom.model.scene_file import build_scene_schema
+from carom.report.results_file.json_lines import build_records_schema
 from carom.studies.tune.search import KnobSearch
-from carom.support.options import declared_options
-from carom.web.engine_script import PageEngine, linked
-from carom.web.packages import PACKAGES, package_script
-from carom.web.page import page_html, page_script, with_gallery
+from carom.support.options import list_declared_options
+from carom.web.engine_script import PageEngine, link_script
+from carom.web.packages import PACKAGES, load_package_script
+from carom.web.page import add_gallery, build_page_script, render_page
 
 SCENE = tomli_w.dumps(staged("mine", disc_at(0, 0, 1, 0), disc_at(3.0, 0.3, -1, 0), duration_s=2.0).model_dump())
 
@@ -71,7 +71,7 @@ def test_nothing_that_could_be_run_is_exit_code_3(scene_file: Path, monkeypatch:
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-10", "--no-timing")
     assert result.exit_code == 3
     assert "more steps than an engine can count" in told(result)
-    monkeypatch.setattr(describe_engines, "why_unavailable", lambda _adapter: "it is on strike")
+    monkeypatch.setattr(describe_engines, "explain_unavailable_adapter", lambda _adapter: "it is on strike")
     monkeypatch.setattr(describe_engines, "_KNOWN", {})
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "0.1", "--no-timing")
     assert result.exit_code == 3
@@ -122,7 +122,7 @@ def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
     assert len(list((tmp_path / "mine").glob("*.toml"))) == 4
 
 
-@each("command, schema", [("scenes", scene_schema), ("diff", records_schema)])
+@each("command, schema", [("scenes", build_scene_schema), ("diff", build_records_schema)])
 def test_a_schema_is_printed_as_json(command: str, schema: Callable[[], object]) -> None:
     """`carom scenes --schema` prints that of a scene's file, and `carom diff --schema` that of JSON lines."""
     assert json.loads(carom_command(command, "--schema").output) == schema()
@@ -230,7 +230,7 @@ def test_ctrl_c_before_anything_is_finished_promises_no_journal(
     """An interruption without a journal is raised again; with one, the message says how to resume."""
 
     def interrupt() -> None:
-        with resumable(tmp_path / "journal.jsonl"):
+        with guard_journals(tmp_path / "journal.jsonl"):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -326,10 +326,10 @@ TEXTS |= {"NAME=VALUE": "a=b c", "OLD=NEW": "pit=pic", "ADDRESS": "tcp://host:87
 
 def asked(name: str, words: list[str]) -> tuple[dict[str, Any], str]:
     """Return what a command's body is given of some words, and the command again."""
-    group: Any = get_command(app_of([name, "explain"]))
+    group: Any = get_command(build_app([name, "explain"]))
     command = group.commands[name]
     seen: list[tuple[dict[str, Any], str]] = []
-    command.callback = lambda **given: seen.append((given, command_line()))
+    command.callback = lambda **given: seen.append((given, get_command_line()))
     with command.make_context(name, words) as context:
         command.invoke(context)
     return seen[0]
@@ -339,7 +339,7 @@ def asked(name: str, words: list[str]) -> tuple[dict[str, Any], str]:
 def test_the_command_again_asks_for_the_same(study: Any) -> None:
     """With every option that a study declares, the command that is shown is read as the one that was given."""
     name, *words = STUDIES[study]
-    for one in declared_options(study).values():
+    for one in list_declared_options(study).values():
         if one.flags:
             flag = one.flags[-1].partition("/")[0]
             text = TEXTS.get(one.kind.word, one.kind.word.rpartition("|")[2])
@@ -348,7 +348,7 @@ def test_the_command_again_asks_for_the_same(study: Any) -> None:
     first, named, *rest = shlex.split(again)
     assert (first, named) == ("carom", name)
     assert asked(name, rest) == (given, again)
-    assert all(given[option] is not None for option, one in declared_options(study).items() if one.flags)
+    assert all(given[option] is not None for option, one in list_declared_options(study).items() if one.flags)
 
 
 def test_what_continues_or_prints_more_is_no_part_of_it() -> None:
@@ -360,7 +360,7 @@ def test_what_continues_or_prints_more_is_no_part_of_it() -> None:
 def test_from_python_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """What the process was started with is no command of Carom's."""
     monkeypatch.setattr("sys.argv", ["pytest", "-x"])
-    assert command_line() == "carom"
+    assert get_command_line() == "carom"
 
 
 def test_a_scene_is_printed_with_its_proven_digits() -> None:
@@ -522,7 +522,7 @@ def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> N
 
 
 def _play(*words: str) -> tuple[int, str]:
-    found = CliRunner().invoke(app_of(["play"]), ["play", *words, "--no-open"])
+    found = CliRunner().invoke(build_app(["play"]), ["play", *words, "--no-open"])
     return found.exit_code, found.output
 
 
@@ -540,7 +540,7 @@ def test_it_writes_a_page_with_the_scene(tmp_path: Path) -> None:
 def test_the_policy_allows_scripts_by_their_hashes_and_webassembly() -> None:
     """The policy has the engine's hash, and the word for WebAssembly, which the solvers are, and no other."""
     engine = PageEngine("toy", "Toy", {"default": {}}, "0;", "of no licence")
-    (policy,) = re.findall(r'Content-Security-Policy" content="(.*?)"', page_html(with_gallery(), [engine]))
+    (policy,) = re.findall(r'Content-Security-Policy" content="(.*?)"', render_page(add_gallery(), [engine]))
     assert f"'sha256-{base64.b64encode(hashlib.sha256(b'0;').digest()).decode()}'" in policy
     assert "'wasm-unsafe-eval'" in policy
     assert "'unsafe-eval'" not in policy
@@ -548,7 +548,7 @@ def test_the_policy_allows_scripts_by_their_hashes_and_webassembly() -> None:
 
 def test_an_engine_that_is_not_installed_is_refused_with_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """An engine that was asked for and whose package is not there is bad usage, and the answer says what to run."""
-    monkeypatch.setattr("carom.web.installed_engines.page_engine", lambda *_: None)
+    monkeypatch.setattr("carom.web.installed_engines.build_page_engine", lambda *_: None)
     code, said = _play("-e", "rapier2d")
     assert code == 2
     assert "rapier2d is not installed: " in " ".join(said.split())
@@ -561,19 +561,19 @@ def test_a_package_of_another_form_is_refused(tmp_path: Path) -> None:
     script.parent.mkdir(parents=True)
     script.write_text("exports.World = class {};\n", encoding="utf-8")
     with pytest.raises(InputError, match="has an unexpected version"):
-        package_script(PACKAGES["cannon"], tmp_path)
+        load_package_script(PACKAGES["cannon"], tmp_path)
 
 
 def test_the_scripts_are_one() -> None:
     """The joined script has no import or export of its own left, which a page from a file can't have."""
-    lines = page_script().splitlines()
+    lines = build_page_script().splitlines()
     assert not [line for line in lines if line.startswith(("import ", "export ", "//"))]
 
 
 def test_an_import_that_is_not_linked_is_refused() -> None:
     """An adapter with another import is refused for the page."""
     with pytest.raises(InputError, match="imports other"):
-        linked("matter", package="", package_name="matter-js", module='import Other from "other";\n')
+        link_script("matter", package="", package_name="matter-js", module='import Other from "other";\n')
 
 
 @pytest.fixture

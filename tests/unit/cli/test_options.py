@@ -14,7 +14,7 @@ from tests.command import carom_command
 
 import carom
 from carom import studies
-from carom.cli.options import shown_option
+from carom.cli.options import build_typer_option
 from carom.errors import InputError, UnknownNameError
 from carom.execution.run_options import Options
 from carom.solvers.certified.options import CertifyOptions
@@ -24,7 +24,7 @@ from carom.studies.diff.options import DiffOptions
 from carom.studies.history.options import HistoryOptions
 from carom.studies.stress.options import StressOptions
 from carom.studies.tune.options import TuneOptions
-from carom.support.options import DeclaredOptions, declared_options
+from carom.support.options import DeclaredOptions, list_declared_options
 
 #: Each study with the command of its options; a growth bench has its options from `carom bench`.
 STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
@@ -39,7 +39,10 @@ STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
     HistoryOptions: ("history", "pymunk"),
 }
 WRONG = [
-    (study, name, value) for study in STUDIES for name, one in declared_options(study).items() for value in one.wrong
+    (study, name, value)
+    for study in STUDIES
+    for name, one in list_declared_options(study).items()
+    for value in one.wrong
 ]
 
 
@@ -58,7 +61,7 @@ def test_what_a_study_declares_is_held_here() -> None:
     assert found == set(STUDIES) - {Options, CertifyOptions}
     for study in found:
         told = "".join(base.__doc__ or "" for base in study.__mro__)
-        assert [name for name in declared_options(study) if f"    {name}: " not in told] == [], study
+        assert [name for name in list_declared_options(study) if f"    {name}: " not in told] == [], study
 
 
 def optional(study: type[DeclaredOptions], name: str) -> bool:
@@ -82,7 +85,7 @@ def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
     """Every option that a shell has, with each wrong value that is a number or is no number."""
     found = []
     for study, name, value in WRONG:
-        one = declared_options(study)[name]
+        one = list_declared_options(study)[name]
         item = value[0] if one.many and isinstance(value, list) else value
         number = isinstance(item, int | float) and not isinstance(item, bool)
         if one.many and not isinstance(value, list):
@@ -96,7 +99,7 @@ def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
 @each("study, name, text", release_after(1, texts()))
 def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name: str, text: str) -> None:
     """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
-    one = declared_options(study)[name]
+    one = list_declared_options(study)[name]
     result = carom_command(*STUDIES[study], one.flags[0], text)
     assert result.exit_code == 2, result.output
     assert f"carom: {one.flags[0]} must be {one.kind.said}, got {text!r}" in result.output
@@ -107,17 +110,17 @@ def test_help_shows_what_is_declared(study: type[DeclaredOptions]) -> None:
     """`--help` has each option that the shell has, with its words, its bounds and its default."""
     result = carom_command(STUDIES[study][0], "--help")
     shown = "".join(result.output.split())
-    for name, one in declared_options(study).items():
+    for name, one in list_declared_options(study).items():
         if one.flags:
             assert one.flags[0].partition("/")[0] in shown
-            assert "".join(shown_option(study, name).help.split()) in shown
+            assert "".join(build_typer_option(study, name).help.split()) in shown
 
 
 @each("study", STUDIES)
 def test_the_shells_defaults_are_pythons(study: type[DeclaredOptions]) -> None:
     """Where the shell says nothing, the options are those that Python has by default."""
-    assert study.said({}) == study()
-    assert study.said(dict.fromkeys(declared_options(study))) == study()
+    assert study.parse_command_line({}) == study()
+    assert study.parse_command_line(dict.fromkeys(list_declared_options(study))) == study()
 
 
 #: Another sensible value of each option that is neither yes or no nor a number, by name.
@@ -140,7 +143,7 @@ OTHER: dict[str, Any] = {
 TAKEN = [
     (study, name)
     for study in STUDIES
-    for name, one in declared_options(study).items()
+    for name, one in list_declared_options(study).items()
     if name not in OTHER or OTHER[name] not in one.wrong
 ]
 
@@ -159,15 +162,17 @@ def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name
         other = value + 1 if value else 2
     changed = study(**{name: other})
     assert getattr(changed, name) != value
-    assert (changed.stamp != usual.stamp) is declared_options(study)[name].stamped
+    assert (changed.stamp != usual.stamp) is list_declared_options(study)[name].stamped
 
 
 def test_usual_values_are_taken() -> None:
     """Lists are accepted instead of tuples, and whole numbers as seconds; a series is several steps."""
     assert Options(["pit"], [1, 0.5], ["tuned"], time_limit_s=5).dts == (1, 0.5)
     assert BenchPlan(engines=("pit",), rounds=3, budget_s=1).rounds == 3
-    assert BenchPlan.said({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)
-    assert AdviceOptions.said({"direction_error_rad": "180deg"[1:]}).direction_error_rad == math.radians(80)
+    assert BenchPlan.parse_command_line({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)
+    assert AdviceOptions.parse_command_line({"direction_error_rad": "180deg"[1:]}).direction_error_rad == math.radians(
+        80
+    )
     assert (StressOptions().time_limit_s, StressOptions(quick=True).time_limit_s) == (60.0, 10.0)
 
 

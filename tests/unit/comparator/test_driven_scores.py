@@ -208,13 +208,13 @@ def test_no_exact_run_begins_where_a_disc_has_no_room(
         }
         return type(thing)(**{**thing.model_dump(exclude_unset=True), **told})
 
-    begun, exact_run = list[float](), window_runs.exact_run
+    begun, exact_run = list[float](), window_runs.simulate_pic
 
     def asked(start: BodyStates, *rest: Any) -> Any:
         begun.append(start.time_s)
         return exact_run(start, *rest)
 
-    monkeypatch.setattr(window, "exact_run", asked)
+    monkeypatch.setattr(window, "simulate_pic", asked)
     monkeypatch.setattr(window_runs, "MOST_IMPACTS", 50)  # of the window in which it is crushed
     things = [placed(disc_at(1.25, 0.0, -0.5, r=0.25)), placed(crush().walls[0]), placed(press)]
     scene = staged(

@@ -12,13 +12,13 @@ from tests.scene_builders import altered, disc_at, line, staged, sure, wall_at
 import carom
 from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic
 from carom.catalogue import catalogue
-from carom.comparator import Grade, horizon_of
+from carom.comparator import Grade, compute_horizon
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 
 IMPACTS = 60
-SCENE = gas_scene(16, 0.1, duration_s=100.0)
+SCENE = build_gas_scene(16, 0.1, duration_s=100.0)
 
 
 @pytest.fixture(scope="module")
@@ -33,15 +33,15 @@ def pic() -> Trace:
 
 def test_float64_agrees_to_ten_digits_and_not_to_all(certified: CertifiedTrace, pic: Trace) -> None:
     """All 60 impacts of a dilute gas agree to 1e-6, but not all agree to 2e-15, because errors grow."""
-    assert horizon_of(certified, pic, tolerance=1e-6).agreed == IMPACTS
-    assert horizon_of(certified, pic, tolerance=2e-15).agreed < IMPACTS
+    assert compute_horizon(certified, pic, tolerance=1e-6).agreed == IMPACTS
+    assert compute_horizon(certified, pic, tolerance=2e-15).agreed < IMPACTS
 
 
 @each("k", [0, 17, IMPACTS - 1])
 def test_the_first_impact_that_is_off_ends_it(certified: CertifiedTrace, pic: Trace, k: int) -> None:
     """A time or a velocity off by more than the tolerance is where the horizon is, for NaN too."""
     for values in ({"time_s": pic.impacts["time_s"][k] + 1e-3}, {"velocity_first_after": (math.nan, 0.0)}):
-        found = horizon_of(certified, altered(pic, k, **values), tolerance=1e-6)
+        found = compute_horizon(certified, altered(pic, k, **values), tolerance=1e-6)
         assert (found.agreed, found.order_differs) == (k, None)
         assert found.end_s == (certified.trace.impacts["time_s"][k - 1] if k else 0.0)
         assert not found.covers_the_scene
@@ -50,7 +50,7 @@ def test_the_first_impact_that_is_off_ends_it(certified: CertifiedTrace, pic: Tr
 def test_an_impact_of_other_bodies_is_where_the_order_differs(certified: CertifiedTrace, pic: Trace) -> None:
     """The first impact of a pair that the certified run does not have there is named."""
     other = 14 if pic.impacts["first"][25] != 14 else 13
-    found = horizon_of(certified, altered(pic, 25, first=other), tolerance=1e-6)
+    found = compute_horizon(certified, altered(pic, 25, first=other), tolerance=1e-6)
     assert (found.agreed, found.order_differs) == (25, 25)
     assert "differs from impact 26 on" in str(found)
 
@@ -120,11 +120,11 @@ def test_a_run_that_has_an_impact_less_or_more_is_not_covered() -> None:
     shorter = dataclasses.replace(whole, impacts=whole.impacts[:1])
     longer = dataclasses.replace(whole, impacts=np.concatenate([whole.impacts, whole.impacts[1:]]))
     for trace, agreed in ((shorter, 1), (longer, 2)):
-        found = horizon_of(certified, trace)
+        found = compute_horizon(certified, trace)
         assert (found.agreed, found.order_differs) == (agreed, agreed)
         assert not found.covers_the_scene
-    assert horizon_of(certified, shorter).end_s == whole.impacts["time_s"][0]
-    assert horizon_of(certified, whole).covers_the_scene
+    assert compute_horizon(certified, shorter).end_s == whole.impacts["time_s"][0]
+    assert compute_horizon(certified, whole).covers_the_scene
 
 
 @each("k", range(1, 5))
@@ -139,9 +139,9 @@ def test_an_impact_at_the_very_end_ends_no_horizon(k: int) -> None:
 def test_bad_horizons_are_refused(certified: CertifiedTrace, pic: Trace) -> None:
     """0 is no tolerance, and two scenes are not compared."""
     with pytest.raises(InputError, match="tolerance must be above 0, got 0"):
-        horizon_of(certified, pic, tolerance=0)
+        compute_horizon(certified, pic, tolerance=0)
     with pytest.raises(InputError, match="but the trace is not"):
-        horizon_of(certified, solve_pic(SCENE.model_copy(update={"name": "other"}), max_impacts=0))
+        compute_horizon(certified, solve_pic(SCENE.model_copy(update={"name": "other"}), max_impacts=0))
 
 
 def test_a_time_and_a_number_of_impacts_are_one_horizon() -> None:
@@ -183,6 +183,6 @@ def test_the_estimate_ends_before_the_run_does_in_a_chaotic_gas() -> None:
 
 def test_impacts_at_one_instant_far_apart_may_change_places() -> None:
     """Many discs that strike the walls at the very start do so in any order: that ends no horizon."""
-    reference = solve_pic(gas_scene(16, 0.3, duration_s=1.0, touching=True))
+    reference = solve_pic(build_gas_scene(16, 0.3, duration_s=1.0, touching=True))
     assert (reference.impacts["time_s"] == 0.0).sum() > 1
     assert estimate_horizon(reference) is None

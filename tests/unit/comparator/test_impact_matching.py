@@ -9,7 +9,7 @@ from tests.scene_builders import altered, disc_at, staged, wall_at
 
 from carom import compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
-from carom.comparator.align import MOST_EDITS, edit_distance
+from carom.comparator.align import MOST_EDITS, compute_edit_distance
 from carom.comparator.impact_matching import match_impacts
 
 
@@ -77,17 +77,17 @@ def full_table(a: Pairs, b: Pairs) -> int:
 @given(EVENTS, EVENTS)
 def test_the_band_gives_what_the_full_table_gives(a: Pairs, b: Pairs) -> None:
     """The banded distance is that of the full table, for all sequences."""
-    assert edit_distance(a, b) == full_table(a, b)
+    assert compute_edit_distance(a, b) == full_table(a, b)
 
 
 def test_one_of_each_edit() -> None:
     """One impact more, one fewer, and two neighbours swapped are one edit each."""
     a: Pairs = [(0, 1), (1, 2), (2, 3), (0, 2)]
-    assert edit_distance(a, a[:2] + a[3:]) == 1
-    assert edit_distance(a, [*a[:2], (5, 6), *a[2:]]) == 1
-    assert edit_distance(a, [a[0], a[2], a[1], a[3]]) == 1
+    assert compute_edit_distance(a, a[:2] + a[3:]) == 1
+    assert compute_edit_distance(a, [*a[:2], (5, 6), *a[2:]]) == 1
+    assert compute_edit_distance(a, [a[0], a[2], a[1], a[3]]) == 1
 
 
 def test_sequences_of_ten_thousand_that_have_nothing_in_common_end_at_the_cap() -> None:
     """Two long sequences without a common event end at the cap, without a table of a hundred million cells."""
-    assert edit_distance([(0, 1)] * 10_000, [(2, 3)] * 10_000) == MOST_EDITS
+    assert compute_edit_distance([(0, 1)] * 10_000, [(2, 3)] * 10_000) == MOST_EDITS

@@ -17,7 +17,7 @@ from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.comparator.non_finite import find_non_finite
-from carom.comparator.scales import largest
+from carom.comparator.scales import find_largest
 from carom.errors import InputError
 from carom.model.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
 
@@ -155,4 +155,4 @@ def test_nothing_is_held_against_a_reference_with_a_number_that_is_none() -> Non
 )
 def test_the_largest_of_what_holds_nan_is_nan(values: list[float], expected: float) -> None:
     """The largest by magnitude keeps its sign; the result is NaN if any value is NaN, or if there is none."""
-    assert largest(values) == pytest.approx(expected, nan_ok=True)
+    assert find_largest(values) == pytest.approx(expected, nan_ok=True)

@@ -12,7 +12,7 @@ from tests.scene_builders import disc_at, staged, sure
 
 from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
-from carom.comparator.scales import compute_own_scales, compute_scales, median
+from carom.comparator.scales import compute_median, compute_own_scales, compute_scales
 from carom.engines.api import Contact, Observation
 from carom.execution.impact_collector import ImpactCollector
 
@@ -216,4 +216,4 @@ def test_the_median_is_numpy_s(count: int) -> None:
     values = np.random.default_rng(count).normal(size=count)
     for strange in (values.max(), math.inf, -math.inf, math.nan):
         several = np.where(values == values.max(), strange, values)
-        np.testing.assert_equal(median(several), np.median(several))
+        np.testing.assert_equal(compute_median(several), np.median(several))

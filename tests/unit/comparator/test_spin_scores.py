@@ -12,7 +12,7 @@ from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import all_scenes
 from carom.comparator import Grade, Score, Verdict
 from carom.comparator.horizon import estimate_horizon
-from carom.comparator.measure.simultaneous_impacts import admissible_outcomes, first_group
+from carom.comparator.measure.simultaneous_impacts import find_admissible_outcomes, find_first_group
 from carom.errors import InputError
 
 DT = 1 / 60
@@ -193,8 +193,8 @@ def test_a_fast_rim_does_not_flatter_a_velocity() -> None:
 def test_the_corner_has_two_outcomes_with_friction() -> None:
     """The two admissible answers of a right-angled corner, worked out by hand, and the one that PIC takes."""
     trace = solve_pic(scene_named("corner"))
-    group = sure(first_group(trace))
-    outcomes = admissible_outcomes(trace.scene, group, math.sqrt(13))
+    group = sure(find_first_group(trace))
+    outcomes = find_admissible_outcomes(trace.scene, group, math.sqrt(13))
     motions = sorted(outcome.motion_m_s[0].tolist() for outcome in outcomes)
     np.testing.assert_allclose(motions, [(2.0, 2.0, 2.0), (22 / 9, 4 / 3, -22 / 9)], rtol=1e-15)
     result = compare(trace, trace)

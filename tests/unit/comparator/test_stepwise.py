@@ -15,7 +15,7 @@ from tests.scene_builders import disc_at, staged, sure, wall_at
 
 from carom import Scene
 from carom.catalogue.find_scenes import all_scenes
-from carom.comparator import Grade, local_truth
+from carom.comparator import Grade, compute_local_truth
 from carom.comparator.measure.stepwise_score import score_steps
 from carom.comparator.scales import compute_scales
 from carom.comparator.stepwise import StepWatch, step_watch
@@ -27,8 +27,8 @@ from carom.execution.engine_run import observe_run
 from carom.model.scene import Need
 from carom.model.step_windows import LocalTruth, States
 from carom.model.trace import Outcome
-from carom.solvers.pic import pic_run, solve_pic
-from carom.studies.bench.gas import gas_scene
+from carom.solvers.pic import solve_pic, start_pic_run
+from carom.studies.bench.gas import build_gas_scene
 
 #: Under gravity, on a table and by driven bodies nothing is damped.
 NOT_DAMPED = {Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.DRIVEN_WALLS, Need.DRIVEN_DISCS, Need.BELTS}
@@ -88,7 +88,7 @@ def steps_of(scene: Scene, name: str) -> LocalTruth:
 
 def states_of(scene: Scene, dt_s: float) -> States:
     """PIC's states at every step boundary, by its solver."""
-    run, count = pic_run(scene), scene.step_count(dt_s)
+    run, count = start_pic_run(scene), scene.step_count(dt_s)
     times = np.arange(count + 1, dtype=np.float64) * dt_s
     place, velocity = [scene.arrays.position_m], [scene.arrays.velocity_m_s]
     for time_s in times[1:]:
@@ -122,9 +122,9 @@ def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> No
     """A run that is looked at in many blocks has the windows, meetings and slips of one that is looked at in one."""
     scene = all_scenes()["classics/gas"].scene
     states = states_of(scene, 1 / 60)
-    whole = local_truth(scene, states, dt_s=1 / 60)
+    whole = compute_local_truth(scene, states, dt_s=1 / 60)
     monkeypatch.setattr(step_watch, "_NUMBERS", 1)
-    pieces = local_truth(scene, states, dt_s=1 / 60)
+    pieces = compute_local_truth(scene, states, dt_s=1 / 60)
     assert len(whole.windows) > 20
     for name in ("windows", "meetings", "slips"):
         one, other = getattr(pieces, name), getattr(whole, name)
@@ -137,7 +137,7 @@ def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.long
 def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a dense gas a window is open at any boundary; states go as blocks end still, and none is worked out thrice."""
-    scene = gas_scene(100, packing=0.5, duration_s=400 / 60)
+    scene = build_gas_scene(100, packing=0.5, duration_s=400 / 60)
     sizes: list[int] = []
 
     def counted(block: Block, rest: RestHistory) -> Activity:
@@ -161,9 +161,9 @@ def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     times = np.arange(601, dtype=np.float64) / 60
     place = np.stack([np.zeros_like(times), 0.5 - 0.01 * times], axis=1)[:, None]
     states = States(times, place, np.zeros_like(place))
-    whole = local_truth(scene, states, dt_s=1 / 60)
+    whole = compute_local_truth(scene, states, dt_s=1 / 60)
     monkeypatch.setattr(step_watch, "_NUMBERS", 1)
-    pieces = local_truth(scene, states, dt_s=1 / 60)
+    pieces = compute_local_truth(scene, states, dt_s=1 / 60)
     assert whole.sunk_radii == pytest.approx(0.1 / 0.5, rel=1e-9)
     assert (pieces.sunk_radii, pieces.resting_steps) == (whole.sunk_radii, whole.resting_steps)
 
@@ -192,7 +192,7 @@ def test_a_floor_that_a_disc_leaves_does_not_explain_that_it_is_turned() -> None
     speeds[1:] += 5.0
     place, velocity = (np.stack([0.0 * times, part], axis=1)[:, None] for part in (heights, speeds))
     states = States(times, place, velocity)
-    found = score_steps(local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
+    found = score_steps(compute_local_truth(scene, states, dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64)
     assert (found.invented, found.missed, found.early) == (1, 0, 0)
 
 
@@ -204,7 +204,9 @@ def test_a_pass_is_counted_once_however_long_it_lasts() -> None:
     place = start.position_m + start.velocity_m_s * times[:, None, None] + gravity * (times**2 / 2)[:, None, None]
     velocity = start.velocity_m_s + gravity * times[:, None, None]
     score = score_steps(
-        local_truth(scene, States(times, place, velocity), dt_s=dt_s), compute_scales(scene, solve_pic(scene)), 64
+        compute_local_truth(scene, States(times, place, velocity), dt_s=dt_s),
+        compute_scales(scene, solve_pic(scene)),
+        64,
     )
     assert score.missed == 1
     assert score.grade is Grade.WRONG
@@ -219,6 +221,6 @@ def test_a_piece_of_no_length_is_no_step() -> None:
     states = States(times_s, places, np.tile(scene.arrays.velocity_m_s, (len(times_s), 1, 1)))
     watch = StepWatch(scene, 0.25)
     for part in (slice(0, 1), slice(1, 2), slice(2, 3), slice(3, 6)):
-        watch.add(states.part(part))
+        watch.add(states.select_rows(part))
     found = watch.finish()
     assert (found.steps, found.until_s, found.slip_counts) == (3, 0.75, (0, 0))

@@ -8,7 +8,7 @@ import pytest
 from tests.unit.engines.protocol.programs import manifest_of
 
 from carom.conformance.known_failures import FILE_NAME
-from carom.conformance.suite import make_suite, selected_engines
+from carom.conformance.suite import make_suite, select_engines
 from carom.engines.registry import load_adapter
 from carom.errors import InputError
 from carom.execution.pool import InProcessPool
@@ -151,7 +151,7 @@ def test_engines_are_meant_by_name_distribution_or_package() -> None:
 
     def names(*words: str) -> list[str]:
         with InProcessPool() as pool:
-            return [info.name for info in selected_engines(words, pool)]
+            return [info.name for info in select_engines(words, pool)]
 
     assert names("pit", "pic", "pit") == ["pit", "pic"]
     everything = {*names("Carom")}

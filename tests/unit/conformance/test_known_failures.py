@@ -12,8 +12,8 @@ from carom.conformance.known_failures import (
     KnownFailure,
     WrittenFailures,
     check_names,
-    here,
-    known_reasons,
+    find_platform_name,
+    list_known_reasons,
     load_known_failures,
     write_known_failures,
 )
@@ -27,7 +27,7 @@ def test_each_case_has_its_entrys_reason(tmp_path: Path) -> None:
     """Every case of an entry is a known failure for the entry's reason; an empty file has none."""
     file = tmp_path / "known.toml"
     file.write_text(SOUND.format("leaks") + '[[known_failure]]\nreason = " slow "\ncases = ["b::start[tuned]"]\n')
-    assert known_reasons(load_known_failures(file), {"a": "1", "b": ""}, "linux-x86_64", file) == {
+    assert list_known_reasons(load_known_failures(file), {"a": "1", "b": ""}, "linux-x86_64", file) == {
         "a::energy[tuned]": "it leaks",
         "a::hits[default-x]": "it leaks",
         "b::start[tuned]": "slow",
@@ -105,7 +105,7 @@ def test_names_are_held_against_the_cases_that_there_are() -> None:
 def test_an_entry_holds_of_the_releases_that_it_names(versions: str, holds: set[str]) -> None:
     """Each condition must be met by the numbers of the release; a candidate counts as its release."""
     entry = KnownFailure("x", ("a::b",), versions=versions)
-    assert {one for one in ("6.9", "7.0", "7.3.1", "8", "7.0.0rc1") if entry.applies(one, "linux-x86_64")} == holds
+    assert {one for one in ("6.9", "7.0", "7.3.1", "8", "7.0.0rc1") if entry.is_valid_for(one, "linux-x86_64")} == holds
 
 
 def test_an_entry_holds_on_the_platform_that_it_names() -> None:
@@ -113,7 +113,7 @@ def test_an_entry_holds_on_the_platform_that_it_names() -> None:
     places = ("linux-x86_64", "linux-aarch64", "darwin-arm64")
     for asked, holds in (("linux", places[:2]), ("linux-aarch64", places[1:2]), ("", places)):
         entry = KnownFailure("x", ("a::b",), platform=asked)
-        assert tuple(one for one in places if entry.applies("1", one)) == holds
+        assert tuple(one for one in places if entry.is_valid_for("1", one)) == holds
 
 
 def test_two_entries_of_one_case_must_hold_of_different_releases(tmp_path: Path) -> None:
@@ -122,17 +122,17 @@ def test_two_entries_of_one_case_must_hold_of_different_releases(tmp_path: Path)
     entry = "[[known_failure]]\nreason = '{}'\ncases = ['a::b']\nversions = '{}'\n"
     file.write_text(entry.format("old", "<7") + entry.format("new", ">=7"))
     entries = load_known_failures(file)
-    assert known_reasons(entries, {"a": "6.4"}, here(), file) == {"a::b": "old"}
-    assert known_reasons(entries, {"a": "7.1"}, here(), file) == {"a::b": "new"}
+    assert list_known_reasons(entries, {"a": "6.4"}, find_platform_name(), file) == {"a::b": "old"}
+    assert list_known_reasons(entries, {"a": "7.1"}, find_platform_name(), file) == {"a::b": "new"}
     file.write_text(entry.format("old", "<=7") + entry.format("new", ">=7"))
     with pytest.raises(InputError, match=r"known_failure 2: 'a::b' is listed twice for release 7\.0"):
-        known_reasons(load_known_failures(file), {"a": "7.0"}, here(), file)
-    file.write_text(f"[[known_failure]]\nreason = 'x'\ncases = ['a::b']\nplatform = '{here()}'\n")
-    assert known_reasons(load_known_failures(file), {"a": ""}, here(), file) == {"a::b": "x"}
+        list_known_reasons(load_known_failures(file), {"a": "7.0"}, find_platform_name(), file)
+    file.write_text(f"[[known_failure]]\nreason = 'x'\ncases = ['a::b']\nplatform = '{find_platform_name()}'\n")
+    assert list_known_reasons(load_known_failures(file), {"a": ""}, find_platform_name(), file) == {"a::b": "x"}
     file.write_text(entry.format("x", ">=7"))
     with pytest.raises(InputError, match=r"known\.toml: known_failure 1: versions = '>=7' can't be judged"):
-        known_reasons(load_known_failures(file), {"a": ""}, here(), file)
-    assert known_reasons(load_known_failures(file), {"c": ""}, here(), file) == {}
+        list_known_reasons(load_known_failures(file), {"a": ""}, find_platform_name(), file)
+    assert list_known_reasons(load_known_failures(file), {"c": ""}, find_platform_name(), file) == {}
 
 
 #: As `run_pytest` of the fixture.

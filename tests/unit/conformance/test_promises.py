@@ -18,8 +18,8 @@ from tests.unit.conformance.toy_page_engine import Bouncer, BouncerWorld
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance import adapter_under_test, probes
 from carom.conformance.adapter_under_test import Subject
-from carom.conformance.cases import cases
-from carom.conformance.contact_margin import thickened, thickened_trace
+from carom.conformance.cases import list_cases
+from carom.conformance.contact_margin import solve_thickened, thicken_scene
 from carom.conformance.known_answers import CATALOGUE_SCENES
 from carom.conformance.violation import NotApplicable, Setup, Violation
 from carom.engines.api import Accuracy, Adapter, Capabilities, Setting, World
@@ -62,7 +62,7 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
         for module in (probes, adapter_profile, adapter_under_test):
             monkeypatch.setattr(module, "load_adapter", load)
         here = subjects.setdefault(id(adapter), Here(adapter))
-        case = next(case for case in cases(here) if case.name == name)
+        case = next(case for case in list_cases(here) if case.name == name)
         if case.skip:
             return f"skipped: {case.skip}"
         try:
@@ -187,14 +187,14 @@ def test_thicker_bodies_show_what_a_margin_means(offset: float) -> None:
     true = solve_pic(scene)
     reach = [math.sqrt((1 + m) ** 2 - offset**2) for m in (0.0, MARGIN)]
     angle = [math.asin(offset / (1 + m)) for m in (0.0, MARGIN)]
-    thick = thickened_trace(scene, MARGIN)
+    thick = solve_thickened(scene, MARGIN)
     early_s = true.impacts["time_s"][0] - thick.impacts["time_s"][0]
     assert early_s == pytest.approx((reach[1] - reach[0]) / speed, rel=1e-12)
     for body, mass in enumerate(masses):
         change = (1 + e) * masses[0] * masses[1] / sum(masses) / mass * speed
         found = math.dist(true.final_velocity_m_s[body], thick.final_velocity_m_s[body])
         assert found == pytest.approx(change * math.sin(angle[0] - angle[1]), rel=1e-9, abs=1e-15)
-        less = math.dist(true.final_velocity_m_s[body], thickened_trace(scene, MARGIN / 2).final_velocity_m_s[body])
+        less = math.dist(true.final_velocity_m_s[body], solve_thickened(scene, MARGIN / 2).final_velocity_m_s[body])
         assert less <= found
 
 
@@ -203,9 +203,9 @@ def test_thicker_bodies_are_as_hard_to_turn_and_meet_walls_as_early() -> None:
     disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5, mass_kg=2.0)
     wall = Wall(point_m=(1.5, 7.0), normal=(-1.0, 0.0))
     scene = Scene(name="wall", discs=[disc], walls=[wall], duration_s=2.0)
-    thick = thickened(scene, MARGIN).discs[0]
+    thick = thicken_scene(scene, MARGIN).discs[0]
     assert thick.inertia_factor * thick.radius_m**2 == pytest.approx(0.5 * 0.25, rel=1e-15)
-    assert solve_pic(thickened(scene, MARGIN)).impacts["time_s"][0] == pytest.approx(1.0 - MARGIN, rel=1e-12)
+    assert solve_pic(thicken_scene(scene, MARGIN)).impacts["time_s"][0] == pytest.approx(1.0 - MARGIN, rel=1e-12)
 
 
 #: What adapters do with walls that are otherwise than declared, the case that finds it, and the words for it.

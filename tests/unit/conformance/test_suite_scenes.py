@@ -11,7 +11,7 @@ from tests.cases import each, release_after
 from carom import compare, solve_pic
 from carom.catalogue import all_scenes
 from carom.comparator import Grade
-from carom.conformance.known_answers import CATALOGUE_SCENES, known_trace
+from carom.conformance.known_answers import CATALOGUE_SCENES, build_known_trace
 from carom.conformance.suite import make_suite
 from carom.conformance.violation import NotApplicable
 from carom.errors import InputError
@@ -22,7 +22,7 @@ def test_a_known_answer_and_pic_are_the_same_trace() -> None:
     """In one of four scenes of the suite, the closed form and PIC's trace agree to rounding, normals included."""
     for name in list(CATALOGUE_SCENES)[::4]:
         entry = all_scenes()[name]
-        reference, pic = known_trace(entry.scene, entry.known), solve_pic(entry.scene)
+        reference, pic = build_known_trace(entry.scene, entry.known), solve_pic(entry.scene)
         score = compare(reference, pic, sampling=pic)
         assert score.grade is Grade.EXACT, name
         # A graze turns its normal by 1 / sqrt(1 - .999^2), 22 times the rounding of its positions.
@@ -35,12 +35,12 @@ def test_an_answer_that_does_not_tell_every_spin_makes_no_trace() -> None:
     """Where something turns, a known impact without the spins after it is not enough, nor is what is conserved."""
     gas = all_scenes()["classics/gas"]
     with pytest.raises(InputError, match="classics/gas"):
-        known_trace(gas.scene, gas.known)
+        build_known_trace(gas.scene, gas.known)
     entry = all_scenes()["spin/english-stick"]
     (impact,) = entry.known.impacts
     silent = dataclasses.replace(entry.known, impacts=(dataclasses.replace(impact, spin_second_after=None),))
     with pytest.raises(InputError, match=r"lacks the spins after 0\.42 s"):
-        known_trace(entry.scene, silent)
+        build_known_trace(entry.scene, silent)
 
 
 @each("profiles, scenes, least", release_after(1, [(["tuned"], "classics/box|spin/gearing", 50), ([], "", 200)]))

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from carom.core.wall_features import Arc, Face, Feature, Mover, Point
-from carom.model.chain_geometry import Edge, ExactCircle, circle_of
+from carom.model.chain_geometry import Edge, ExactCircle, compute_circle
 
 
 class Encounter(NamedTuple):
@@ -176,9 +176,9 @@ def _feature(rnd: random.Random, kind: str, size: float, thick: float, middle: P
     if "circle" in kind:
         radius = Fraction(size * 10 ** rnd.uniform(-1, 0.5))
         return Arc.on(ExactCircle(Fraction(a[0]), Fraction(a[1]), radius**2), None, half_width, inside=inside)
-    circle = circle_of(Edge(a, b, rnd.choice([1.0, 0.5, 10 ** rnd.uniform(-2, 1)])))
+    circle = compute_circle(Edge(a, b, rnd.choice([1.0, 0.5, 10 ** rnd.uniform(-2, 1)])))
     arc = Arc.on(circle, (a, b), half_width, inside=inside)
-    return arc.stop(circle, (Fraction(b[0]) - circle.x, Fraction(b[1]) - circle.y)) if kind == "stop" else arc
+    return arc.build_stop(circle, (Fraction(b[0]) - circle.x, Fraction(b[1]) - circle.y)) if kind == "stop" else arc
 
 
 def fall(rnd: random.Random, kind: str) -> Fall:
@@ -237,7 +237,9 @@ def _place(rnd: random.Random, feature: Feature, radius: float, size: float) -> 
 def past_an_end(rnd: random.Random) -> Fall:
     """Return a disc that is in contact with the inner side of an arc's circle next to one of its ends."""
     a, b = (0.0, 0.0), rnd.choice([(4.0, 0.0), (4.0, 1.0), (rnd.gauss(3, 1), rnd.gauss(0, 1))])
-    arc = Arc.on(circle_of(Edge(a, b, rnd.choice([0.2, 0.5, 1.0, 1.5]))), (a, b), rnd.choice([0.0, 0.1]), inside=True)
+    arc = Arc.on(
+        compute_circle(Edge(a, b, rnd.choice([0.2, 0.5, 1.0, 1.5]))), (a, b), rnd.choice([0.0, 0.1]), inside=True
+    )
     assert arc.sector is not None
     radius = rnd.choice([0.1, 0.25])
     reach = _reach(radius, arc)
@@ -269,4 +271,4 @@ def whole_number_arc(rnd: random.Random) -> Fall:
     disc = Mover.at((x, y), (vx, vy), rnd.choice([0.25, 0.5, 1.0, 1.5, 2.0]))
     pull = rnd.choice([(0.0, -8.0), (8.0, 0.0), (4.0, -8.0), (1.0, 1.0), (0.0, 0.0)])
     leaving = rnd.choice([None, None, None, 0.0, 1.0, 4.0])
-    return Fall(disc, Arc.on(circle_of(Edge(a, b, bulge)), (a, b), half_width, inside=inside), pull, leaving)
+    return Fall(disc, Arc.on(compute_circle(Edge(a, b, bulge)), (a, b), half_width, inside=inside), pull, leaving)

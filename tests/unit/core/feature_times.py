@@ -1,13 +1,13 @@
 """Times of impact with one feature, by the core."""
 
 from carom.core import primitives
-from carom.core.input_rows import feature_row
+from carom.core.input_rows import build_feature_row
 from carom.core.wall_features import Feature, Mover, Point
 
 
 def in_core(feature: Feature) -> primitives.WallFeatures:
     """Return a wall of one feature."""
-    return primitives.WallFeatures([feature_row(feature, 0)])
+    return primitives.WallFeatures([build_feature_row(feature, 0)])
 
 
 def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> tuple[float, bool]:

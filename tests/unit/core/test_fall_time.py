@@ -22,7 +22,7 @@ from tests.unit.core.fall_cases import (
 )
 
 from carom.core.exact_quartic import find_closings
-from carom.core.input_rows import feature_row
+from carom.core.input_rows import build_feature_row
 from carom.core.wall_features import Arc, Face, Mover, Pair
 
 core = pytest.importorskip("tests.core_fall_functions")
@@ -36,7 +36,7 @@ def disc_time(case: Encounter) -> float:
 
 
 def feature_time(case: Fall) -> float:
-    numbers = feature_row(case.feature, 0)
+    numbers = build_feature_row(case.feature, 0)
     found: float = core.feature_fall_time(numbers, case.disc, case.acceleration, case.leaving)
     return found
 
@@ -116,7 +116,7 @@ def test_a_disc_meets_a_half_plane_at_the_exact_time() -> None:
         if leaving is not None:
             gap, speed = Fraction(0), Fraction(leaving)
         exact = oracle.quadratic_time(gap, speed, pull) if leaving is None or pull < 0 else NEVER
-        numbers, disc = feature_row((0.0, 0.0, nx, ny), 0), Mover.at(place, velocity, 0.5)
+        numbers, disc = build_feature_row((0.0, 0.0, nx, ny), 0), Mover.at(place, velocity, 0.5)
         found = core.feature_fall_time(numbers, disc, acceleration, leaving)
         assert is_near(found, exact, 4) or oracle.is_doubtful(gap, speed, pull)
         if leaving is None and core.misses_feature(numbers, disc, acceleration, 0.1):
@@ -206,7 +206,7 @@ def test_what_certainly_misses_a_feature_does_not_touch_it(kind: str) -> None:
     rnd, ruled_out = random.Random(10), 0
     for _ in range(100):
         case = fall(rnd, kind)._replace(leaving=None)
-        numbers, time = feature_row(case.feature, 0), feature_time(case)
+        numbers, time = build_feature_row(case.feature, 0), feature_time(case)
         for within in (0.01, 1.0, NEVER, time * (1 + 2.0**-40), time * 0.5):
             if core.misses_feature(numbers, case.disc, case.acceleration, within):
                 assert time >= within

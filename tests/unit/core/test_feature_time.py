@@ -15,9 +15,9 @@ from tests.cases import each, release_after
 from tests.unit.core.feature_times import feature_fall_time, feature_time, in_core
 
 from carom.core import primitives
-from carom.core.input_rows import feature_row
+from carom.core.input_rows import build_feature_row
 from carom.core.wall_features import Arc, Face, Feature, Mover, Pair, Point
-from carom.model.chain_geometry import Edge, ExactCircle, circle_of
+from carom.model.chain_geometry import Edge, ExactCircle, compute_circle
 
 DIGITS = 80
 #: At this number of halvings of the largest length away from contact, pairs still give the last digit of a time.
@@ -76,7 +76,7 @@ class Geometry:
     def reach(self) -> Any:
         if self.bulge == 0.0:
             return exact(self.thickness)
-        circle = circle_of(Edge(*self.ends, self.bulge))
+        circle = compute_circle(Edge(*self.ends, self.bulge))
         radius = sqrt(exact(circle.radius2))
         return radius - exact(self.thickness) if self.inside else radius + exact(self.thickness)
 
@@ -84,7 +84,7 @@ class Geometry:
     def centre(self) -> tuple[Any, Any]:
         if self.bulge == 0.0:
             return exact(self.ends[0][0]), exact(self.ends[0][1])
-        circle = circle_of(Edge(*self.ends, self.bulge))
+        circle = compute_circle(Edge(*self.ends, self.bulge))
         return exact(circle.x), exact(circle.y)
 
     def holds(self, x: Any, y: Any) -> bool:
@@ -107,7 +107,7 @@ def geometries(rnd: random.Random, size: float, radius: float) -> Iterator[Geome
     half_width = rnd.choice((0.0, radius / 4, radius * rnd.random()))
     thickness = Fraction(radius) + Fraction(half_width)
     bulge = 10.0 ** rnd.uniform(-2, 1)
-    circle = circle_of(Edge(*ends, bulge))
+    circle = compute_circle(Edge(*ends, bulge))
     yield Geometry("face", Face.between(*ends, half_width), ends, thickness)
     yield Geometry("vertex", Arc.vertex(ends[0], half_width), ends, thickness)
     for name, inside in (("arc outside", False), ("arc inside", True)):
@@ -259,7 +259,7 @@ def test_times_of_fall_are_those_of_eighty_digits(count: int) -> None:
 # -------------------------------------------------------------------------------------------------
 
 FLOOR = Face.between((0.0, 0.0), (2.0, 0.0), 0.25)
-HALF = circle_of(Edge((2.0, -1.0), (2.0, 1.0), 1.0))  # the right half of a circle of radius 1 about (2, 0)
+HALF = compute_circle(Edge((2.0, -1.0), (2.0, 1.0), 1.0))  # the right half of a circle of radius 1 about (2, 0)
 CAP, RIM = (Arc.on(HALF, ((2.0, -1.0), (2.0, 1.0)), inside=inside) for inside in (True, False))
 RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, inside=True)
 
@@ -332,7 +332,10 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
         step = math.ldexp(round(math.cos(turn) * 2**20), -20), math.ldexp(round(math.sin(turn) * 2**20), -20)
         start = joint[0] - step[0], joint[1] - step[1]
         across = joint[0] - 2 * step[1], joint[1] + 2 * step[0]  # half a circle to the left: its tangent is the edge's
-        wall = Face.between(start, joint), Arc.on(circle_of(Edge(joint, across, 1.0)), (joint, across), inside=True)
+        wall = (
+            Face.between(start, joint),
+            Arc.on(compute_circle(Edge(joint, across, 1.0)), (joint, across), inside=True),
+        )
         before = rnd.uniform(0.1, 1.5), rnd.uniform(-0.5, 0.5)
         touch = joint[0] - 0.25 * step[1], joint[1] + 0.25 * step[0]
         place = (
@@ -398,7 +401,7 @@ def test_of_features_that_are_met_at_one_instant_the_first_counts() -> None:
     """A disc that comes onto a face's very end meets the face, if it is listed before the vertex there."""
     disc, vertex = Mover.at((2.0, 1.5), (0.0, -1.0), 0.25), Arc.vertex((2.0, 0.0), 0.25)
     for order, first in (((FLOOR, vertex), 0), ((vertex, FLOOR), 0), ((RING, vertex, FLOOR), 1)):
-        wall = primitives.WallFeatures([feature_row(feature, 0) for feature in order])
+        wall = primitives.WallFeatures([build_feature_row(feature, 0) for feature in order])
         assert wall.first_touch(disc, -1) == (1.0, first, False)
         assert wall.first_fall(disc, 0.0, 0.0, -1, 0.0) == (1.0, first)
 

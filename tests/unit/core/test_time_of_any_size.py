@@ -121,7 +121,7 @@ def test_what_is_solved_in_solve_rational_numbers_is_rounded_once(monkeypatch: p
     worst, tried = 0.0, 0
     for row in pairs_of_any_size(600, 5, -150.0, 150.0).T:
         solved.clear()
-        found, exact = any_size.scaled_pair_time(*row.tolist()), exact_time(row, EXACT)
+        found, exact = any_size.compute_scaled_pair_time(*row.tolist()), exact_time(row, EXACT)
         if solved and 0.0 < found < math.inf and exact is not None:
             tried += 1
             worst = max(worst, ulps(found, exact))
@@ -162,4 +162,4 @@ def test_two_discs_as_far_or_as_fast_on_both_sides_meet_in_the_middle(
 ) -> None:
     """Head-on, each of a metre: what counts is how far apart they are and how fast they close, and not the sum, 0."""
     (x, y), (vx, vy) = place, velocity
-    assert any_size.scaled_pair_time(-x, -y, -vx, -vy, 1.0, x, y, vx, vy, 1.0) == time_s
+    assert any_size.compute_scaled_pair_time(-x, -y, -vx, -vy, 1.0, x, y, vx, vy, 1.0) == time_s

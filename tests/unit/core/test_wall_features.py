@@ -8,15 +8,15 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.cases import each
 
-from carom.core.wall_features import Arc, Face, Pair, are_decidable, features_of, pair_of, root_of
-from carom.model.chain_geometry import Edge, ExactCircle, Outline, circle_of
+from carom.core.wall_features import Arc, Face, Pair, are_decidable, build_features, compute_root, to_pair
+from carom.model.chain_geometry import Edge, ExactCircle, Outline, compute_circle
 from carom.model.trace import EdgeKind
 
 
 def kinds(outline: Outline) -> dict[EdgeKind, list[tuple[int, ...]]]:
     """Return the edges of the features of an outline that a point meets, by kind, one side of each."""
     found: dict[EdgeKind, list[tuple[int, ...]]] = {}
-    for part in features_of(outline, widest_m=0.0):
+    for part in build_features(outline, widest_m=0.0):
         if part.edges not in found.setdefault(part.kind, []):
             found[part.kind].append(part.edges)
     return found
@@ -34,7 +34,7 @@ def test_a_line_that_goes_on_is_one_face() -> None:
     assert kinds(straight) == {EdgeKind.FACE: [(0, 1, 2)], EdgeKind.VERTEX: [(0,), (2,)]}
     bent = chain((0.0, 0.0), (1.0, math.nextafter(0.5, 1.0)), (3.0, 1.5))
     assert kinds(bent) == {EdgeKind.FACE: [(0,), (1,)], EdgeKind.VERTEX: [(0,), (1,)]}
-    assert len(features_of(bent)) == 7
+    assert len(build_features(bent)) == 7
 
 
 def test_a_joint_with_a_common_tangent_has_no_vertex() -> None:
@@ -62,7 +62,7 @@ def test_the_first_and_the_last_edge_of_a_closed_chain_are_merged() -> None:
 
 def test_faces_come_before_vertices() -> None:
     """Where a face ends, both are touched at one instant, and the face is the one that counts."""
-    order = [part.kind for part in features_of(chain((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))]
+    order = [part.kind for part in build_features(chain((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))]
     assert order == sorted(order, key=[EdgeKind.FACE, EdgeKind.ARC, EdgeKind.VERTEX].index)
 
 
@@ -102,14 +102,14 @@ def exact(pair: Pair) -> Fraction:
 
 def test_half_a_circle_counterclockwise_has_its_centre_midway() -> None:
     """A bulge of 1, the tangent of 45 degrees, is half a circle: its centre is the midpoint of its ends."""
-    circle = circle_of(Edge((-3.0, 0.0), (3.0, 0.0), 1.0))
+    circle = compute_circle(Edge((-3.0, 0.0), (3.0, 0.0), 1.0))
     assert circle == ExactCircle(Fraction(0), Fraction(0), Fraction(9))
 
 
 def test_the_sign_of_a_bulge_is_the_sense_of_its_turn() -> None:
     """From (1, 0) to (0, 1) counterclockwise about the origin the bulge is tan(22.5 degrees); clockwise, minus that."""
     k = math.tan(math.pi / 8)
-    there, back = circle_of(Edge((1.0, 0.0), (0.0, 1.0), k)), circle_of(Edge((1.0, 0.0), (0.0, 1.0), -k))
+    there, back = compute_circle(Edge((1.0, 0.0), (0.0, 1.0), k)), compute_circle(Edge((1.0, 0.0), (0.0, 1.0), -k))
     assert (float(there.x), float(there.y)) == pytest.approx((0.0, 0.0), abs=1e-15)
     assert (float(back.x), float(back.y)) == pytest.approx((1.0, 1.0), abs=1e-15)
     assert float(there.radius2) == pytest.approx(1.0, abs=1e-15)
@@ -121,10 +121,10 @@ def test_both_ends_are_exactly_on_the_circle_of_a_bulge(
 ) -> None:
     """Centre and squared radius are rational: no digit is lost, and turning the arc round changes nothing."""
     assume(a != b)
-    circle = circle_of(Edge(a, b, k))
+    circle = compute_circle(Edge(a, b, k))
     for x, y in (a, b):
         assert (Fraction(x) - circle.x) ** 2 + (Fraction(y) - circle.y) ** 2 == circle.radius2
-    assert circle_of(Edge(b, a, -k)) == circle
+    assert compute_circle(Edge(b, a, -k)) == circle
 
 
 @given(points, points)
@@ -149,7 +149,7 @@ def test_an_arc_knows_whether_it_is_more_than_half_a_circle(
 ) -> None:
     """A bulge above 1 is the tangent of more than 45 degrees, and its arc more than half of the circle."""
     assume(a != b)
-    sector = Arc.on(circle_of(Edge(a, b, k)), (a, b), inside=True).sector
+    sector = Arc.on(compute_circle(Edge(a, b, k)), (a, b), inside=True).sector
     assert sector is not None
     assert sector.reflex == (k > 1.0)
 
@@ -157,7 +157,7 @@ def test_an_arc_knows_whether_it_is_more_than_half_a_circle(
 @given(st.fractions(Fraction(1, 10**9), 10**9))
 def test_pairs_of_rationals_and_of_their_roots_are_right_to_a_hundred_bits(number: Fraction) -> None:
     """A pair is within 2^-104 of its exact value, and its head is the nearest float."""
-    assert abs(exact(pair_of(number)) / number - 1) <= Fraction(2) ** -104
-    assert abs(exact(root_of(number)) ** 2 / number - 1) <= Fraction(2) ** -103
-    assert root_of(number * number)[0] == pair_of(number)[0] == float(number)
-    assert root_of(Fraction(0)) == (0.0, 0.0)
+    assert abs(exact(to_pair(number)) / number - 1) <= Fraction(2) ** -104
+    assert abs(exact(compute_root(number)) ** 2 / number - 1) <= Fraction(2) ** -103
+    assert compute_root(number * number)[0] == to_pair(number)[0] == float(number)
+    assert compute_root(Fraction(0)) == (0.0, 0.0)

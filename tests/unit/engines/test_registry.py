@@ -14,7 +14,13 @@ from tests.installed_adapters import write_distribution
 from tests.processes import ran
 
 from carom.engines.api import Adapter, Engine
-from carom.engines.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason, version_of, why_unavailable
+from carom.engines.registry import (
+    ENTRY_POINT_GROUP,
+    explain_unavailable_adapter,
+    explain_unavailable_engine,
+    find_version,
+    load_adapter,
+)
 from carom.errors import UnknownNameError
 from carom.execution.describe_engines import engines
 
@@ -108,7 +114,7 @@ REASONS = {
 def test_an_engine_is_unavailable_for_what_is_missing_and_for_nothing_else(row: str) -> None:
     """The reason names the module, and what to do or why nothing can be; what is there has none."""
     engine, reason = REASONS[row]
-    assert unavailable_reason(engine) == reason
+    assert explain_unavailable_engine(engine) == reason
 
 
 @each(
@@ -134,7 +140,7 @@ def test_a_release_before_the_oldest_that_an_adapter_drives_is_unavailable(
     monkeypatch.syspath_prepend(tmp_path)
     engine = Engine("Nonesuch", module="json", distribution=name, install="pip install nonesuch", oldest=oldest)
     reason = f"Nonesuch {installed} is older than {oldest}, the oldest release that its adapter drives"
-    assert unavailable_reason(engine) == (f"{reason}; pip install nonesuch" if refused else "")
+    assert explain_unavailable_engine(engine) == (f"{reason}; pip install nonesuch" if refused else "")
 
 
 class Guest:
@@ -150,7 +156,7 @@ def test_an_adapter_says_itself_why_it_is_unavailable_and_which_version_it_drive
 
     def told(engine: Engine, **own: Callable[[], str]) -> tuple[str, str]:
         guest: Any = Guest(engine, **own)
-        return why_unavailable(guest), version_of(guest, "carom")
+        return explain_unavailable_adapter(guest), find_version(guest, "carom")
 
     own = metadata.version("carom")
     assert told(Engine("In its adapter")) == ("", own)

@@ -13,13 +13,13 @@ from carom import solve_pit
 from carom.catalogue import all_scenes
 from carom.engines.registry import load_adapter
 from carom.errors import InputError
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.codec import CarriedTrace, Codec
 from carom.execution.engine_run import ObserveTask, observe_run
 from carom.execution.job import Answer, Job, Method, Status
 from carom.execution.journal import Journal, JournalEntry
 from carom.execution.run_options import Options
-from carom.execution.worker import codec_of
+from carom.execution.worker import build_codec
 from carom.model.trace import Trace
 from carom.studies.cross_check.run import observed_journal
 
@@ -57,7 +57,7 @@ def test_a_trace_comes_back_from_a_worker_as_it_was(name: str) -> None:
 
 def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
     """Whatever a field of a trace contains, reading it raises a validation error or gives a value."""
-    codec = codec_of(ObserveTask)
+    codec = build_codec(ObserveTask)
     sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
     trace = json.loads(sound[1]["value"])
     refused = 0
@@ -71,7 +71,7 @@ def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
 
 def test_an_array_that_must_be_there_is_not_null() -> None:
     """A trace without its final places is refused where it is read, and not where somebody computes with it."""
-    codec = codec_of(ObserveTask)
+    codec = build_codec(ObserveTask)
     sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
     trace = json.loads(sound[1]["value"]) | {"final_position_m": None}
     with pytest.raises(ValidationError, match="final_position_m"):
@@ -82,7 +82,7 @@ def test_an_array_that_must_be_there_is_not_null() -> None:
 def journal_lines(tmp_path: Path) -> tuple[Path, list[Any]]:
     """A journal of one run, and what its two lines hold."""
     path, job = tmp_path / "journal.jsonl", Job(SCENE, Method("pit", "tuned"), 1 / 60)
-    entry = JournalEntry(job_key(job), Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))
+    entry = JournalEntry(build_job_key(job), Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))
     with observed_journal(path, Options().stamp) as journal:
         journal.add([entry])
     return path, [json.loads(line) for line in path.read_text().splitlines()]

@@ -17,7 +17,7 @@ from carom.engines.api import Setting
 from carom.engines.registry import load_adapter
 from carom.errors import AdapterError
 from carom.execution.engine_run import observe_run
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.model.trace import Outcome, Trace
 from carom.support.limits import LARGEST
 
@@ -146,7 +146,7 @@ _DRIVEN = disc_at(
 _ROUGH: dict[str, Any] = {"friction": 0.3, "wall_friction": 0.2, "restitution": 0.9}
 #: Scenes in which a state has more than positions and velocities, or changes between contacts.
 SCENES = [
-    *map(as_scene, ("paper/missed", "gravity/box", "contact/drop", "classics/bullet")),
+    *map(to_scene, ("paper/missed", "gravity/box", "contact/drop", "classics/bullet")),
     staged("spin", *_SPINNING, *_BOX, **_ROUGH, duration_s=2.0),
     staged("spin and gravity", *_SPINNING, *_BOX, **_ROUGH, gravity_m_s2=(0.0, -5.0), duration_s=2.0),
     staged("legs", disc_at(-1, -0.5, 2, 1, r=0.3), _DRIVEN, *_BOX, duration_s=2.0),

@@ -18,7 +18,7 @@ from carom.catalogue import find_scenes
 from carom.engines.api import Observation
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
-from carom.execution.free_flight import FreeFlight, time_until_near
+from carom.execution.free_flight import FreeFlight, compute_time_until_near
 
 DT = 1 / 60
 
@@ -32,7 +32,7 @@ def pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[Wall, 
 def begun_at(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT, bits: int = 64) -> int:
     """Return after which step, from 1, free flight is found; 0 for after none."""
     flight = FreeFlight(scene, dt_s, bits)
-    found = (flight.begins(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
+    found = (flight.has_begun(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
     return next((k for k, begun in enumerate(found, start=1) if begun), 0)
 
 
@@ -102,7 +102,7 @@ def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, 
     place, speed = np.array([[x, y]]) * 10.0**length, np.array([[vx, vy]]) * 10.0**pace
     r = radius * 10.0**length
     touches = time_of_impact([0.0, 0.0], [0.0, 0.0], r, place[0], speed[0], r)
-    assert float(time_until_near(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
+    assert float(compute_time_until_near(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
 
 
 @each(
@@ -117,7 +117,7 @@ def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, 
 )
 def test_a_distant_hit_is_not_rounded_away(place: Any, speed: Any, near_s: float) -> None:
     """It is still seen to come; where a distance or a speed is beyond the largest float, no time is given away."""
-    found = time_until_near(np.array([place]), np.array([speed]), np.array([4.0]))
+    found = compute_time_until_near(np.array([place]), np.array([speed]), np.array([4.0]))
     assert found[0] == pytest.approx(near_s, rel=1e-9)
 
 
@@ -159,7 +159,7 @@ def test_a_run_that_ends_early_ends_where_the_whole_run_does(name: str, monkeypa
     (entry,) = find_scenes([name])
     scene = entry.scene
     short = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
-    monkeypatch.setattr(FreeFlight, "begins", lambda *_: False)
+    monkeypatch.setattr(FreeFlight, "has_begun", lambda *_: False)
     whole = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
     assert short.counts["steps_skipped"] > 0
     assert short.counts["steps"] + short.counts["steps_skipped"] == whole.counts["steps"]

@@ -15,7 +15,7 @@ from tests.processes import PATIENT_S, ended, limit_only
 from tests.unit.execution.conftest import STANDING
 
 from carom import Disc, Scene, save_scene
-from carom.execution.environment import resident_bytes
+from carom.execution.environment import measure_resident_bytes
 from carom.execution.job import Status
 from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
@@ -241,12 +241,12 @@ def test_an_act_is_a_row(
 def test_some_acts_at_once(run: Callable[..., dict[str, Row]], tmp_path: Path) -> None:
     """A child that has left its session, garbage and a flood among the answers each cost their own row alone."""
     names = ("forgets-everything", "answers-garbage", "prints-much", "takes-memory", "fails-to-fail")
-    before = resident_bytes("VmHWM") or 0
+    before = measure_resident_bytes("VmHWM") or 0
     rows = run(*names)
     for name in names:
         status, words = SAYS[name]
         assert (rows[name].status, words in rows[name].reason) == (status, True), rows[name].reason
-    assert (resident_bytes("VmHWM") or 0) - before < 2**26  # of the 100 MB that were printed, the end is kept
+    assert (measure_resident_bytes("VmHWM") or 0) - before < 2**26  # of the 100 MB that were printed, the end is kept
     assert nothing_is_left(tmp_path, noted=1)
 
 

@@ -26,7 +26,7 @@ from carom.errors import InputError
 from carom.execution import journal as journal_module
 from carom.execution.cache_key import JobKey
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.journal import JOURNAL_FORMAT, JournalEntry, canonical
+from carom.execution.journal import JOURNAL_FORMAT, JournalEntry, read_canonical_lines
 from carom.execution.pool import LocalPool
 from carom.execution.score_jobs import Measures, score_jobs, score_journal
 from carom.studies.stress.result import CellEnding, CellResult
@@ -168,7 +168,7 @@ def test_a_torn_last_line_is_cut_off_and_nothing_else(tmp_path: Path, torn: str)
     path = kept(tmp_path, 0.1, 0.2)
     whole = path.read_bytes()
     path.write_bytes(whole + torn.encode())
-    assert len(canonical(path)) == 3
+    assert len(read_canonical_lines(path)) == 3
     assert steps_in(path) == [0.1, 0.2]
     assert path.read_bytes() == whole
     with score_journal(path, resume=True) as journal:
@@ -207,7 +207,7 @@ def test_a_line_that_is_broken_in_the_middle_is_named_and_left(tmp_path: Path) -
 def test_content_is_compared_without_its_order(tmp_path: Path) -> None:
     """Two journals are the same where they hold the same results, in whatever order they were finished."""
     one, two, three = ((0.1, 0.2), (0.2, 0.1), (0.1, 0.3))
-    found = [canonical(kept(tmp_path / str(dts), *dts)) for dts in (one, two, three)]
+    found = [read_canonical_lines(kept(tmp_path / str(dts), *dts)) for dts in (one, two, three)]
     assert found[0] == found[1] != found[2]
 
 
@@ -344,8 +344,8 @@ def test_a_sweep_killed_three_times_ends_as_one_left_alone(tmp_path: Path) -> No
         at.append(results_in(path))
     sitting(jobs, path)
     sitting(jobs, tmp_path / "alone.jsonl")
-    assert canonical(path) == canonical(tmp_path / "alone.jsonl")
-    assert len(canonical(path)) == jobs + 1  # and the line that says what it is of: nothing was run twice
+    assert read_canonical_lines(path) == read_canonical_lines(tmp_path / "alone.jsonl")
+    assert len(read_canonical_lines(path)) == jobs + 1  # and the line that says what it is of: nothing was run twice
     assert all(0 < number < jobs for number in at)
     assert at == sorted(at)
 

@@ -10,26 +10,26 @@ from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
 import carom
 from carom import Scene, solve_pic
 from carom.catalogue import catalogue
-from carom.comparator.shifted_scenes import even_phases, shift_start, shifted_references
+from carom.comparator.shifted_scenes import list_even_phases, shift_start, solve_shifted_references
 from carom.errors import InputError
-from carom.execution.phases import phase_values, pit_miss_probability
+from carom.execution.phases import compute_pit_miss_probability, generate_phases
 from carom.model.walls import Leg
 
 
 def test_phases_are_spread_evenly_and_are_the_same_for_the_same_seed() -> None:
     """A hundred phases leave no gap twice as wide as an even spread would; seeds differ, and repeat themselves."""
-    phases = sorted(phase_values(100, seed=3))
+    phases = sorted(generate_phases(100, seed=3))
     gaps = np.diff([*phases, phases[0] + 1.0])
     assert gaps.max() < 2.0 / 100
-    assert phase_values(100, seed=3) == phase_values(100, seed=3) != phase_values(100, seed=4)
+    assert generate_phases(100, seed=3) == generate_phases(100, seed=3) != generate_phases(100, seed=4)
 
 
 def test_a_shifted_scene_is_the_same_scene_begun_later() -> None:
     """Each impact comes just as much earlier as the start was moved ahead, and is the same impact."""
     reference = solve_pic(catalogue()["paper/wrong-direction"].scene)
     dt = 1 / 24
-    phases = phase_values(7)
-    for phase, one in zip(phases, shifted_references(reference, dt, phases), strict=True):
+    phases = generate_phases(7)
+    for phase, one in zip(phases, solve_shifted_references(reference, dt, phases), strict=True):
         shift = reference.impacts["time_s"] - one.impacts["time_s"]
         # Positions of order 1 to half an ulp, over speeds of order 1, and through one more impact.
         np.testing.assert_allclose(shift, phase * dt, rtol=0, atol=1e-13)
@@ -39,7 +39,7 @@ def test_a_shifted_scene_is_the_same_scene_begun_later() -> None:
 def test_a_start_too_near_the_first_impact_is_taken_back_instead() -> None:
     """Where the way ahead is shorter than a step, the start is moved back by the rest of it."""
     scene = staged("near", disc_at(0, 0, 1, 0), disc_at(1.25, 0), duration_s=2.0)
-    (one,) = shifted_references(solve_pic(scene), 0.5, [0.75])
+    (one,) = solve_shifted_references(solve_pic(scene), 0.5, [0.75])
     assert one.impacts["time_s"].tolist() == [0.25 + 0.125]
 
 
@@ -64,9 +64,9 @@ def test_a_scene_that_can_not_begin_earlier_begins_later() -> None:
 
 def test_even_phases_are_spread_over_a_step() -> None:
     """Phases begin at 0 and are evenly spread over a step, its end left out; none is no number of phases."""
-    assert even_phases(4) == (0.0, 0.25, 0.5, 0.75)
+    assert list_even_phases(4) == (0.0, 0.25, 0.5, 0.75)
     with pytest.raises(InputError, match="phases must be 1 or more, got 0"):
-        even_phases(0)
+        list_even_phases(0)
 
 
 def dropped() -> Scene:
@@ -84,7 +84,7 @@ def dropped() -> Scene:
 @each("phase, ahead_s", [(0.5, 0.125), (0.75, 0.1875)])
 def test_a_falling_scene_is_shifted_along_its_parabola(phase: float, ahead_s: float) -> None:
     """Under gravity a start moved ahead is a point of the parabola: ``h = 1/2 - g t^2/2``, ``v = -g t``, by hand."""
-    (one,) = shifted_references(solve_pic(dropped()), 0.25, [phase])
+    (one,) = solve_shifted_references(solve_pic(dropped()), 0.25, [phase])
     thrown, fixed = one.scene.discs
     assert thrown.position_m == (2.0 * ahead_s, 1.0 - 2.0 * ahead_s**2)
     assert thrown.velocity_m_s == (2.0, -4.0 * ahead_s)
@@ -131,7 +131,7 @@ def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float,
 def test_the_closed_form_speaks_of_two_discs_that_meet_only() -> None:
     """Where nothing is to be missed, or more than two bodies are about, there is no closed form."""
     for name in ("classics/miss", "classics/touching-apart", "classics/sorting", "classics/galperin-100"):
-        assert math.isnan(pit_miss_probability(catalogue()[name].scene, 1 / 60)), name
+        assert math.isnan(compute_pit_miss_probability(catalogue()[name].scene, 1 / 60)), name
 
 
 def test_the_closed_form_is_of_straight_paths_within_the_run() -> None:
@@ -141,12 +141,12 @@ def test_the_closed_form_is_of_straight_paths_within_the_run() -> None:
     down = (0.0, -9.81)
     both, one = (staged("fall", small, other, duration_s=1.0, gravity_m_s2=down) for other in (post, fixed))
     straight, later = (staged("straight", small, post, duration_s=duration_s) for duration_s in (1.0, 0.05))
-    assert pit_miss_probability(straight, 1 / 5) == pit_miss_probability(both, 1 / 5) > 0.5
-    assert math.isnan(pit_miss_probability(one, 1 / 5))
-    assert math.isnan(pit_miss_probability(later, 1 / 5))
+    assert compute_pit_miss_probability(straight, 1 / 5) == compute_pit_miss_probability(both, 1 / 5) > 0.5
+    assert math.isnan(compute_pit_miss_probability(one, 1 / 5))
+    assert math.isnan(compute_pit_miss_probability(later, 1 / 5))
     legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=0.05, velocity_m_s=(1.0, 0.0)))
     turning = fixed.model_copy(update={"driven": True, "legs": legs})
-    assert math.isnan(pit_miss_probability(staged("legs", small, turning, duration_s=1.0), 1 / 5))
+    assert math.isnan(compute_pit_miss_probability(staged("legs", small, turning, duration_s=1.0), 1 / 5))
 
 
 @each("phases", [-1, True, 2.5])

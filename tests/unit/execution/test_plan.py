@@ -12,15 +12,15 @@ from tests.scene_builders import disc_at, staged
 
 from carom import Disc, Scene
 from carom.execution import scheduler
-from carom.execution.cache_key import job_key
+from carom.execution.cache_key import build_job_key
 from carom.execution.cluster import ClusterError, ClusterPool
 from carom.execution.job import Answer, Job, Method, Status
-from carom.execution.journal import canonical
+from carom.execution.journal import read_canonical_lines
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool, LocalPool, Pool
 from carom.execution.run_options import Options
 from carom.execution.scheduler import build_batches
-from carom.execution.score_jobs import Measures, ScoreTask, score_jobs, score_journal, steps_of
+from carom.execution.score_jobs import Measures, ScoreTask, estimate_steps, score_jobs, score_journal
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)
 
@@ -60,7 +60,7 @@ def jobs_of(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
 def test_a_message_holds_jobs_of_one_engine_and_not_too_many(scene: Scene) -> None:
     """Every job is in one message; a message is of one engine, and no longer than a worker's fair share."""
     jobs = jobs_of(scene, ("pit", "pic"), 150)
-    found = build_batches((k, ScoreTask(job), steps_of(job)) for k, job in enumerate(jobs))
+    found = build_batches((k, ScoreTask(job), estimate_steps(job)) for k, job in enumerate(jobs))
     assert sorted(k for _, message in found for k, _ in message) == list(range(len(jobs)))
     assert all({task.engine for _, task in message} == {engine} for engine, message in found)
     assert max(len(message) for _, message in found) == scheduler.BATCH_TASKS
@@ -75,7 +75,7 @@ def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
         found = score_jobs(jobs, pool)
     by_engine: dict[str, list[Answer[Measures]]] = {}
     for job in jobs:
-        by_engine.setdefault(job.engine, []).append(found[job_key(job)])
+        by_engine.setdefault(job.engine, []).append(found[build_job_key(job)])
     assert {engine: {result.status for result in results} for engine, results in by_engine.items()} == {
         "aborts": {Status.CRASHED},
         "exits": {Status.CRASHED},
@@ -101,7 +101,7 @@ def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -
             score_jobs(jobs, pool, journal, lambda done, total, _: calls.append((done, total)))
     assert (tmp_path / "parts.jsonl").read_bytes().startswith(first)
     assert len((tmp_path / "parts.jsonl").read_bytes().splitlines()) == len(jobs) + 1
-    assert canonical(tmp_path / "parts.jsonl") == canonical(tmp_path / "whole.jsonl")
+    assert read_canonical_lines(tmp_path / "parts.jsonl") == read_canonical_lines(tmp_path / "whole.jsonl")
     assert calls[0] == (1, len(jobs))
     assert calls[-1] == (len(jobs), len(jobs))
 
@@ -117,9 +117,9 @@ def test_the_key_is_of_the_content(scene: Scene) -> None:
         Job(scene.model_copy(update={"duration_s": 2.0000000000000004}), Method("pic", "event-driven"), 0.1),
         Job(scene.model_copy(update={"name": "other"}), Method("pic", "event-driven"), 0.1),
     ]
-    assert len({job_key(other) for other in [job, *others]}) == 7
+    assert len({build_job_key(other) for other in [job, *others]}) == 7
     described = Job(scene.model_copy(update={"description": "words"}), Method("pic", "event-driven"), 0.1, refinement=3)
-    assert job_key(described) == job_key(job)
+    assert build_job_key(described) == build_job_key(job)
 
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
@@ -174,7 +174,7 @@ def swept(pool: Pool, path: Path) -> list[bytes]:
     scene = Scene(name="three", discs=discs, duration_s=3.0)
     with score_journal(path) as journal:
         score_jobs([Job(scene, Method("pit", "tuned"), 0.1 / k) for k in (1, 2, 3)], pool, journal)
-    return canonical(path)
+    return read_canonical_lines(path)
 
 
 def test_a_cluster_with_tls_gives_the_same_journal(address: str, certificate: dict[str, str], tmp_path: Path) -> None:

@@ -115,7 +115,7 @@ def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkey
     begin = threading.Thread.start
     monkeypatch.setattr(threading.Thread, "start", start)
     with pytest.raises(KeyboardInterrupt), LocalPool(2, LIMIT_S) as pool:
-        list(pool.each([("pit", 1), ("pic", 2)], lambda item, _: [item]))
+        list(pool.map_unordered([("pit", 1), ("pic", 2)], lambda item, _: [item]))
     assert not any(thread.is_alive() for thread in started)
 
 

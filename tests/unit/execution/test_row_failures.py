@@ -23,7 +23,7 @@ from carom.execution.job import Job, Method, Status
 from carom.execution.pool import InProcessPool, Lane
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
-from carom.studies.cross_check.document import report_of
+from carom.studies.cross_check.document import build_report
 
 SOURCE = (
     STANDING
@@ -116,7 +116,7 @@ def spoilt(results: Results, **fields: Any) -> Results:
 def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
     """A row whose record or replay can't be made is a failed row of the report; the report is written."""
     results = spoilt(checked(scene, "sound"), **fields)
-    report = report_of(results)
+    report = build_report(results)
     rows = by_engine(report.results)
     assert rows["sound"].status is Status.FAILED
     assert "can't be reported: " in rows["sound"].reason

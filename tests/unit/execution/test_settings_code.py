@@ -5,7 +5,7 @@ import textwrap
 from carom.engines.api import CodedAdapter
 from carom.engines.registry import load_adapter
 from carom.execution.pool import InProcessPool
-from carom.execution.settings_code import changed_lines, find_changed_code, find_step_code, step_lines
+from carom.execution.settings_code import find_changed_code, find_changed_lines, find_step_code, find_step_lines
 from carom.model.scene import Disc, Scene
 
 #: A program as an adapter writes one, with a place for the step, its number, and what depends on it.
@@ -36,26 +36,26 @@ PROGRAM = textwrap.dedent("""
 def test_statements_that_read_the_step_or_change_with_it_are_given_with_the_constants_that_they_take() -> None:
     """The step, its number, the scale of the loop, what differs, and the loop; no disc, no import, nothing else."""
     here, finer = (PROGRAM.format(dt=dt, steps=n, margin=m) for dt, n, m in ((0.1, 2, 5), (0.05, 4, 7)))
-    assert step_lines(here, finer).splitlines() == [
+    assert find_step_lines(here, finer).splitlines() == [
         "dt, steps = 0.1, 2",
         "scale = 8.0",
         "world.margin(5)",
         "for _ in range(steps):",
         "    world.step(dt / scale)",
     ]
-    assert step_lines(here, here).splitlines()[2] == "for _ in range(steps):"
+    assert find_step_lines(here, here).splitlines()[2] == "for _ in range(steps):"
 
 
 def test_of_a_model_the_lines_that_differ_are_given_without_comments() -> None:
     """An element that names the step is given, one that does not is not, and a comment of several lines is none."""
     model = '<!-- {n} steps\n of it -->\n<mujoco>\n  <option timestep="{dt}"/>\n  <geom size="1"/>\n</mujoco>\n'
-    found = step_lines(model.format(n=3, dt=0.1), model.format(n=6, dt=0.05))
+    found = find_step_lines(model.format(n=3, dt=0.1), model.format(n=6, dt=0.05))
     assert found == '<option timestep="0.1"/>'
 
 
 def test_a_module_of_node_has_no_lines_of_its_own() -> None:
     """It steps a world of its own making."""
-    assert step_lines("// A module.\nconst steps = 3;\n", "// A module.\nconst steps = 6;\n") == ""
+    assert find_step_lines("// A module.\nconst steps = 3;\n", "// A module.\nconst steps = 6;\n") == ""
 
 
 def test_a_frame_of_a_scene_is_what_the_code_is_of() -> None:
@@ -74,9 +74,9 @@ def test_a_frame_of_a_scene_is_what_the_code_is_of() -> None:
 def test_statements_that_change_are_given_with_those_that_read_them() -> None:
     """A setting that is turned brings its own statement, and a scale those that are computed with it; no more."""
     here = PROGRAM.format(dt=0.1, steps=2, margin=5)
-    assert changed_lines(here, here) == ""
-    assert changed_lines(here.replace("iterations = 10", "iterations = 30"), here) == "world.iterations = 30"
-    assert changed_lines(here.replace("scale = 8.0", "scale = 2.0"), here).splitlines() == [
+    assert find_changed_lines(here, here) == ""
+    assert find_changed_lines(here.replace("iterations = 10", "iterations = 30"), here) == "world.iterations = 30"
+    assert find_changed_lines(here.replace("scale = 8.0", "scale = 2.0"), here).splitlines() == [
         "scale = 2.0",
         "for _ in range(steps):",
         "    world.step(dt / scale)",
@@ -86,9 +86,9 @@ def test_statements_that_change_are_given_with_those_that_read_them() -> None:
 def test_what_is_not_python_gives_its_changed_lines() -> None:
     """Lines of a model, without comments, and of a module of node."""
     model = '<!-- a\n {n} -->\n<mujoco>\n  <option iterations="{n}"/>\n</mujoco>\n'
-    assert changed_lines(model.format(n=2), model.format(n=1)) == '<option iterations="2"/>'
+    assert find_changed_lines(model.format(n=2), model.format(n=1)) == '<option iterations="2"/>'
     module = "// {n}\nimport a\nconst slop = {n};\n"
-    assert changed_lines(module.format(n=2), module.format(n=1)) == "const slop = 2;"
+    assert find_changed_lines(module.format(n=2), module.format(n=1)) == "const slop = 2;"
 
 
 def test_settings_that_are_tried_are_said_in_the_engines_own_code() -> None:

@@ -11,7 +11,7 @@ import carom
 from carom import Scene
 from carom.engines.api import Knob
 from carom.errors import InputError
-from carom.execution.cache_key import job_key
+from carom.execution.cache_key import build_job_key
 from carom.execution.describe_engines import find_engine
 from carom.execution.job import Job, Method
 from carom.execution.plan import build_plan
@@ -19,12 +19,12 @@ from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
-from carom.report.junit import junit
-from carom.report.render.markdown import markdown
-from carom.report.results_file.read_write import records
+from carom.report.junit import render_junit
+from carom.report.render.markdown import render_markdown
+from carom.report.results_file.read_write import format_records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.run import DRAWN, execute, observed_journal
-from carom.studies.diff.run import diff
+from carom.studies.diff.run import compare_records
 
 
 @pytest.fixture
@@ -56,21 +56,21 @@ def test_the_engine_runs_with_what_is_tried_and_every_word_says_so(scene: Scene)
 def test_no_word_of_a_report_takes_it_for_the_profiles_own(scene: Scene) -> None:
     """Wherever a report, its JSON lines, its JUnit or its tables name the profile, they name its changed settings."""
     results = checked(scene, integrator="RK4")
-    row = json.loads(records(results).splitlines()[1])
+    row = json.loads(format_records(results).splitlines()[1])
     assert (row["profile"], row["tried"]) == ("tuned", {"integrator": "RK4"})
-    text = markdown(cross_check_document(results))
+    text = render_markdown(cross_check_document(results))
     told = [line for line in text.splitlines() if "mujoco" in line and "tuned" in line]
     assert told
     assert all("integrator" in line for line in told)
-    assert 'name="mujoco tuned with integrator=RK4"' in junit(results)
+    assert 'name="mujoco tuned with integrator=RK4"' in render_junit(results)
     assert "settings={'integrator': 'RK4'}" in text
 
 
 def test_a_diff_holds_it_against_the_profile_and_names_it(scene: Scene, tmp_path: Path) -> None:
     """Run with and without, two reports are compared cell by cell; method and cause name what was tried."""
     for name, settings in (("own", {}), ("tried", {"integrator": "RK4"})):
-        (tmp_path / name).write_text(records(checked(scene, **settings)))
-    (change,) = diff(tmp_path / "own", tmp_path / "tried").changes
+        (tmp_path / name).write_text(format_records(checked(scene, **settings)))
+    (change,) = compare_records(tmp_path / "own", tmp_path / "tried").changes
     assert change.method == "mujoco tuned → mujoco tuned with integrator=RK4"
     assert any(cause.startswith("settings: integrator Euler → RK4") for cause in change.causes)
 
@@ -121,7 +121,7 @@ def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: 
     """One job with and without what is tried has two keys, and a journal is not gone on with under other settings."""
     job = Job(scene, Method("pymunk", "tuned"), 1 / 60)
     other = Job(scene, Method("pymunk", "tuned", (("iterations", 5),)), 1 / 60)
-    assert job_key(job) != job_key(other)
+    assert build_job_key(job) != build_job_key(other)
     path = tmp_path / "journal.jsonl"
     asked = [Options(["pymunk"], [1 / 60], ["tuned"], settings={"iterations": n}, timing=False) for n in (5, 6)]
     with observed_journal(path, asked[0].stamp) as journal, InProcessPool() as pool:
@@ -131,7 +131,7 @@ def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: 
     ):
         observed_journal(path, asked[1].stamp, resume=True)
     with observed_journal(path, asked[0].stamp, resume=True) as journal:
-        assert job_key(other, DRAWN) in {entry.key for entry in journal.entries.values()}
+        assert build_job_key(other, DRAWN) in {entry.key for entry in journal.entries.values()}
 
 
 @each(

@@ -45,13 +45,13 @@ class Runner:
 
 def ends(*spans: tuple[float, float], steps: int = 4, dt_s: float = 1.0) -> list[float]:
     cutter = Cutter(Runner(*spans))
-    return [time for k in range(steps) for time in cutter.step(k * dt_s, (k + 1) * dt_s)]
+    return [time for k in range(steps) for time in cutter.take_step(k * dt_s, (k + 1) * dt_s)]
 
 
 def test_a_step_without_a_contact_is_taken_whole() -> None:
     """Where nothing begins to touch, every step is one piece that ends at its boundary."""
     cutter = Cutter(Runner())
-    assert [time for k in range(3) for time in cutter.step(k * 0.1, (k + 1) * 0.1)] == [0.1, 0.2, 3 * 0.1]
+    assert [time for k in range(3) for time in cutter.take_step(k * 0.1, (k + 1) * 0.1)] == [0.1, 0.2, 3 * 0.1]
     assert (cutter.pieces, cutter.probes) == (3, 0)
 
 
@@ -79,7 +79,7 @@ def test_contacts_without_end_are_given_up(monkeypatch: pytest.MonkeyPatch) -> N
     """A step with more contacts than any scene has ends, and says so, instead of hanging."""
     monkeypatch.setattr(step_cutter, "MOST_PIECES", 5)
     cutter = Cutter(Runner(*((k / 64, 9.0) for k in range(1, 60))))
-    assert len(list(cutter.step(0.0, 1.0))) == 5
+    assert len(list(cutter.take_step(0.0, 1.0))) == 5
     assert cutter.stuck
 
 

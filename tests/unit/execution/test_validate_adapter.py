@@ -15,7 +15,7 @@ from tests.cases import each
 from carom import Disc, Scene, Wall
 from carom.engines.api import AdapterError, Contact, Observation
 from carom.execution.state_rows import StateRows
-from carom.execution.validate_adapter import MOST_CHARACTERS, plain_counts, plain_settings
+from carom.execution.validate_adapter import MOST_CHARACTERS, to_plain_counts, to_plain_settings
 from carom.execution.validate_observation import Validator
 from carom.support.limits import LARGEST
 
@@ -39,7 +39,7 @@ def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fiel
     validator, rows = Validator(scene(friction), DT, float_bits), StateRows(1, len(STATE))
     found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
     validator.read(Observation(**found), rows, 0)
-    return rows.observation(0, validator.contacts(found["contacts"], DT, 2 * DT))
+    return rows.observation(0, validator.check_contacts(found["contacts"], DT, 2 * DT))
 
 
 def test_what_is_sound_comes_in_as_it_is() -> None:
@@ -109,7 +109,7 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
     """The error of a swapped contact without walls suggests no wall, but where to read on."""
     validator = Validator(scene().model_copy(update={"walls": ()}), DT, 64)
     with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
-        validator.contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
+        validator.check_contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
 
 
 @each(
@@ -176,7 +176,7 @@ def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
     validator = Validator(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
 
     def enter_one(contact: Contact) -> None:
-        validator.contacts((contact,), DT, 2 * DT)
+        validator.check_contacts((contact,), DT, 2 * DT)
 
     enter_one(Contact(0, second, DT, ALONG_X))
     enter_one(Contact(0, second, DT, ALONG_X, 0.0))
@@ -209,7 +209,7 @@ def test_settings_come_in_as_plain_values() -> None:
         def __new__(cls, a: float, _b: float) -> Own:
             return super().__new__(cls, a)
 
-    found = plain_settings(
+    found = to_plain_settings(
         {"a": np.float32(0.5), "b": np.int64(3), "c": np.True_, "d": Own(1.5, 2), "e": True}, "of it"
     )
     assert [(value, type(value)) for value in found.values()] == [
@@ -219,27 +219,27 @@ def test_settings_come_in_as_plain_values() -> None:
         (1.5, float),
         (True, bool),
     ]
-    assert math.isnan(float(plain_settings({"a": math.nan}, "of it")["a"]))
+    assert math.isnan(float(to_plain_settings({"a": math.nan}, "of it")["a"]))
 
 
 @each(
     "check, found, words",
     [
-        (lambda found: plain_settings(found, "of it"), None, "settings of it must be a mapping, got None"),
-        (lambda found: plain_settings(found, "of it"), {"k": np.zeros(2)}, "setting 'k' of it must be a number"),
-        (lambda found: plain_settings(found, "of it"), {"k": b"x"}, "setting 'k' of it must be a number"),
-        (lambda found: plain_settings(found, "of it"), {"k": "\ud800"}, "setting 'k' of it must be Unicode"),
-        (lambda found: plain_settings(found, "of it"), {5: 1.0}, "a name among the settings of it must be a text"),
-        (lambda found: plain_settings(found, "of it"), {"k": -(10**5000)}, "setting 'k' of it must be at most 2"),
+        (lambda found: to_plain_settings(found, "of it"), None, "settings of it must be a mapping, got None"),
+        (lambda found: to_plain_settings(found, "of it"), {"k": np.zeros(2)}, "setting 'k' of it must be a number"),
+        (lambda found: to_plain_settings(found, "of it"), {"k": b"x"}, "setting 'k' of it must be a number"),
+        (lambda found: to_plain_settings(found, "of it"), {"k": "\ud800"}, "setting 'k' of it must be Unicode"),
+        (lambda found: to_plain_settings(found, "of it"), {5: 1.0}, "a name among the settings of it must be a text"),
+        (lambda found: to_plain_settings(found, "of it"), {"k": -(10**5000)}, "setting 'k' of it must be at most 2"),
         (
-            lambda found: plain_settings(found, "of it"),
+            lambda found: to_plain_settings(found, "of it"),
             dict.fromkeys(map(str, range(1001)), 1),
             "at most 1000, got 1001",
         ),
-        (plain_counts, {"k": -1}, r"count 'k' must be from 0 to 2\*\*64, got -1 \(int\)"),
-        (plain_counts, {"k": 10**5000}, r"count 'k' must be from 0 to 2\*\*64, got a huge one"),
-        (plain_counts, {"k": 1.5}, r"count 'k' must be a whole number, got 1.5 \(float\)"),
-        (plain_counts, [1], "counts of a world must be a mapping"),
+        (to_plain_counts, {"k": -1}, r"count 'k' must be from 0 to 2\*\*64, got -1 \(int\)"),
+        (to_plain_counts, {"k": 10**5000}, r"count 'k' must be from 0 to 2\*\*64, got a huge one"),
+        (to_plain_counts, {"k": 1.5}, r"count 'k' must be a whole number, got 1.5 \(float\)"),
+        (to_plain_counts, [1], "counts of a world must be a mapping"),
     ],
 )
 def test_settings_and_counts_are_refused_by_name(check: Callable[[object], object], found: object, words: str) -> None:

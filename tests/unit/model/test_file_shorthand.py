@@ -9,8 +9,8 @@ import pytest
 from tests.cases import each
 
 from carom.errors import SceneError
-from carom.model.file_shorthand import SHAPES, written_out
-from carom.model.scene_file import load_scene, save_scene, scene_schema
+from carom.model.file_shorthand import SHAPES, expand_shorthand
+from carom.model.scene_file import build_scene_schema, load_scene, save_scene
 
 PIXELS: dict[str, Any] = {
     "name": "px",
@@ -24,7 +24,7 @@ PIXELS: dict[str, Any] = {
         {"position_m": [128, 64], "radius_m": 8, "mass_kg": 2.0, "shape": "disc"},
     ],
 }
-VALIDATOR = jsonschema.Draft202012Validator(scene_schema())
+VALIDATOR = jsonschema.Draft202012Validator(build_scene_schema())
 
 
 def loaded(tmp_path: Path, content: dict[str, Any]) -> Any:
@@ -89,7 +89,7 @@ def test_what_is_said_twice_or_wrongly_is_refused_by_name(tmp_path: Path, change
 def test_the_published_schema_takes_what_is_said_for_short() -> None:
     """A file in pixels, with shapes, is one."""
     VALIDATOR.validate(PIXELS)
-    assert set(scene_schema()["$defs"]["Disc"]["properties"]["shape"]["enum"]) == set(SHAPES)
+    assert set(build_scene_schema()["$defs"]["Disc"]["properties"]["shape"]["enum"]) == set(SHAPES)
 
 
 @each("value", ["12", None, [1, 2, 3], {"x": 1}, True, 10**400, [[1], 2]])
@@ -103,5 +103,5 @@ def test_what_is_no_length_is_refused_as_it_stands(tmp_path: Path, value: object
 def test_a_shape_of_the_whole_scene_is_refused_with_where_it_belongs() -> None:
     """A scene has no shape; the hint says that each disc has one."""
     with pytest.raises(SceneError) as caught:
-        written_out({"shape": "sphere", "discs": []})
+        expand_shorthand({"shape": "sphere", "discs": []})
     assert str(caught.value) == "shape: is not a field of a scene; give it for each of [[discs]]"

@@ -19,7 +19,7 @@ from tests.cases import each
 
 from carom.errors import SceneError
 from carom.model.scene import Disc, Scene, Wall
-from carom.model.scene_file import load_scene, save_scene, scene_schema
+from carom.model.scene_file import build_scene_schema, load_scene, save_scene
 from carom.support.limits import MOST_BYTES
 
 SAMPLE = Scene(
@@ -130,7 +130,7 @@ def test_what_is_no_file_is_refused_in_the_system_s_words(tmp_path: Path) -> Non
 
 @cache
 def schema() -> jsonschema.Draft202012Validator:
-    return jsonschema.Draft202012Validator(scene_schema())
+    return jsonschema.Draft202012Validator(build_scene_schema())
 
 
 def checked_by_schema(scene: dict[str, Any]) -> None:
@@ -313,11 +313,11 @@ def as_json(scene: Scene) -> Any:
 
 def test_the_published_schema_is_the_one_of_the_code_and_accepts_what_is_saved() -> None:
     """It is a schema, the file equals what the code generates, and saved scenes keep to it, infinite mass included."""
-    jsonschema.Draft202012Validator.check_schema(scene_schema())
+    jsonschema.Draft202012Validator.check_schema(build_scene_schema())
     for saved in (SAMPLE, ROUGH):
         checked_by_schema(as_json(saved))
     published = resources.files("carom").joinpath("scene.schema.json").read_text(encoding="utf-8")
-    assert published == json.dumps(scene_schema(), indent=2, sort_keys=True) + "\n"
+    assert published == json.dumps(build_scene_schema(), indent=2, sort_keys=True) + "\n"
 
 
 #: Marks a value that is left out.

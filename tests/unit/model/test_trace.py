@@ -8,7 +8,7 @@ import pytest
 from tests.scene_builders import disc_at, staged
 
 from carom.model.energy import kinetic_energy
-from carom.model.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, wall_body, wall_index
+from carom.model.trace import IMPACT_DTYPE, ImpactRecord, Outcome, build_impact_array, wall_body, wall_index
 from carom.solvers.pic import solve_pic
 
 RECORD = ImpactRecord(1.5, 0, 3, (0.6, 0.8), (1.0, 2.0), (3.0, 4.0), (5.0, 6.0), (7.0, 8.0))
@@ -21,7 +21,7 @@ def test_an_impact_record_has_the_fields_of_the_array_in_its_order() -> None:
 
 def test_impact_array_holds_every_field_of_every_record() -> None:
     """What goes in as a record comes out field by field, for reading alone; of no record the fields are there, too."""
-    array = impact_array([RECORD, RECORD._replace(time_s=2.5, second=wall_body(1))])
+    array = build_impact_array([RECORD, RECORD._replace(time_s=2.5, second=wall_body(1))])
     assert array.shape == (2,)
     assert array["time_s"].tolist() == [1.5, 2.5]
     assert array["second"].tolist() == [3, -2]
@@ -29,7 +29,7 @@ def test_impact_array_holds_every_field_of_every_record() -> None:
         np.testing.assert_array_equal(array[name][0], getattr(RECORD, name))
     with pytest.raises(ValueError, match="read-only"):
         array["time_s"] = 0.0
-    assert impact_array([])["velocity_first_after"].shape == (0, 2)
+    assert build_impact_array([])["velocity_first_after"].shape == (0, 2)
     assert [wall_body(k) for k in range(3)] == [-1, -2, -3]
     assert [wall_index(wall_body(k)) for k in range(3)] == [0, 1, 2]
 

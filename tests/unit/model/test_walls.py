@@ -170,7 +170,7 @@ def test_pixels_are_taken_for_metres_in_every_length_of_a_wall(tmp_path: Path) -
 def test_units_of_a_run_scale_every_length_of_a_wall() -> None:
     """In units of two to a power, a wall has the same digits."""
     made = scene(STADIUM.model_copy(update={"half_width_m": 0.125}), Ring(centre_m=(1, 2), radius_m=7))
-    chain, ring = Units(10, 0, 0).start(made).arrays.walls
+    chain, ring = Units(10, 0, 0).convert_scene(made).arrays.walls
     assert not isinstance(chain, tuple)
     assert not isinstance(ring, tuple)
     assert chain.points[0] == (-2 / 1024, -2 / 1024)

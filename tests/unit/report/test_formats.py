@@ -26,17 +26,17 @@ from carom.catalogue import find_scenes
 from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Status
-from carom.execution.results import Results, violates
+from carom.execution.results import Results, is_violation
 from carom.report.document import Column, Document, Headline, Media, Section, Table
-from carom.report.junit import junit
+from carom.report.junit import render_junit
 from carom.report.outcome_marks import Mark
-from carom.report.render.html import html as html_of
-from carom.report.render.markdown import markdown as markdown_of
-from carom.report.render.terminal import terminal
-from carom.report.results_file.json_lines import text_of
-from carom.report.results_file.read_write import raw_records, read_records, stream_records
-from carom.studies.cross_check.document import cross_check_document, report_of
-from carom.support.escaping import visible
+from carom.report.render.html import render_html as html_of
+from carom.report.render.markdown import render_markdown as markdown_of
+from carom.report.render.terminal import render_terminal
+from carom.report.results_file.json_lines import format_line
+from carom.report.results_file.read_write import read_raw_records, read_records, stream_records
+from carom.studies.cross_check.document import build_report, cross_check_document
+from carom.support.escaping import escape_controls
 from carom.support.folders import MARKER
 from carom.support.limits import MOST_BYTES, MOST_VALUES
 
@@ -78,7 +78,7 @@ class _Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def folder(results: Results, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return report_of(results).write(tmp_path_factory.mktemp("report") / "new" / "folder").parent
+    return build_report(results).write(tmp_path_factory.mktemp("report") / "new" / "folder").parent
 
 
 @pytest.fixture(scope="module")
@@ -170,7 +170,7 @@ def one_scene(results: Results) -> Results:
 @pytest.mark.long
 def test_report_is_the_same_when_written_again(results: Results, folder: Path, tmp_path: Path) -> None:
     """The same results give the same bytes, so that a committed report differs only where its results do."""
-    report_of(results).write(tmp_path)
+    build_report(results).write(tmp_path)
     assert files_of(tmp_path) == files_of(folder)
 
 
@@ -180,7 +180,7 @@ def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     (tmp_path / "index.html").write_text("old")
     (tmp_path / "notes.txt").write_text("mine")
-    assert report_of(one_scene).write(tmp_path) == tmp_path / "index.html"
+    assert build_report(one_scene).write(tmp_path) == tmp_path / "index.html"
     assert (tmp_path / "index.html").read_text(encoding="utf-8") != "old"
     names = {"index.html", "play.html", "report.md", "results.jsonl", "junit.xml", "notes.txt", MARKER}
     assert {path.name for path in tmp_path.iterdir()} == names
@@ -191,12 +191,12 @@ def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_pat
     """Escape sequences, bidirectional controls and separators of lines in a name are visible text in every file."""
     name = "evil\x9b31m\u202egnp\u2028x"
     scene = find_scenes(["paper/late"])[0].scene.model_copy(update={"name": name})
-    report_of(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1)).write(tmp_path)
+    build_report(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1)).write(tmp_path)
     for content in files_of(tmp_path).values():
         text = content.decode()
-        assert visible(text) == text
+        assert escape_controls(text) == text
     assert "evil\\u009b31m\\u202egnp\\u2028x" in (tmp_path / "index.html").read_text(encoding="utf-8")
-    _, rows = raw_records(tmp_path / "results.jsonl")
+    _, rows = read_raw_records(tmp_path / "results.jsonl")
     assert {row["scene"] for row in rows} == {name}
 
 
@@ -207,7 +207,7 @@ def test_a_missing_extra_is_named(
     """Without a part of the extra the error says how to install it, and nothing is written."""
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(MissingExtraError, match=re.escape("pip install 'carom[report]'")):
-        report_of(results).write(tmp_path / "none")
+        build_report(results).write(tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 
@@ -233,7 +233,7 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
     assert missed["missed"] == [0]
     assert missed["total"]["velocity"] is None
     assert missed["price_paid"] == pytest.approx(1.0)
-    assert raw_records(folder / "results.jsonl") == (head, found)
+    assert read_raw_records(folder / "results.jsonl") == (head, found)
 
 
 #: By what is wrong: what a file of results holds, what is said of it, and what is to be done.
@@ -284,12 +284,12 @@ def test_rows_are_read_one_by_one(tmp_path: Path) -> None:
 def test_every_row_of_the_sample_is_read_and_can_be_written_back() -> None:
     """The type of a line takes each line of the committed sample, and of one in twenty makes the same line again."""
     path = ROOT / "reports" / "sample" / "results.jsonl"
-    head, rows = raw_records(path)
+    head, rows = read_raw_records(path)
     summary, lines = read_records(path)
     assert len(lines) == head["rows"] > 1000
-    assert json.loads(text_of(summary)) == head
+    assert json.loads(format_line(summary)) == head
     for line, row in zip(lines[::20], rows[::20], strict=True):
-        assert json.loads(text_of(line, spins="spin" in (row["total"] or {}))) == row
+        assert json.loads(format_line(line, spins="spin" in (row["total"] or {}))) == row
 
 
 def test_what_is_not_finite_is_null_and_nan_again(results: Results, folder: Path) -> None:
@@ -324,9 +324,9 @@ def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> N
 @each("fail_on", [Grade.SAMPLED, Grade.WRONG, None])
 def test_junit_fails_what_the_exit_code_fails(results: Results, fail_on: Grade | None) -> None:
     """A case fails where the row violates the line that was asked for, and for no other grade."""
-    cases = ET.fromstring(junit(results, fail_on)).iter("testcase")  # noqa: S314 - our own text
+    cases = ET.fromstring(render_junit(results, fail_on)).iter("testcase")  # noqa: S314 - our own text
     failed = sorted(f"{case.get('classname')} {case.get('name')}" for case in cases if case.find("failure") is not None)
-    rows = [row for row in results.rows if fail_on is not None and violates(row, fail_on)]
+    rows = [row for row in results.rows if fail_on is not None and is_violation(row, fail_on)]
     assert len(failed) == len(rows)
     assert bool(failed) is (fail_on is not None)
 
@@ -346,7 +346,7 @@ def test_markdown_tables_are_well_formed(folder: Path) -> None:
 def test_page_and_markdown_have_the_same_sections_in_order(results: Results, folder: Path) -> None:
     """Page and Markdown have the same headings, except for those that the document shows in one of them only."""
     shown = {
-        medium: [section.heading for section in cross_check_document(results).shown(medium)]
+        medium: [section.heading for section in cross_check_document(results).select_for(medium)]
         for medium in (Media.PAGE, Media.MARKDOWN)
     }
     headings = re.findall(r"<h[23]>(.*?)</h[23]>", (folder / "index.html").read_text(encoding="utf-8"))
@@ -361,7 +361,7 @@ def test_a_column_is_shown_wherever_its_table_is() -> None:
     table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
     wider = replace(table, columns=(*table.columns, Column("added", lambda _: "here")))
     document = Document("A report", Headline("It is a report."), (Section("Sizes", (wider,)),))
-    _answer, _heading, printed = terminal(document, 160)
+    _answer, _heading, printed = render_terminal(document, 160)
     buffer = io.StringIO()
     Console(file=buffer, width=100).print(printed)
     for text in (html_of(document), markdown_of(document), buffer.getvalue()):

@@ -9,7 +9,7 @@ from tests.command import carom_command
 from carom.comparator.explanations import GRADE_CONDITIONS, VERDICT_CONDITIONS
 from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
-from carom.report.glossary import explained, glossary
+from carom.report.glossary import find_meanings, list_meanings
 from carom.report.outcome_marks import Mark
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "theory" / "scoring.md").read_text(encoding="utf-8")
@@ -36,15 +36,15 @@ def test_the_page_says_of_grades_what_the_command_says() -> None:
 
 def test_every_word_of_a_report_is_explained() -> None:
     """Each verdict, grade and mark is found by its name; a name with several meanings returns all of them."""
-    for word in {entry.word for entry in glossary()}:
-        found = explained(word)
+    for word in {entry.word for entry in list_meanings()}:
+        found = find_meanings(word)
         assert word in {entry.word for entry in found}
         assert all(str(entry).endswith(".") for entry in found), word
 
 
 def test_a_verdict_is_found_by_its_sentence() -> None:
     """A verdict is found by the sentence that a report shows."""
-    (entry,) = explained("Velocities after an impact are wrong.")
+    (entry,) = find_meanings("Velocities after an impact are wrong.")
     assert entry.word == "wrong velocity"
 
 
@@ -60,7 +60,7 @@ def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
 @each("word, meant", [("tunnelling", "missed"), ("invented", "spurious")])
 def test_words_that_people_search_for_lead_to_carom_s(word: str, meant: str) -> None:
     """A word of the field that no report uses is answered with the report's own."""
-    assert [entry.word for entry in explained(word)] == [meant]
+    assert [entry.word for entry in find_meanings(word)] == [meant]
 
 
 def test_the_command_explains_and_lists() -> None:
@@ -69,4 +69,4 @@ def test_the_command_explains_and_lists() -> None:
     assert "missed (verdict): an impact is missed." in told
     assert "passed through each other" in told
     assert carom_command("explain", "wrong", "direction").output.startswith("wrong direction (verdict)")
-    assert len(carom_command("explain").output.splitlines()) == len(list(glossary()))
+    assert len(carom_command("explain").output.splitlines()) == len(list(list_meanings()))

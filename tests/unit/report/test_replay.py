@@ -13,7 +13,7 @@ from tests.scene_builders import cross_checked, sure
 import carom
 from carom.catalogue import find_scenes
 from carom.execution.results import Results
-from carom.report.replay import describe_run, first_fault, impact_rows, replay_data, replay_key
+from carom.report.replay import build_impact_rows, build_replay_data, build_replay_key, describe_run, find_first_fault
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +27,10 @@ def replays(results: Results) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for name, reference in results.references.items():
         rows = [row for row in results.rows if row.job.scene.name == name]
-        runs = [(sure(row.trace), sure(row.score), describe_run(row, "", replay_key(row.job), "")) for row in rows]
-        found[name] = replay_data(reference, runs)
+        runs = [
+            (sure(row.trace), sure(row.score), describe_run(row, "", build_replay_key(row.job), "")) for row in rows
+        ]
+        found[name] = build_replay_data(reference, runs)
     return found
 
 
@@ -49,13 +51,13 @@ def test_how_a_disc_moves_in_contact_is_told_from_when_to_when() -> None:
     scene = find_scenes(("contact/slide-to-roll",))[0].scene
     (disc,) = scene.discs
     reference = carom.solve_pic(scene)
-    ((number, changes),) = replay_data(reference, [])["modes"]
+    ((number, changes),) = build_replay_data(reference, [])["modes"]
     pull, slip = -scene.gravity_m_s2[1], disc.velocity_m_s[0] + disc.radius_m * disc.spin_rad_s
     rolls_s = slip / (pull * scene.wall_friction * (1.0 + 1.0 / disc.inertia_factor))
     assert number == 0
     assert [word for _, word in changes] == ["slides", "rolls", ""]
     assert [time_s for time_s, _ in changes] == pytest.approx([0.0, rolls_s, scene.duration_s])
-    assert replay_data(carom.solve_pic("paper/missed"), [])["modes"] == []
+    assert build_replay_data(carom.solve_pic("paper/missed"), [])["modes"] == []
 
 
 def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None:
@@ -65,19 +67,19 @@ def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None
     assert score is not None
     assert trace is not None
     unseen = dataclasses.replace(trace, local_truth=None)
-    (found,) = impact_rows(reference, unseen, dataclasses.replace(score, pit_missed=()))
+    (found,) = build_impact_rows(reference, unseen, dataclasses.replace(score, pit_missed=()))
     assert (found["flag"], found["cause"]) == ("missed", "PIT finds this impact")
-    (found,) = impact_rows(reference, unseen, score)
+    (found,) = build_impact_rows(reference, unseen, score)
     assert found["cause"] == "PIT also misses this impact"
     meetings = sure(trace.local_truth).meetings.copy()
     causes = {True: "checking once per step", False: "the method itself: PIT finds the impact from the same state"}
     for pit_missed, cause in causes.items():
         meetings["pit_missed"] = pit_missed
         truth = dataclasses.replace(sure(trace.local_truth), meetings=meetings)
-        (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
+        (found,) = build_impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
         assert found["cause"] == cause
     elsewhere = dataclasses.replace(sure(trace.local_truth), meetings=meetings[:0])
-    (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=elsewhere), score)
+    (found,) = build_impact_rows(reference, dataclasses.replace(trace, local_truth=elsewhere), score)
     assert "earlier errors" in found["cause"]
 
 
@@ -102,7 +104,7 @@ def test_a_run_that_is_not_finite_plays_as_far_as_it_is(results: Results) -> Non
     for trace in (broken, dataclasses.replace(broken, samples=None)):
         reference = results.references["paper/late"]
         score = carom.compare(reference, trace)
-        data = replay_data(reference, [(trace, score, {})])
+        data = build_replay_data(reference, [(trace, score, {})])
         (run,) = json.loads(json.dumps(data, allow_nan=False))["runs"]
         assert all(len(track[0]) >= 1 for track in run["tracks"])
 
@@ -114,7 +116,7 @@ def test_where_bodies_touch_and_how_long_they_would_overlap(results: Results) ->
     place, passing = (np.subtract(getattr(other, name), getattr(one, name)) for name in ("position_m", "velocity_m_s"))
     reach = one.radius_m + other.radius_m
     begin_s, end_s = np.sort(np.roots([passing @ passing, 2 * place @ passing, place @ place - reach**2]).real)
-    data = replay_data(reference, [])
+    data = build_replay_data(reference, [])
     ((x, y, overlap_s),) = data["meetings"]
     assert overlap_s == pytest.approx(end_s - begin_s, rel=1e-5)  # as it is rounded for the page
     for disc in (one, other):
@@ -131,7 +133,7 @@ def test_no_overlap_is_told_at_a_wall_nor_of_one_that_falls_beside_a_fixed_one()
     to_wall = carom.Scene(name="to-wall", discs=[flying], walls=[wall], duration_s=1.0)
     falling = carom.Scene(name="falling", discs=[ball, fixed], gravity_m_s2=(0.0, -9.81), duration_s=0.6)
     for scene in (to_wall, falling):
-        ((_, _, overlap_s), *_) = replay_data(carom.solve_pic(scene), [])["meetings"]
+        ((_, _, overlap_s), *_) = build_replay_data(carom.solve_pic(scene), [])["meetings"]
         assert overlap_s is None
 
 
@@ -158,6 +160,6 @@ def test_a_replay_holds_at_what_is_most_off_if_nothing_is_missed() -> None:
         {"flag": "found", "velocity": 0.9},
         {"flag": "early", "velocity": None},
     ]
-    assert first_fault(rows) == 1
-    assert first_fault([*rows, {"flag": "missed", "velocity": None}]) == 4
-    assert first_fault([*rows, {"flag": "invented", "reported": None}]) == 1  # it has no instant to hold at
+    assert find_first_fault(rows) == 1
+    assert find_first_fault([*rows, {"flag": "missed", "velocity": None}]) == 4
+    assert find_first_fault([*rows, {"flag": "invented", "reported": None}]) == 1  # it has no instant to hold at

@@ -8,19 +8,19 @@ import numpy as np
 from matplotlib.figure import Figure
 from tests.cases import each
 
-from carom.engines.registry import adapter_points, load_adapter
-from carom.report.svg import SERIES, drawing, finish, line_style, plain_number
+from carom.engines.registry import list_adapter_points, load_adapter
+from carom.report.svg import SERIES, choose_line_style, finish, format_tick, use_drawing_style
 
 
 def test_an_axis_of_less_than_a_decade_has_plain_words() -> None:
     """No tick label uses formula notation, which a report would show literally, dollars included."""
-    with drawing():
+    with use_drawing_style():
         figure = Figure()
         axes = figure.add_subplot()
         axes.loglog([0.02, 0.07], [0.2, 0.7])
         above = axes.secondary_xaxis("top", functions=(lambda s: np.multiply(s, 2.0), lambda r: np.divide(r, 2.0)))
         for axis in (axes.xaxis, axes.yaxis, above.xaxis):
-            axis.set_major_formatter(plain_number)
+            axis.set_major_formatter(format_tick)
         finish(axes)
         figure.canvas.draw()
         labels = [
@@ -36,9 +36,9 @@ def test_an_axis_of_less_than_a_decade_has_plain_words() -> None:
 def test_no_two_profiles_of_an_engine_are_drawn_with_one_dash() -> None:
     """Lines of an engine have one colour, so the dash alone tells its profiles apart."""
     several = 0
-    for engine in adapter_points():
+    for engine in list_adapter_points():
         names = list(load_adapter(engine).profiles)
-        dashes = {repr(line_style(engine, profile=name)["linestyle"]) for name in names}
+        dashes = {repr(choose_line_style(engine, profile=name)["linestyle"]) for name in names}
         assert len(dashes) == len(names), (engine, names)
         several += len(names) > 2
     assert several, "no engine with three profiles was tried"
@@ -46,15 +46,15 @@ def test_no_two_profiles_of_an_engine_are_drawn_with_one_dash() -> None:
 
 def test_a_profile_has_one_dash_whatever_the_engine() -> None:
     """A dash means a profile and a colour an engine."""
-    first, second = (line_style(name, profile="located") for name in ("pymunk", "box2d"))
+    first, second = (choose_line_style(name, profile="located") for name in ("pymunk", "box2d"))
     assert first["linestyle"] == second["linestyle"]
     assert first["color"] != second["color"]
 
 
 def test_no_two_engines_look_alike() -> None:
     """Each engine has a colour or a mark that no other one has, and PIC's colour and PIT's are no engine's."""
-    names = list(adapter_points())
-    looks = {name: (line_style(name)["color"], line_style(name)["marker"]) for name in names}
+    names = list(list_adapter_points())
+    looks = {name: (choose_line_style(name)["color"], choose_line_style(name)["marker"]) for name in names}
     assert len(set(looks.values())) == len(names) > 2
     own = {looks[name][0] for name in ("pic", "pit")}
     assert len(own) == 2

@@ -15,8 +15,8 @@ from carom import Disc, Scene, Wall
 from carom.catalogue import find_scenes
 from carom.cli.ascii import ERRORS
 from carom.report.document import Column, Document, Headline, Section, Table
-from carom.report.render.terminal import terminal
-from carom.report.summary import MOST_LINES, WIDTH, printable
+from carom.report.render.terminal import render_terminal
+from carom.report.summary import MOST_LINES, WIDTH, format_printable
 from carom.studies.cross_check.document import cross_check_document
 
 
@@ -33,7 +33,7 @@ def printed(document: Document, width: int, *, full: bool = False) -> list[str]:
     """Return the lines that a terminal of a width shows."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=width, highlight=False, markup=False)
-    for item in terminal(document, width, full=full):
+    for item in render_terminal(document, width, full=full):
         console.print(item)
     return buffer.getvalue().splitlines()
 
@@ -170,8 +170,8 @@ def test_a_certified_trace_shows_proven_digits_only() -> None:
 
 def test_what_does_not_print_is_escaped_and_a_long_line_cut() -> None:
     """No control character and no change of direction reaches a terminal; a cut is seen as one."""
-    assert printable(f"a\x1b{RIGHT_TO_LEFT}b", 40) == r"a\x1b\u202eb"
-    assert printable("x" * 50, 10) == f"{'x' * 9}…"
+    assert format_printable(f"a\x1b{RIGHT_TO_LEFT}b", 40) == r"a\x1b\u202eb"
+    assert format_printable("x" * 50, 10) == f"{'x' * 9}…"
 
 
 def test_exact_says_to_the_rounding_of_which_floats() -> None:

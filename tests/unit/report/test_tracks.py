@@ -15,10 +15,10 @@ from carom import Scene, Wall, compare, solve_pic
 from carom.catalogue import all_scenes
 from carom.execution.scene_reference import solve_reference
 from carom.model.trace import Trace, wall_index
-from carom.model.walls import drive_of
-from carom.report.paths import exact_paths, extent_of, observed_paths
-from carom.report.replay import replay_data
-from carom.report.tracks import SHARPNESS, observed_tracks, reference_tracks, turnings
+from carom.model.walls import build_drive
+from carom.report.paths import build_exact_paths, build_observed_paths, compute_extent
+from carom.report.replay import build_replay_data
+from carom.report.tracks import SHARPNESS, build_observed_tracks, build_reference_tracks, compute_turnings
 
 
 def gap_of(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
@@ -28,10 +28,10 @@ def gap_of(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
     if second >= 0:
         return float(np.hypot(*(places[1] - here))) - radius - scene.discs[second].radius_m
     wall = scene.walls[wall_index(second)]
-    here = here - drive_of(wall.legs, wall.velocity_m_s).moved_at(impact["time_s"])  # as seen from the wall
+    here = here - build_drive(wall.legs, wall.velocity_m_s).moved_at(impact["time_s"])  # as seen from the wall
     if isinstance(wall, Wall):
         return float(np.dot(here - np.array(wall.point_m), wall.normal)) - radius
-    return wall.outline.gap(float(here[0]), float(here[1]), radius)
+    return wall.outline.compute_gap(float(here[0]), float(here[1]), radius)
 
 
 @each("one_in", release_after(1, [9, 1]))
@@ -41,11 +41,11 @@ def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
     for scene in scenes:
         trace = sure(solve_reference(scene)) if len(scene.discs) > 16 else solve_pic(scene, max_impacts=100)
         assert isinstance(trace, Trace)
-        tracks, near = reference_tracks(trace), 1e-9 * extent_of(trace)
-        stands = iter(exact_paths(trace).stands if len(scene.discs) <= 16 else ())
+        tracks, near = build_reference_tracks(trace), 1e-9 * compute_extent(trace)
+        stands = iter(build_exact_paths(trace).stands if len(scene.discs) <= 16 else ())
         for impact in trace.impacts:
             bodies = [body for body in (int(impact["first"]), int(impact["second"])) if body >= 0]
-            played = [tracks[body].at(np.array([impact["time_s"]]))[0] for body in bodies]
+            played = [tracks[body].positions_at(np.array([impact["time_s"]]))[0] for body in bodies]
             drawn = [next(stands).position_m for _ in bodies] if len(scene.discs) <= 16 else played
             assert max(abs(gap_of(scene, impact, places)) for places in (played, drawn)) <= near, scene.name
 
@@ -56,10 +56,10 @@ def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
     scene = all_scenes()[name].scene
     results = cross_checked([scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
     trace = sure(results.rows[0].trace)
-    extent_m = extent_of(results.references[name])
+    extent_m = compute_extent(results.references[name])
     times = sure(trace.samples).time_s[sure(trace.samples).time_s < trace.end_time_s]
-    for disc, track in enumerate(observed_tracks(trace, extent_m)):
-        away = track.at(times) - sure(trace.samples).position_m[: len(times), disc]
+    for disc, track in enumerate(build_observed_tracks(trace, extent_m)):
+        away = track.positions_at(times) - sure(trace.samples).position_m[: len(times), disc]
         assert np.abs(away).max() <= SHARPNESS * extent_m
         assert len(track.time_s) <= len(times) + len(trace.impacts) + 2
 
@@ -69,8 +69,8 @@ def test_a_track_flies_a_parabola_between_its_knots() -> None:
     scene = carom.Scene(
         name="fall", duration_s=1.0, gravity_m_s2=(0.0, -8.0), discs=[carom.Disc(position_m=(0.0, 0.0), radius_m=0.5)]
     )
-    (track,) = reference_tracks(carom.solve_pic(scene))
-    assert track.at(np.array([0.0, 0.5, 1.0]))[:, 1] == pytest.approx([0.0, -1.0, -4.0], abs=1e-15)
+    (track,) = build_reference_tracks(carom.solve_pic(scene))
+    assert track.positions_at(np.array([0.0, 0.5, 1.0]))[:, 1] == pytest.approx([0.0, -1.0, -4.0], abs=1e-15)
 
 
 # How discs turn: angles worked out by hand from spins -----------------------------------------------------------------
@@ -80,19 +80,19 @@ def test_a_disc_turns_by_its_spin_from_impact_to_impact() -> None:
     """At 6 rad/s to the impact, then at 4: and the disc that was struck at -2, from rest."""
     entry = all_scenes()["spin/english-stick"]
     trace, hit_s, end_s = solve_pic(entry.scene), entry.known.impacts[0].time_s, entry.scene.duration_s
-    first, second = turnings(trace)
+    first, second = compute_turnings(trace)
     np.testing.assert_allclose([first.time_s, second.time_s], [[0.0, hit_s, end_s]] * 2, rtol=1e-15)
     np.testing.assert_allclose(first.angle_rad, [0.0, 6 * hit_s, 6 * hit_s + 4 * (end_s - hit_s)], rtol=1e-14)
     np.testing.assert_allclose(second.angle_rad, [0.0, 0.0, -2 * (end_s - hit_s)], rtol=1e-14)
-    assert first.at(end_s - 0.25) == pytest.approx(first.angle_rad[-1] - 1.0)
-    assert observed_paths(trace).turned[0].at(0.25) == pytest.approx(1.5)
+    assert first.angle_at(end_s - 0.25) == pytest.approx(first.angle_rad[-1] - 1.0)
+    assert build_observed_paths(trace).turned[0].angle_at(0.25) == pytest.approx(1.5)
 
 
 def test_nothing_turns_without_spins() -> None:
     """A scene without friction and spin has no marks: neither in a replay nor in a picture."""
     trace = solve_pic(all_scenes()["paper/late"].scene)
-    assert turnings(trace) == ()
-    data = replay_data(trace, [(trace, compare(trace, trace), {})])
+    assert compute_turnings(trace) == ()
+    data = build_replay_data(trace, [(trace, compare(trace, trace), {})])
     assert data["turned"] == data["runs"][0]["turned"] == []
 
 
@@ -101,7 +101,7 @@ def test_a_disc_whose_spin_is_no_number_turns_no_further() -> None:
     trace = solve_pic(all_scenes()["spin/english-stick"].scene)
     spins = sure(trace.spins).copy()
     spins["first_after"] = math.nan
-    first, _ = turnings(dataclasses.replace(trace, spins=spins))
+    first, _ = compute_turnings(dataclasses.replace(trace, spins=spins))
     assert first.angle_rad[0] == 0.0
     assert first.angle_rad[1] == first.angle_rad[2] > 2.0
 
@@ -112,6 +112,6 @@ def test_the_replay_says_how_wrong_a_spin_is_and_why() -> None:
     spins = sure(trace.spins).copy()
     spins["first_after"] = -1.0
     wrong = dataclasses.replace(trace, spins=spins, dt_s=1 / 60)
-    (row,) = replay_data(trace, [(wrong, compare(trace, wrong), {})])["runs"][0]["impacts"]
+    (row,) = build_replay_data(trace, [(wrong, compare(trace, wrong), {})])["runs"][0]["impacts"]
     assert row["spin"] == pytest.approx(0.2)
     assert row["cause"] == "the method itself"

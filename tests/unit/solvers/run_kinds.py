@@ -9,7 +9,7 @@ from carom import Outcome, Scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import FrameRun, pit_run
+from carom.solvers.pit.solve import FrameRun, start_pit_run
 from carom.solvers.run import Run
 
 
@@ -25,7 +25,7 @@ def certified(scene: Scene) -> Run:
 
 
 def of_frames(scene: Scene) -> Run:
-    run = pit_run(scene, FrameClock(rate_hz=scene.frame_rate_hz))
+    run = start_pit_run(scene, FrameClock(rate_hz=scene.frame_rate_hz))
     assert isinstance(run, FrameRun)  # and not one in units of its own
     return run
 

@@ -14,7 +14,7 @@ from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import solve_pic
 from carom.core.resolution import clock_resolution, gap_resolution, size_of
-from carom.solvers.event_driven.run import standstill_impacts
+from carom.solvers.event_driven.run import compute_standstill_limit
 
 core_functions = pytest.importorskip("tests.core_functions")
 
@@ -103,9 +103,9 @@ def test_impacts_that_share_only_an_immovable_disc_are_unique() -> None:
 
 def test_the_limit_of_impacts_at_one_instant_permits_whatever_ends() -> None:
     """Equal discs in a line have n(n-1)/2 at one instant; masses 1:100 and 1:10,000 at a wall 31 and 314 (Galperin)."""
-    assert standstill_impacts(3) >= 314
+    assert compute_standstill_limit(3) >= 314
     for bodies in (2, 3, 10, 316, 317, 1000, 10_000, 1_000_000):
-        allowed = standstill_impacts(bodies)
+        allowed = compute_standstill_limit(bodies)
         assert bodies * (bodies - 1) // 2 <= allowed <= min(100 * bodies**2, bodies**2 // 2 + 10_000_000)
 
 

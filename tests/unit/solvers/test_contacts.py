@@ -14,8 +14,8 @@ from tests.unit.solvers.run_kinds import assert_same
 
 from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
 from carom.model.flights import free_flights
-from carom.model.trace import Trace, spin_array
-from carom.report.tracks import reference_tracks, turnings
+from carom.model.trace import Trace, build_spin_array
+from carom.report.tracks import build_reference_tracks, compute_turnings
 
 FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
 DOWN = {"gravity_m_s2": (0.0, -10.0)}
@@ -48,17 +48,17 @@ def test_flights_and_tracks_lead_through_contact() -> None:
     """What a trace's flights, and the tracks that are drawn of them, say of any time is where the run is then."""
     scene, times = sliding(), [0.1, 0.4, 0.5, 0.9, 1.7]
     trace = solve_pic(scene, sample_times_s=times)
-    (track,) = reference_tracks(trace)
-    assert track.at(np.array(times)) == pytest.approx(sure(trace.samples).position_m[:, 0], abs=1e-15)
-    assert track.under(np.array([0.0, -10.0]), 1e-4).at(np.array(times)) == pytest.approx(
-        track.at(np.array(times)), abs=1e-4
+    (track,) = build_reference_tracks(trace)
+    assert track.positions_at(np.array(times)) == pytest.approx(sure(trace.samples).position_m[:, 0], abs=1e-15)
+    assert track.convert_to_pull(np.array([0.0, -10.0]), 1e-4).positions_at(np.array(times)) == pytest.approx(
+        track.positions_at(np.array(times)), abs=1e-4
     )
     last = list(free_flights(trace))[-1]
-    assert last.at(2.0) == pytest.approx(trace.final_position_m[0], abs=1e-15)
+    assert last.position_at(2.0) == pytest.approx(trace.final_position_m[0], abs=1e-15)
     # Its spin falls by 8 rad/s^2 for half a second, to -4: a turn of -1 and then of -6.
-    (turning,) = turnings(dataclasses.replace(trace, spins=spin_array([])))
-    assert turning.at(0.5) == pytest.approx(-1.0, abs=1e-12)
-    assert turning.at(2.0) == pytest.approx(-7.0, abs=1e-12)
+    (turning,) = compute_turnings(dataclasses.replace(trace, spins=build_spin_array([])))
+    assert turning.angle_at(0.5) == pytest.approx(-1.0, abs=1e-12)
+    assert turning.angle_at(2.0) == pytest.approx(-7.0, abs=1e-12)
 
 
 def test_what_is_struck_from_below_its_middle_leaves_the_floor() -> None:

@@ -17,7 +17,7 @@ from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, s
 from carom.engines.api import Capabilities, Need, unsupported_reason
 from carom.errors import InputError
 from carom.model.flights import free_flights
-from carom.solvers.pic import pic_run
+from carom.solvers.pic import start_pic_run
 
 RATES = st.sampled_from([0.01, 0.4, 1.0])
 SCENES = st.integers(0, 9_999).map(
@@ -61,7 +61,7 @@ def test_between_impacts_discs_move_by_the_law(scene: Scene, rate: float) -> Non
         expected = flight.velocity_m_s * kept
         if flight.impact == len(trace.impacts):
             found = trace.final_velocity_m_s[flight.disc]
-            assert flight.at(flight.end_s) == pytest.approx(trace.final_position_m[flight.disc], abs=1e-11)
+            assert flight.position_at(flight.end_s) == pytest.approx(trace.final_position_m[flight.disc], abs=1e-11)
         else:
             impact = trace.impacts[flight.impact]
             found = impact["velocity_first_before" if impact["first"] == flight.disc else "velocity_second_before"]
@@ -143,7 +143,7 @@ def test_progress_is_told_in_time_of_the_clock() -> None:
 def test_a_run_without_end_ends_where_discs_come_to_rest() -> None:
     """Taken to the end of time, a damped disc has gone v/c."""
     scene = staged("alone", disc_at(0, 0, 3, 0), duration_s=1.0, damping_per_s=0.5)
-    run = pic_run(scene)
+    run = start_pic_run(scene)
     assert run.advance_to(math.inf) is Outcome.COMPLETED
     assert run.positions()[0, 0] == pytest.approx(6.0, rel=1e-15)
 

@@ -269,7 +269,7 @@ def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
         ends = [*trace.impacts["time_s"].tolist(), trace.end_time_s]
         for end, after in zip(ends, [*trace.impacts["velocity_first_after"].tolist(), (0, 0)], strict=True):
             for wait in np.linspace(0, end - begun, 10):
-                gap = outline.gap(x + vx * wait, y + vy * wait, disc.radius_m)
+                gap = outline.compute_gap(x + vx * wait, y + vy * wait, disc.radius_m)
                 assert gap > -1e-6 * disc.radius_m, scene
             x, y, begun, (vx, vy) = x + vx * (end - begun), y + vy * (end - begun), end, after
     assert kept >= 15

@@ -13,8 +13,8 @@ from tests.scene_builders import disc_at, line, staged, wall_at
 from carom.errors import InputError
 from carom.model.scene import Disc
 from carom.model.trace import Outcome
-from carom.solvers.event_driven.run import standstill_impacts
-from carom.solvers.pic import pic_run, solve_pic
+from carom.solvers.event_driven.run import compute_standstill_limit
+from carom.solvers.pic import solve_pic, start_pic_run
 from carom.solvers.reference.algorithm_2 import solve_pic_framewise
 
 
@@ -72,7 +72,7 @@ def test_a_graze_far_from_the_origin_pushes_or_does_nothing(offset: float, depth
 
 def test_time_does_not_run_backwards_when_asked_for_the_past() -> None:
     """Asking a run for an earlier time than its present leaves it where it is."""
-    run = pic_run(line(0.0, 9.0, velocities=(1.0, 0.0)))
+    run = start_pic_run(line(0.0, 9.0, velocities=(1.0, 0.0)))
     run.advance_to(2.0)
     run.advance_to(1.0)
     assert run.time_s == 2.0
@@ -149,4 +149,4 @@ def test_inelastic_collapse_at_one_instant_ends_in_standstill(solve: Any) -> Non
     trace = solve(scene)
     assert trace.outcome is Outcome.STANDSTILL
     assert trace.end_time_s == 1.0
-    assert trace.impacts["time_s"].tolist() == [1.0] * (standstill_impacts(3) + 1)
+    assert trace.impacts["time_s"].tolist() == [1.0] * (compute_standstill_limit(3) + 1)

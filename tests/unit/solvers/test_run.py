@@ -18,7 +18,7 @@ from carom.solvers.damped import DampedRun
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.rows import Rows
 from carom.solvers.run import Run, RunImpacts
-from carom.solvers.units import RunInUnits, units_of
+from carom.solvers.units import RunInUnits, choose_units
 
 from .run_kinds import RUNS, of_frames
 
@@ -44,7 +44,7 @@ def make(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
         pytest.importorskip("flint")
 
     def in_units(scene: Scene) -> Any:
-        return RunInUnits(of_frames(scene), units_of(scene))
+        return RunInUnits(of_frames(scene), choose_units(scene))
 
     def damped(scene: Scene) -> Run:
         return DampedRun(EventDrivenRun(scene), Damping(0.0))

@@ -8,13 +8,13 @@ from carom.execution.job import Method
 from carom.model.scene import Disc, Scene
 from carom.studies.advise.run import Advice, ClosedForm
 from carom.studies.advise.sampling_limit import Cause, ContactWindow, Demand, HardImpact, PairLimit
-from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, in_a_frame
+from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.noise import Noise, Spread
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress import run as campaign
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest
@@ -54,11 +54,13 @@ def bench(*names: str) -> Bench:
         for method in METHODS:
             own = tuple(point(method, k) for k in range(len(STEPS)))
             order = fit_order([p.dt_s for p in own if p.sound], [p.error for p in own if p.sound])
-            curves.append(Curve(method.engine, method.profile, own, order, cheapest(own, plan.target)))
+            curves.append(Curve(method.engine, method.profile, own, order, find_cheapest(own, plan.target)))
         every = [p for curve in curves for p in curve.points]
-        front = pareto_front([p for p in every if p.engine != "pic"])
+        front = find_pareto_front([p for p in every if p.engine != "pic"])
         noise = Noise(1e-3, 0.05, 1.4, 100)
-        found.append(SceneBench(scene(name), tuple(curves), front, cheapest(every, plan.target), noise, 7, HERE.date))
+        found.append(
+            SceneBench(scene(name), tuple(curves), front, find_cheapest(every, plan.target), noise, 7, HERE.date)
+        )
     return Bench(tuple(found), plan, HERE, "carom bench paper/late", 80.0)
 
 
@@ -105,7 +107,7 @@ def advice() -> Advice:
         fine = [
             StepTrial(last / 2**k, 64 if k == 0 else 8, 65 if k == 0 else 9, 0, 0, 0.017 / 2**k, 400) for k in range(3)
         ]
-        framed = next((trial for trial in fine if in_a_frame(trial.dt_s, scene().frame_rate_hz)), None)
+        framed = next((trial for trial in fine if count_steps_per_frame(trial.dt_s, scene().frame_rate_hz)), None)
         never = StepRange(fine[0], framed, fine[-1].dt_s, first[-1], (), ())
         lost = method == Method("mujoco", "default")
         whole = StepRange(None, None, fine[-1].dt_s, fine[-1], (), ()) if lost else never

@@ -14,23 +14,23 @@ from carom.cli.ascii import ERRORS
 from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Document, Media, Table
-from carom.studies.advise.document import advice_document
+from carom.studies.advise.document import build_advice_document
 from carom.studies.advise.run import Advice, Unable
 from carom.studies.advise.step_search import SearchEnding, StepRange
 from carom.studies.bench.axes import ErrorKind
-from carom.studies.bench.document import bench_document
-from carom.studies.bench.growth_document import growth_document
+from carom.studies.bench.document import build_bench_document
+from carom.studies.bench.growth_document import build_growth_document
 from carom.studies.bench.result import Curve
-from carom.studies.bench.tables import method_table, reached, suite_table
-from carom.studies.stress.document import stress_document
+from carom.studies.bench.tables import build_method_table, build_suite_table, list_reached_targets
+from carom.studies.stress.document import build_stress_document
 from carom.studies.stress.result import CellEnding, CellResult, StressTest
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
-    "bench": lambda: bench_document(bench()),
-    "bench of several scenes": lambda: bench_document(bench("paper/late", "paper/missed")),
-    "growth": lambda: growth_document(growth()),
-    "stress": lambda: stress_document(campaign_results()),
-    "advice": lambda: advice_document(advice()),
+    "bench": lambda: build_bench_document(bench()),
+    "bench of several scenes": lambda: build_bench_document(bench("paper/late", "paper/missed")),
+    "growth": lambda: build_growth_document(growth()),
+    "stress": lambda: build_stress_document(campaign_results()),
+    "advice": lambda: build_advice_document(advice()),
 }
 
 
@@ -66,14 +66,14 @@ def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
     """The sentence and the row name the point of least run time below the target, with its step and its cost."""
     below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := point(m, k)).error <= 1e-3 and p.sound]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
-    spent = formatting.number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
+    spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
     asked = replace(bench(), plan=replace(bench().plan, target=1e-3))
-    text = " ".join(" ".join(printed(bench_document(asked), 80)).split())
+    text = " ".join(" ".join(printed(build_bench_document(asked), 80)).split())
     start = "paper/late: PIC is exact in 0.002 ms. The fastest engine with at most 0.1 % error is "
     assert text.startswith(start)
-    assert f"is {best.engine} ({best.profile}) with {spent} ms at steps of {formatting.step(best.dt_s)}" in text
+    assert f"is {best.engine} ({best.profile}) with {spent} ms at steps of {formatting.format_step(best.dt_s)}" in text
     beyond = " ".join(
-        " ".join(printed(bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)).split()
+        " ".join(printed(build_bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)).split()
     )
     assert "No engine reaches 1e-6 error at the tested steps. The most accurate is box2d (default): " in beyond
 
@@ -82,7 +82,9 @@ def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
     """Among the methods that reach the same targets on as many scenes, the cheaper one comes first."""
     several = bench("paper/late", "paper/missed")
     scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
-    _, rows = suite_table(replace(several, scenes=tuple(scenes)), reached(several)).shown(Media.MARKDOWN)
+    _, rows = build_suite_table(replace(several, scenes=tuple(scenes)), list_reached_targets(several)).select_for(
+        Media.MARKDOWN
+    )
     names = [row[0].text for row in rows]
     assert names.index("pymunk default") < names.index("pymunk tuned")
     assert names.index("box2d default") < names.index("box2d tuned") < names.index("mujoco default")
@@ -91,7 +93,9 @@ def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
 def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
     """A target that no engine reaches has no column; engines that all miss impacts are ranked by how many."""
     whole = bench().scenes[0]
-    columns, rows = method_table(whole, ErrorKind.IMPACT, reached(bench())).shown(Media.MARKDOWN)
+    columns, rows = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(bench())).select_for(
+        Media.MARKDOWN
+    )
     heads = [column.head for column in columns]
     assert heads[4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
     assert all(any(row[k].text for row in rows) for k in range(4, 9))
@@ -101,8 +105,8 @@ def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
         if curve.engine not in {"pic", "pit"}
     ]
     lossy = replace(bench(), scenes=(replace(whole, curves=tuple(curves)),))
-    assert reached(lossy) == []
-    text = " ".join(" ".join(printed(bench_document(lossy), 80)).split())
+    assert list_reached_targets(lossy) == []
+    text = " ".join(" ".join(printed(build_bench_document(lossy), 80)).split())
     assert "very engine misses or invents impacts at every step; the best is box2d (default)" in text
     assert "which misses 2 and invents 1 of 4 impacts" in text
     assert " -2 +1 " in text
@@ -111,7 +115,7 @@ def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
         ((whole, crowd), "on paper/late; every engine misses or invents impacts on classics/gas."),
         ((crowd, crowd), "Every engine misses or invents impacts on every scene."),
     ):
-        text = " ".join(" ".join(printed(bench_document(replace(lossy, scenes=scenes)), 80)).split())
+        text = " ".join(" ".join(printed(build_bench_document(replace(lossy, scenes=scenes)), 80)).split())
         assert answer in text.partition(" Every method on ")[0]
 
 
@@ -121,7 +125,7 @@ def test_the_bench_says_why_points_are_missing() -> None:
     curves = [replace(c, points=(replace(c.points[0], reason="out of time"), *c.points[1:])) for c in scene.curves]
 
     def said(*chosen: Curve) -> str:
-        text = printed(bench_document(replace(bench(), scenes=(replace(scene, curves=chosen),))), 80)
+        text = printed(build_bench_document(replace(bench(), scenes=(replace(scene, curves=chosen),))), 80)
         return " ".join(" ".join(text).split())
 
     all_points = sum(len(curve.points) for curve in curves)
@@ -132,7 +136,7 @@ def test_the_bench_says_why_points_are_missing() -> None:
 
 def said(found: Advice) -> str:
     """What the terminal says of advice, in one line."""
-    return " ".join(" ".join(printed(advice_document(found), 80)).split())
+    return " ".join(" ".join(printed(build_advice_document(found), 80)).split())
 
 
 def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
@@ -146,7 +150,7 @@ def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
         ((*found.answers, twin), ["box2d default", "twin tuned"]),
     ):
         text = said(replace(found, answers=answers))
-        named = f"{formatting.number(1 / longest, 4)} steps/s with {formatting.join_words(who, 'or')}."
+        named = f"{formatting.format_number(1 / longest, 4)} steps/s with {formatting.join_words(who, 'or')}."
         assert text.count(named) == 2
 
 
@@ -166,7 +170,7 @@ def test_a_step_of_a_frame_is_said_with_the_code_that_takes_it() -> None:
     finer = replace(alone.never_misses, in_frame=alone.trials[-1])
     many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
     assert "600 steps/s (40 steps per frame at 60 Hz are enough) with pymunk tuned." in said(many)
-    by_hand = advice_document(many, "my scene.toml")
+    by_hand = build_advice_document(many, "my scene.toml")
     assert "--scene 'my scene.toml'" in " ".join(printed(by_hand, 200))
 
 
@@ -185,7 +189,7 @@ def test_where_no_step_fails_any_step_is_the_answer() -> None:
     refused = replace(found, answers=(replace(swept, refused_s=0.5, refusal="too far a step"),))
     assert "any" not in rows(refused)[0]
     assert "to miss no impact, use 200 steps/s" in said(refused)
-    full = " ".join(printed(advice_document(refused), 200, full=True))
+    full = " ".join(printed(build_advice_document(refused), 200, full=True))
     assert "Not run: box2d default at 2 steps per second (too far a step)." in full
 
 
@@ -228,7 +232,7 @@ def test_what_the_adviser_can_not_know_is_not_said() -> None:
     text = said(found)
     assert "at least" not in text
     assert "at most" not in text.replace("at most 1°", "")
-    lines = printed(advice_document(found), 80)
+    lines = printed(build_advice_document(found), 80)
     assert not any(line.startswith(("pic ", "pit ")) for line in lines)
     assert "Checking once per step (PIT) needs 6.757 and 181.8 steps/s, by formula." in text
     one = found.answers[0]
@@ -249,7 +253,7 @@ def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> Non
     coarse, fails = one.trials[0], one.trials[1]
     holed = replace(one.never_misses, coarser_passes=(coarse,), finer_failures=(fails,))
     text = said(replace(found, answers=(replace(one, never_misses=holed, demand=holed),)))
-    rates = [formatting.number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
+    rates = [formatting.format_number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
     passing = f"box2d default misses none at {rates[0]} steps per second, but not at {rates[1]}."
     assert f"Smaller is not always better: {passing}" in text
     assert text.count("Smaller is not always better") == 1
@@ -261,7 +265,7 @@ def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> Non
         replace(found, answers=(replace(one, demand=nothing),))
     )
     (row,) = evidence(replace(found, answers=(replace(one, demand=nothing),)))
-    assert row.split()[4:6] == ["none", formatting.number(1 / finest.dt_s, 4)]
+    assert row.split()[4:6] == ["none", formatting.format_number(1 / finest.dt_s, 4)]
     untried = StepRange(None, None, math.nan, None, (), ())
     (row,) = rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
     assert row.split()[2:] == ["n/a"] * 3
@@ -270,13 +274,13 @@ def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> Non
 def rows(found: Advice) -> list[str]:
     """The lines of the table that are about a method."""
     names = {f"{answer.method.engine} {answer.method.profile} " for answer in found.answers}
-    table = [line for line in printed(advice_document(found), 120) if any(map(line.startswith, names))]
+    table = [line for line in printed(build_advice_document(found), 120) if any(map(line.startswith, names))]
     return [line.rstrip() for line in table if "per frame" not in line]
 
 
 def evidence(found: Advice) -> list[str]:
     """The lines of the table of ranges, which is printed in full alone."""
-    lines = printed(advice_document(found), 200, full=True)
+    lines = printed(build_advice_document(found), 200, full=True)
     return lines[lines.index("Steps per second that pass, from the largest step to the finest tested:") + 4 :][
         : len(found.answers)
     ]
@@ -298,7 +302,7 @@ def test_a_bar_is_as_long_as_the_decades_that_a_method_stood(
 ) -> None:
     """On an axis of four decades and a 0 beyond them, each decade is a fifth of the bar."""
     line = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
-    found = line.depth(CellResult("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
+    found = line.compute_depth(CellResult("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
     assert found == (None if depth is None else pytest.approx(depth))
 
 
@@ -306,7 +310,7 @@ def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first()
     """With few methods each has a sentence; on a terminal a sign a test says how far along its axis it was passed."""
     whole = campaign_results()
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
-    lines = printed(stress_document(few), 160)
+    lines = printed(build_stress_document(few), 160)
     tests = sum(line.kind == "attack" for line in whole.lines)
     assert lines[0].rstrip() == f"pic (event-driven): passes {tests} of {tests}."
     (pit,) = [line for line in lines if line.startswith(f"pit: passes 0 of {tests}; first failure: ")]
@@ -316,7 +320,7 @@ def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first()
     stood = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
     result = CellResult("attack", "gap", "pit/tuned", CellEnding.FAILS_AT_SIZE, 1e-3, stands_at=1e-2)
     gap = replace(few, lines=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
-    told = printed(stress_document(gap), 80)
+    told = printed(build_stress_document(gap), 80)
     assert told[0].rstrip() == "pit: passes 0 of 1; first failure: gap at 0.001 (a gap)."
     assert any(line.split() == ["pit", "5"] for line in told)
 
@@ -324,7 +328,7 @@ def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first()
 def test_a_campaign_has_a_sentence_a_method_and_one_table() -> None:
     """At 80 columns each method has one line with what it passes and its first failure, and one row of signs."""
     whole = campaign_results()
-    lines = printed(stress_document(whole), 80)
+    lines = printed(build_stress_document(whole), 80)
     tests = sum(line.kind == "attack" for line in whole.lines)
     for method in whole.methods:
         (sentence,) = [line for line in lines if line.startswith(f"{method.phrase}: passes ")]
@@ -334,12 +338,14 @@ def test_a_campaign_has_a_sentence_a_method_and_one_table() -> None:
 
 def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
     """Each link of the tables has a row of its name, with the file and the command that show the number."""
-    sections = list(stress_document(campaign_results()).shown(Media.PAGE))
-    tables = [block for section in sections for block in section.shown(Media.PAGE) if isinstance(block, Table)]
-    cells = [cell for table in tables for row in table.shown(Media.PAGE)[1] for cell in row]
+    sections = list(build_stress_document(campaign_results()).select_for(Media.PAGE))
+    tables = [block for section in sections for block in section.select_for(Media.PAGE) if isinstance(block, Table)]
+    cells = [cell for table in tables for row in table.select_for(Media.PAGE)[1] for cell in row]
     links = {cell.link for cell in cells if cell.link.startswith("#")}
     assert links == {f"#{cell.anchor}" for cell in cells if cell.anchor}
-    row = next(row for table in tables for row in table.shown(Media.PAGE)[1] if row[0].anchor == "grazing/pit/tuned")
+    row = next(
+        row for table in tables for row in table.select_for(Media.PAGE)[1] if row[0].anchor == "grazing/pit/tuned"
+    )
     assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"
 
 
@@ -349,6 +355,6 @@ def test_a_step_that_was_not_scored_is_not_one_that_misses_an_impact() -> None:
     curve = whole.curves[0]
     unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])
     short = replace(curve, points=(curve.points[0], *unscored))
-    table = method_table(replace(whole, curves=(short,)), ErrorKind.IMPACT, (1e-3, 0.0))
-    columns, (line,) = table.shown(Media.MARKDOWN)
+    table = build_method_table(replace(whole, curves=(short,)), ErrorKind.IMPACT, (1e-3, 0.0))
+    columns, (line,) = table.select_for(Media.MARKDOWN)
     assert line[[column.head for column in columns].index("steps that find all")].text == "1 of 1"

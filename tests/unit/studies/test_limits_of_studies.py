@@ -25,18 +25,18 @@ from carom.execution.shared_options import LimitOptions
 from carom.execution.worker import carry_out
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import advise
-from carom.studies.bench.growth import growth, growth_journal
+from carom.studies.bench.growth import growth_journal, measure_growth
 from carom.studies.bench.options import BenchPlan, GrowthOptions
-from carom.studies.bench.run import work_precision
+from carom.studies.bench.run import measure_work_precision
 from carom.studies.bench.timing_pass import timing_journal
 from carom.studies.cross_check.run import execute, observed_journal
-from carom.studies.diff.run import diff
+from carom.studies.diff.run import compare_records
 from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache
-from carom.studies.history.run import history
+from carom.studies.history.run import run_history
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.run import stress
+from carom.studies.stress.run import run_stress_campaign
 from carom.studies.tune.evaluate import tune_journal
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import tune
@@ -71,9 +71,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
 
     monkeypatch.setattr("carom.execution.pool.Worker", Worker)
     monkeypatch.setattr(describe_engines, "_KNOWN", {})
-    cache_key.versions_of.cache_clear()
+    cache_key.find_versions.cache_clear()
     yield found
-    cache_key.versions_of.cache_clear()
+    cache_key.find_versions.cache_clear()
 
 
 def scene() -> Scene:
@@ -95,17 +95,17 @@ def cross_check(folder: Path, how: How) -> None:
 def bench(folder: Path, how: How) -> None:
     plan = BenchPlan(engines=("pic",), dts=(1 / 60,), profiles=("tuned",), phases=1, rounds=3, **LIMITS)
     with score_journal(folder / "a", **how) as notes, timing_journal(folder / "b", **how) as timings:
-        work_precision([scene()], plan, LocalPool(1, TIME_S, MEMORY_MB), notes=notes, timings=timings)
+        measure_work_precision([scene()], plan, LocalPool(1, TIME_S, MEMORY_MB), notes=notes, timings=timings)
 
 
 def grow(folder: Path, how: How) -> None:
     with growth_journal(folder / "a", **how) as journal:
-        growth(GrowthOptions(["pic"], sizes=[2], **LIMITS), notes=journal)
+        measure_growth(GrowthOptions(["pic"], sizes=[2], **LIMITS), notes=journal)
 
 
 def attack(folder: Path, how: How) -> None:
     asked = StressOptions(["pit"], profiles=["tuned"], quick=True, jobs=1, **LIMITS)
-    stress(["tunnelling"], asked, out=folder / "out", **how)
+    run_stress_campaign(["tunnelling"], asked, out=folder / "out", **how)
 
 
 def search(folder: Path, how: How) -> None:
@@ -119,7 +119,7 @@ def look_back(folder: Path, how: How) -> None:
         toys(folder / ("again" if how else "first"), patch)
         asked = HistoryOptions(versions=["1.0", "1.1"], profiles=["default"], jobs=1, **LIMITS)
         with history_journal(folder / "a", **how) as journal:
-            history("toy", [scene()], ReleaseCache(folder / "kept"), asked, notes=journal)
+            run_history("toy", [scene()], ReleaseCache(folder / "kept"), asked, notes=journal)
     clear_entry_point_caches()
 
 
@@ -145,7 +145,7 @@ def conform(_folder: Path, _how: How) -> None:
 
 def compare(_folder: Path, _how: How) -> None:
     kept = Path(__file__).parents[2] / "earlier_formats" / "results-2.jsonl"
-    diff(kept, kept)
+    compare_records(kept, kept)
 
 
 #: Each study, and what starts workers for it: a comparison reads two files, and starts none.

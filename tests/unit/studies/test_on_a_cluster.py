@@ -13,9 +13,9 @@ from tests.cases import each
 import carom
 from carom.execution.journal import MemoryJournal
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.run import work_precision
+from carom.studies.bench.run import measure_work_precision
 from carom.studies.stress.options import StressOptions
-from carom.studies.stress.run import JOURNAL, stress
+from carom.studies.stress.run import JOURNAL, run_stress_campaign
 
 pytestmark = [
     pytest.mark.long,
@@ -64,7 +64,7 @@ def of_cross_check(where: str | None, _folder: Path) -> Any:
 
 def of_stress(where: str | None, folder: Path) -> Any:
     options = StressOptions(["pic", "pit"], quick=True, scheduler=where)
-    found = stress(["tunnelling", "reversal", "mujoco-441"], options, out=folder)
+    found = run_stress_campaign(["tunnelling", "reversal", "mujoco-441"], options, out=folder)
     return found, {path.name: path.read_text() for path in (folder / "scenes").iterdir()}
 
 
@@ -82,7 +82,7 @@ def of_tune(where: str | None, _folder: Path) -> Any:
 
 def of_bench(where: str | None, _folder: Path) -> Any:
     plan = BenchPlan(["pit"], [1 / 60, 1 / 120], timing=False, phases=2, scheduler=where)
-    return work_precision([carom.scene("paper/wrong-direction")], plan, plan.pool(), notes=MemoryJournal())
+    return measure_work_precision([carom.scene("paper/wrong-direction")], plan, plan.open_pool(), notes=MemoryJournal())
 
 
 @each("study", [of_run, of_cross_check, of_stress, of_advise, of_tune, of_bench])
@@ -95,7 +95,7 @@ def test_a_cluster_changes_no_result(study: Callable[[str | None, Path], Any], a
 def test_a_study_on_a_cluster_is_taken_up_from_its_journal(address: str, tmp_path: Path) -> None:
     """A journal that was begun on a cluster is continued on this machine, which runs nothing again."""
     options = StressOptions(["pit"], quick=True)
-    there = stress(["tunnelling"], dataclasses.replace(options, scheduler=address), out=tmp_path)
+    there = run_stress_campaign(["tunnelling"], dataclasses.replace(options, scheduler=address), out=tmp_path)
     before = (tmp_path / JOURNAL).read_bytes()
-    assert stress(["tunnelling"], options, out=tmp_path, resume=True).cells == there.cells
+    assert run_stress_campaign(["tunnelling"], options, out=tmp_path, resume=True).cells == there.cells
     assert (tmp_path / JOURNAL).read_bytes() == before

@@ -16,13 +16,13 @@ from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.report.document import Lines, Text
-from carom.report.replay import impact_rows
-from carom.studies.bench.growth_document import growth_document
+from carom.report.replay import build_impact_rows
+from carom.studies.bench.growth_document import build_growth_document
 from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.explain import explain
-from carom.studies.cross_check.trend_section import trend_section
-from carom.studies.stress.document import stress_document
+from carom.studies.cross_check.trend_section import build_trend_section
+from carom.studies.stress.document import build_stress_document
 from carom.studies.stress.result import CellEnding
 
 #: Nothing happens, PIT and all; and two discs that check for overlap once per step finds late.
@@ -54,7 +54,7 @@ def test_a_certified_reference_is_not_without_a_proof() -> None:
 
 
 def trend_said(results: Results) -> str:
-    section = trend_section(build_grid(results))
+    section = build_trend_section(build_grid(results))
     texts = [block.text for block in section.blocks if isinstance(block, Text)]
     return " ".join(texts + [line for block in section.blocks if isinstance(block, Lines) for line in block.items])
 
@@ -80,7 +80,7 @@ def stress_lead(endings: dict[str, CellEnding]) -> str:
         )
         for (line, method), result in found.cells.items()
     }
-    return " ".join(stress_document(dataclasses.replace(found, cells=cells)).lead)
+    return " ".join(build_stress_document(dataclasses.replace(found, cells=cells)).lead)
 
 
 def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
@@ -93,7 +93,7 @@ def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
         else result
         for key, result in found.cells.items()
     }
-    said = " ".join(stress_document(dataclasses.replace(found, cells=cells)).lead)
+    said = " ".join(build_stress_document(dataclasses.replace(found, cells=cells)).lead)
     assert (
         "1 method is not ranked, because not every stress test could be run: "
         "pymunk (tuned) passed 0 of 1 that it can run." in said
@@ -112,13 +112,15 @@ def test_the_only_method_is_not_the_fastest_of_one() -> None:
     """A single method has its cost, and no rank."""
     whole = growth()
     alone = dataclasses.replace(whole, curves=whole.curves[:1])
-    plain, falling = growth_document(whole).lead
+    plain, falling = build_growth_document(whole).lead
     assert plain.startswith(
         "A simulated second of 10000 discs takes PIC 0.1 s (grows as n^1.00), PIT 0.2 s (grows as n^1.00) and "
     )
     assert plain.endswith(" and the fastest engine, box2d default, 0.3 s (grows as n^1.00).")
     assert falling.startswith("A simulated second of 10000 falling discs takes PIC 0.1 s")
-    assert growth_document(alone).lead == ("A simulated second of 10000 discs takes PIC 0.1 s (grows as n^1.00).",)
+    assert build_growth_document(alone).lead == (
+        "A simulated second of 10000 discs takes PIC 0.1 s (grows as n^1.00).",
+    )
 
 
 @each("known", [True, False])
@@ -135,7 +137,7 @@ def test_what_is_reported_twice_is_not_said_to_follow_from_errors(known: bool) -
     doubled = dataclasses.replace(
         trace, impacts=trace.impacts[again], state_before=states, effective_time_s=effective_s
     )
-    rows = impact_rows(reference, doubled, compare(reference, doubled))
+    rows = build_impact_rows(reference, doubled, compare(reference, doubled))
     (cause,) = (row["cause"] for row in rows if row["flag"] == "invented")
     assert "errors before" not in cause
     assert cause.endswith("the bodies collide" if known else "not known")

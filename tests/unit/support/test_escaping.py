@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
 
-from carom.support.escaping import last_words, shortened, visible
+from carom.support.escaping import escape_controls, find_last_message, shorten
 
 
 def test_every_control_and_every_turn_of_direction_is_shown() -> None:
@@ -16,25 +16,25 @@ def test_every_control_and_every_turn_of_direction_is_shown() -> None:
         commands = unicodedata.category(sign) in {"Cc", "Zl", "Zp", "Cs"} and sign not in "\t\n"
         turns = unicodedata.bidirectional(sign) in {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}
         if commands or turns:
-            assert visible(sign) == f"\\u{number:04x}"
+            assert escape_controls(sign) == f"\\u{number:04x}"
         elif unicodedata.category(sign) != "Cf":  # of what is not seen some is hidden, too
             shown.append(sign)
-    assert visible("".join(shown)) == "".join(shown)
+    assert escape_controls("".join(shown)) == "".join(shown)
 
 
 @given(st.text())
 def test_json_stays_the_same_json(text: str) -> None:
     """The escapes are those of JSON: what is read back is what was written, and a second pass changes nothing."""
-    line = visible(json.dumps(text, ensure_ascii=False))
+    line = escape_controls(json.dumps(text, ensure_ascii=False))
     assert json.loads(line) == text
-    assert visible(line) == line
+    assert escape_controls(line) == line
     assert len(line.splitlines()) == 1
 
 
 @each("length, shown", [(60, 60), (61, 60), (10**6, 60)])
 def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
     """What is longer than a message shows is cut, and says so by three full stops."""
-    text = shortened("a" * length)
+    text = shorten("a" * length)
     assert len(text) == shown
     assert text.endswith("...") == (length > 60)
 
@@ -56,4 +56,4 @@ def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
 )
 def test_last_words_are_the_line_that_tells_the_error(printed: str, said: str) -> None:
     """A trace of node's ends with its version after the error; if no line is an error, the last counts."""
-    assert last_words(printed) == said
+    assert find_last_message(printed) == said

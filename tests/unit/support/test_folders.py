@@ -10,7 +10,7 @@ from tests.cases import each
 
 from carom.errors import InputError
 from carom.support import folders
-from carom.support.folders import MARKER, claim, claimed, file_name, write_file, write_files
+from carom.support.folders import MARKER, build_file_name, claim, claim_while_writing, write_file, write_files
 
 OLD: dict[str, str | bytes] = {"index.html": "old page", "results.jsonl": b"old rows"}
 NEW: dict[str, str | bytes] = {"index.html": "new page", "results.jsonl": b"new rows", "report.md": "new text"}
@@ -76,7 +76,10 @@ def _dangling(path: Path) -> None:
 def test_what_is_no_folder_is_refused_before_the_work(tmp_path: Path, made: Callable[[Path], None]) -> None:
     """A file, or a link to nothing that can be made, is found before anything is run, not after."""
     made(tmp_path / "out")
-    with pytest.raises(InputError, match="name another folder by --out"), claimed(tmp_path / "out", "bench", "--out"):
+    with (
+        pytest.raises(InputError, match="name another folder by --out"),
+        claim_while_writing(tmp_path / "out", "bench", "--out"),
+    ):
         pytest.fail("the work began")
 
 
@@ -90,12 +93,12 @@ def test_a_folder_without_permission_is_refused(tmp_path: Path) -> None:
 
 def test_work_that_yields_nothing_leaves_nothing(tmp_path: Path) -> None:
     """A folder that was made for results is gone when there are none; one that was there is as it was."""
-    with pytest.raises(KeyboardInterrupt), claimed(tmp_path / "new", "bench"):
+    with pytest.raises(KeyboardInterrupt), claim_while_writing(tmp_path / "new", "bench"):
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
-    with claimed(tmp_path / "new", "bench"), claimed(tmp_path / "new", "bench"):
+    with claim_while_writing(tmp_path / "new", "bench"), claim_while_writing(tmp_path / "new", "bench"):
         pass
-    with claimed(tmp_path, "bench"):
+    with claim_while_writing(tmp_path, "bench"):
         pass
     assert list(tmp_path.iterdir()) == []
 
@@ -176,13 +179,13 @@ NAMES = st.one_of(st.text(min_size=1, max_size=300), st.from_regex(r"[a-cA-C./@-
 @given(st.lists(NAMES, min_size=2, max_size=30, unique=True))
 def test_no_two_names_share_a_file(names: list[str]) -> None:
     """Whatever the names, the files differ, also where capitals count as small letters and a full stop ends a name."""
-    assert len({file_name(name).casefold().rstrip(".") for name in names}) == len(names)
+    assert len({build_file_name(name).casefold().rstrip(".") for name in names}) == len(names)
 
 
 @given(NAMES)
 def test_a_file_name_is_safe_everywhere(name: str) -> None:
     """No separator, no sign that a system or a shell takes for something else, not hidden, not too long."""
-    found = file_name(name)
+    found = build_file_name(name)
     assert set(found) <= set("abcdefghijklmnopqrstuvwxyz0123456789-_.@")
     assert found[0].isalnum()
     assert len(found) <= 100
@@ -191,10 +194,10 @@ def test_a_file_name_is_safe_everywhere(name: str) -> None:
 @each("name, file", [("paper/missed", "paper.missed"), ("my-scene_2", "my-scene_2"), ("a/b", "a.b")])
 def test_an_ordinary_name_stays_readable(name: str, file: str) -> None:
     """The names of the catalogue, and what most people write, can be read off the file."""
-    assert file_name(name) == file
+    assert build_file_name(name) == file
 
 
 @each("name", ["con", "nul/x", "com1", "a-b c", "A", "a.b", "..", "", "-x", "\ud800"])
 def test_a_name_that_some_system_does_not_take_gets_a_digest(name: str) -> None:
     """Devices of Windows, capitals, full stops and empty names are distinguished by a digest."""
-    assert "@" in file_name(name)
+    assert "@" in build_file_name(name)

@@ -346,7 +346,7 @@ def test_each_module_imports_what_there_is_from_a_module_before_it() -> None:
 def test_no_two_modules_give_one_name_to_different_things(tmp_path: Path) -> None:
     """The modules are one script in the page, in which a name that is declared twice is an error."""
     script = tmp_path / "page.mjs"
-    script.write_text(page.page_script(), encoding="utf-8")
+    script.write_text(page.build_page_script(), encoding="utf-8")
     node = shutil.which("node") or pytest.skip("there is no node here to read the script")
     done = subprocess.run([node, "--check", script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -362,7 +362,7 @@ def test_blocks_are_unpacked_to_what_was_packed() -> None:
     """The page's own decoder of LZMA gives the bytes back: of the core, of what repeats, and of noise."""
     noise = random.Random("noise").randbytes(5000)
     contents = [page.CORE.read_bytes()[:20_000], b"ab" * 3000 + b"c", noise, noise[:7] * 99, b"<"]
-    lines = "\n".join(page.packed_block(content) for content in contents)
+    lines = "\n".join(page.pack_block(content) for content in contents)
     assert "<" not in lines
     done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=lines)
     assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents
@@ -371,7 +371,7 @@ def test_blocks_are_unpacked_to_what_was_packed() -> None:
 @each("change", release_after(1, ["letter", "length", "end"]))
 def test_a_damaged_block_is_refused(change: str) -> None:
     """A block whose length, content or end is not what was written is not unpacked, and ends in bounded time."""
-    block = page.packed_block(b"the content of a block" * 10)
+    block = page.pack_block(b"the content of a block" * 10)
     letters = {"length": block[:2] + "}}}}" + block[6:], "letter": block[:30] + "@" + block[31:], "end": block[:40]}
     done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=f"{block}\n{letters[change]}", check=False)
     assert "RangeError: this page is damaged" in done.stderr

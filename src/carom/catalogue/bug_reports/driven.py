@@ -5,10 +5,18 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_impact,
+    compute_after_wall,
+    to_vector,
+)
 from carom.catalogue.entry import Staged
-from carom.catalogue.groups.classics_walled import edges, in_a_room
-from carom.catalogue.groups.driven import before_a_paddle, on_a_lift, on_a_moving_surface
+from carom.catalogue.groups.classics_walled import edges, stage_in_room
+from carom.catalogue.groups.driven import on_a_moving_surface, stage_before_paddle, stage_on_lift
 from carom.model.scene import Ring, Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
@@ -20,10 +28,10 @@ def at_a_mallet(
     """Stage a puck that meets a mallet. `normal` points from puck to mallet when they meet."""
     radius, mallet_radius = 0.0625, 0.125
     puck, mallet = -velocity * time_s, (radius + mallet_radius) * normal - drive * time_s
-    discs = [disc(puck, velocity, radius), disc(mallet, drive, mallet_radius, math.inf, driven=True)]
-    scene = scene_of(discs, restitution=restitution, duration_s=2.0 * time_s)
-    after, _ = after_impact(1.0, velocity, math.inf, drive, normal, restitution)
-    return answered(scene, [impact(time_s, 0, 1, after, drive)], _LAW)
+    discs = [build_disc(puck, velocity, radius), build_disc(mallet, drive, mallet_radius, math.inf, driven=True)]
+    scene = build_scene(discs, restitution=restitution, duration_s=2.0 * time_s)
+    after, _ = compute_after_impact(1.0, velocity, math.inf, drive, normal, restitution)
+    return build_staged(scene, [build_impact(time_s, 0, 1, after, drive)], _LAW)
 
 
 def matter_js_672() -> Staged:
@@ -31,22 +39,24 @@ def matter_js_672() -> Staged:
     drive, velocity, radius, time = 2, -6, 0.25, 0.305
     begins = -drive * time
     paddle, flipper = (
-        edges(begins + a, begins + b, velocity_m_s=vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))
+        edges(begins + a, begins + b, velocity_m_s=to_vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))
     )
     start = complex(radius, -0.0625) - velocity * time
-    scene = scene_of([disc(start, velocity, radius)], walls=[paddle, flipper], duration_s=2.0 * time)
-    return answered(scene, [impact(time, 0, -1, 2 * drive - velocity)], f"{_LAW}: 2 V - v off the paddle")
+    scene = build_scene([build_disc(start, velocity, radius)], walls=[paddle, flipper], duration_s=2.0 * time)
+    return build_staged(scene, [build_impact(time, 0, -1, 2 * drive - velocity)], f"{_LAW}: 2 V - v off the paddle")
 
 
 def pymunk_137() -> Staged:
     """A ball bounces in a moving box; relative to the box, it bounces in a box at rest."""
     source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
-    return in_a_room(0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source)
+    return stage_in_room(
+        0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source
+    )
 
 
 def box2d_130() -> Staged:
     """A ball falls on a platform that descends at a constant speed, and bounces lower and lower."""
-    return on_a_lift(-1.5)
+    return stage_on_lift(-1.5)
 
 
 def visualpinball_322() -> Staged:
@@ -54,9 +64,9 @@ def visualpinball_322() -> Staged:
     drive, velocity, radius, post, time = 3 + 12j, 4 - 9j, 0.125, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
     start = (radius + post) * normal - velocity * time
-    wall = Ring(centre_m=vector(-drive * time), radius_m=post, velocity_m_s=vector(drive))
-    scene = scene_of([disc(start, velocity, radius)], walls=[wall], duration_s=2.0 * time)
-    return answered(scene, [impact(time, 0, -1, drive + after_wall(velocity - drive, normal))], _LAW)
+    wall = Ring(centre_m=to_vector(-drive * time), radius_m=post, velocity_m_s=to_vector(drive))
+    scene = build_scene([build_disc(start, velocity, radius)], walls=[wall], duration_s=2.0 * time)
+    return build_staged(scene, [build_impact(time, 0, -1, drive + compute_after_wall(velocity - drive, normal))], _LAW)
 
 
 def pinball_470() -> Staged:
@@ -64,22 +74,22 @@ def pinball_470() -> Staged:
     drive, velocity, radius, time = -9 + 12j, 1 - 4j, 0.25, 0.155
     normal = complex(-0.6, 0.8)  # normal of the flipper, whose direction is (0.8, 0.6)
     ends = (along * complex(0.8, 0.6) - drive * time for along in (-0.5, 1.0))
-    flipper = edges(*ends, velocity_m_s=vector(drive))
-    scene = scene_of(
-        [disc(radius * normal - velocity * time, velocity, radius)], walls=[flipper], duration_s=2.0 * time
+    flipper = edges(*ends, velocity_m_s=to_vector(drive))
+    scene = build_scene(
+        [build_disc(radius * normal - velocity * time, velocity, radius)], walls=[flipper], duration_s=2.0 * time
     )
-    return answered(scene, [impact(time, 0, -1, drive + after_wall(velocity - drive, normal))], _LAW)
+    return build_staged(scene, [build_impact(time, 0, -1, drive + compute_after_wall(velocity - drive, normal))], _LAW)
 
 
 def pico8_pinball_6() -> Staged:
     """The end of a rising flipper hits a ball that hardly moves."""
     drive, velocity, radius, time, restitution = 3j, 0.0625, 0.25, 0.305, 0.9
     normal, tip = complex(0.28, 0.96), -drive * time  # from the flipper's end to the ball
-    flipper = edges(tip - 1, tip, velocity_m_s=vector(drive))
-    ball = disc(radius * normal - velocity * time, velocity, radius)
-    scene = scene_of([ball], walls=[flipper], wall_restitution=restitution, duration_s=2.0 * time)
-    after = drive + after_wall(velocity - drive, normal, restitution)
-    return answered(scene, [impact(time, 0, -1, after)], f"{_LAW}, from the end to the ball")
+    flipper = edges(tip - 1, tip, velocity_m_s=to_vector(drive))
+    ball = build_disc(radius * normal - velocity * time, velocity, radius)
+    scene = build_scene([ball], walls=[flipper], wall_restitution=restitution, duration_s=2.0 * time)
+    after = drive + compute_after_wall(velocity - drive, normal, restitution)
+    return build_staged(scene, [build_impact(time, 0, -1, after)], f"{_LAW}, from the end to the ball")
 
 
 def escape_space_1() -> Staged:
@@ -88,15 +98,15 @@ def escape_space_1() -> Staged:
     paddle = edges(complex(-radius - gap, -1), complex(-radius - gap, 1), velocity_m_s=(drive, 0.0))
     wall = edges(complex(radius + room, -1), complex(radius + room, 1))
     struck, returned = gap / drive, gap / drive + room / (2.0 * drive)
-    impacts = [impact(struck, 0, -1, 2 * drive + 0), impact(returned, 0, -2, -2 * drive + 0)]
-    scene = scene_of([disc(0, 0, radius)], walls=[paddle, wall], duration_s=returned + 0.03125)
-    return answered(scene, impacts, _LAW)
+    impacts = [build_impact(struck, 0, -1, 2 * drive + 0), build_impact(returned, 0, -2, -2 * drive + 0)]
+    scene = build_scene([build_disc(0, 0, radius)], walls=[paddle, wall], duration_s=returned + 0.03125)
+    return build_staged(scene, impacts, _LAW)
 
 
 def ball2box_21() -> Staged:
     """A box presses a ball against a wall until a seventh of a metre of room is left, and then recedes."""
     legs = [(Fraction(0), Fraction(-3, 4)), (Fraction(29, 16), Fraction(3))]
-    return before_a_paddle(
+    return stage_before_paddle(
         Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{_LAW}; the times by rational recurrence"
     )
 

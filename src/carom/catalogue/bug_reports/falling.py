@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import answered, disc, impact, scene_of
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import FLOOR
 
@@ -20,8 +20,8 @@ def dropped(
     spin_rad_s: float = 0.0,
 ) -> Staged:
     """Stage a ball that is dropped from rest, with its lowest point `height_m` above a floor."""
-    scene = scene_of(
-        discs=[disc(complex(0, radius_m + height_m), 0, radius_m, spin_rad_s=spin_rad_s)],
+    scene = build_scene(
+        discs=[build_disc(complex(0, radius_m + height_m), 0, radius_m, spin_rad_s=spin_rad_s)],
         walls=[FLOOR],
         wall_restitution=restitution,
         gravity_m_s2=(0.0, -gravity_m_s2),
@@ -33,14 +33,14 @@ def dropped(
     impacts = []
     while time <= duration_s:
         speed *= restitution
-        impacts.append(impact(time, 0, -1, complex(0, speed)))
+        impacts.append(build_impact(time, 0, -1, complex(0, speed)))
         since, time = time, time + 2 * speed / gravity_m_s2
     left = duration_s - since
     source = (
         "Free fall: the ball arrives at gt, leaves at e times that, and each flight takes 2v/g, e times the last one"
     )
     height, rising = radius_m + speed * left - gravity_m_s2 * left**2 / 2, speed - gravity_m_s2 * left
-    return answered(scene, impacts, source, final=[(complex(0, height), complex(0, rising))])
+    return build_staged(scene, impacts, source, final=[(complex(0, height), complex(0, rising))])
 
 
 def rapier_974() -> Staged:

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import after_impact, answered, disc, impact, meeting, scene_of, struck_row
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_impact,
+    stage_meeting,
+    stage_struck_row,
+)
 from carom.catalogue.entry import KnownAnswer, Staged
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
@@ -24,10 +32,10 @@ def head_on(
 ) -> Staged:
     """Stage two discs that meet head-on; the first starts at the origin and moves to the right."""
     (v0, v1), (r0, r1), (m0, m1) = speeds, radius_m, mass_kg
-    discs = [disc(0, v0, r0, m0), disc(r0 + r1 + gap_m, v1, r1, m1)]
-    scene = scene_of(discs, restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
-    after = after_impact(m0, v0, m1, v1, 1, restitution)
-    return answered(scene, [impact(gap_m / (v0 - v1), 0, 1, *after)], _NEWTON)
+    discs = [build_disc(0, v0, r0, m0), build_disc(r0 + r1 + gap_m, v1, r1, m1)]
+    scene = build_scene(discs, restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
+    after = compute_after_impact(m0, v0, m1, v1, 1, restitution)
+    return build_staged(scene, [build_impact(gap_m / (v0 - v1), 0, 1, *after)], _NEWTON)
 
 
 def mujoco_441() -> Staged:
@@ -56,45 +64,47 @@ def hardspheredynamics_8() -> Staged:
 
 def newton_3233() -> Staged:
     """A disc strikes the first of two touching discs."""
-    return struck_row([0.5, 0.0], _CONVENTION, radius_m=0.0625, speed=2.0, duration_s=0.5, frame_rate_hz=240.0)
+    return stage_struck_row([0.5, 0.0], _CONVENTION, radius_m=0.0625, speed=2.0, duration_s=0.5, frame_rate_hz=240.0)
 
 
 def pooltool_257() -> Staged:
     """A row of four discs, a nanometre apart, is struck at one end."""
-    return struck_row([0.3] + [2.0**-30] * 3, radius_m=0.03125, speed=1.5, duration_s=0.5, frame_rate_hz=240.0)
+    return stage_struck_row([0.3] + [2.0**-30] * 3, radius_m=0.03125, speed=1.5, duration_s=0.5, frame_rate_hz=240.0)
 
 
 def box2d_1094() -> Staged:
     """A disc is struck, and strikes the next one within the same step."""
-    return struck_row([0.613, 0.02], radius_m=0.25, speed=3.0, duration_s=0.5, frame_rate_hz=60.0)
+    return stage_struck_row([0.613, 0.02], radius_m=0.25, speed=3.0, duration_s=0.5, frame_rate_hz=60.0)
 
 
 def pooltool_354() -> Staged:
     """Two pairs of discs touch: one pair moves together, the other moves apart, and there is no impact."""
     radius = 0.25
     discs = [
-        disc(0, 1 + 0.5j, radius),
-        disc(0.5, 1 + 0.5j, radius),
-        disc(0 - 3j, -1, radius),
-        disc(0.5 - 3j, 0.5, radius),
+        build_disc(0, 1 + 0.5j, radius),
+        build_disc(0.5, 1 + 0.5j, radius),
+        build_disc(0 - 3j, -1, radius),
+        build_disc(0.5 - 3j, 0.5, radius),
     ]
-    scene = scene_of(discs, duration_s=1.0)
-    return answered(scene, [], "Bodies that touch but do not approach exchange no impulse")
+    scene = build_scene(discs, duration_s=1.0)
+    return build_staged(scene, [], "Bodies that touch but do not approach exchange no impulse")
 
 
 def visualchemeng_10() -> Staged:
     """Two discs begin in contact, overlap by one rounding error, and approach each other."""
     # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding.
-    scene = scene_of(discs=[disc(0.1, 1, 0.1), disc(0.3, -1, 0.1), disc(0.3 + 0.5j, 0, 0.1)], duration_s=0.5)
-    impacts = [impact(0.0, 0, 1, -1, 1)]
-    return answered(scene, impacts, "Equal masses exchange velocities, at once")
+    scene = build_scene(
+        discs=[build_disc(0.1, 1, 0.1), build_disc(0.3, -1, 0.1), build_disc(0.3 + 0.5j, 0, 0.1)], duration_s=0.5
+    )
+    impacts = [build_impact(0.0, 0, 1, -1, 1)]
+    return build_staged(scene, impacts, "Equal masses exchange velocities, at once")
 
 
 def dynamo_57() -> Staged:
     """Three discs in a line with restitution 1/16 have infinitely many impacts in a finite time."""
     radius = 0.25
-    discs = [disc(-0.75, 1, radius), disc(0, 0, radius), disc(0.75, -1, radius)]
-    scene = scene_of(discs, restitution=0.0625, duration_s=2.0)
+    discs = [build_disc(-0.75, 1, radius), build_disc(0, 0, radius), build_disc(0.75, -1, radius)]
+    scene = build_scene(discs, restitution=0.0625, duration_s=2.0)
     source = (
         "Below a restitution of 7 - 4 sqrt(3), three equal discs in a line collide infinitely often and stay "
         "together, with their centre of mass at rest (S. McNamara and W. R. Young, Phys. Fluids A 4, 496, 1992)"
@@ -105,9 +115,9 @@ def dynamo_57() -> Staged:
 
 def cannon_359() -> Staged:
     """Two balls fly at each other off centre, without friction, and lose no energy."""
-    return meeting((3, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
+    return stage_meeting((3, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
 
 
 def vrc8ball_85() -> Staged:
     """A fast cue ball strikes an object ball, off centre by nine tenths of the contact distance."""
-    return meeting((8, 0), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)
+    return stage_meeting((8, 0), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import answered, disc, impact, scene_of
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Disc
@@ -21,7 +21,7 @@ def mbsim_49() -> Staged:
     """A disc that does not spin bounces on a rough floor, and leaves rolling."""
     radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
     start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
-    scene = scene_of(
+    scene = build_scene(
         discs=[start], walls=[FLOOR], wall_friction=0.5, wall_restitution=restitution, duration_s=2 * _HIT_S
     )
     after = (along / (1 + k), restitution * down)
@@ -38,7 +38,7 @@ def tailuge_298() -> Staged:
         Disc(position_m=(-speed * _HIT_S, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius, inertia_factor=k),
         Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
     ]
-    scene = scene_of(discs, friction=0.5, duration_s=2 * _HIT_S)
+    scene = build_scene(discs, friction=0.5, duration_s=2 * _HIT_S)
     normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, -speed ny
     struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
@@ -47,7 +47,7 @@ def tailuge_298() -> Staged:
     return Staged(scene, KnownAnswer(source, (hit,), 1, after, final_spin_rad_s=(spin, spin)))
 
 
-def _on_a_floor(
+def _stage_on_floor(
     source: str,
     body: Disc,
     way: float,
@@ -66,7 +66,7 @@ def _on_a_floor(
     By default the disc is at rest at the end. Gravity is tilted to make a slope; `fall` is the tangent of the slope.
     """
     long = math.hypot(1.0, fall)
-    scene = scene_of(
+    scene = build_scene(
         discs=[body],
         walls=[FLOOR],
         gravity_m_s2=(gravity_m_s2 * fall / long, -gravity_m_s2 / long),
@@ -81,16 +81,16 @@ def _on_a_floor(
     return Staged(scene, KnownAnswer(source, (), count, ((along, 0.0),), (end,), final_spin_rad_s=spins))
 
 
-def _ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = _SPHERE) -> Disc:
+def _build_ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = _SPHERE) -> Disc:
     spin = -along / radius_m if rolls else 0.0
-    return disc(complex(0.0, radius_m), along, radius_m, spin_rad_s=spin, inertia_factor=inertia)
+    return build_disc(complex(0.0, radius_m), along, radius_m, spin_rad_s=spin, inertia_factor=inertia)
 
 
 def rolls_out(along: float, resists: float, friction: float) -> Staged:
     """Stage a ball that rolls on a level floor until it stops, and then rests for the same time."""
     slower = resists * 9.81 / (1.0 + _SPHERE)
     way, lasts = along**2 / (2.0 * slower), 2.0 * along / slower
-    return _on_a_floor(_LAW, _ball(along, rolls=True), way, lasts, friction=friction, resists=resists)
+    return _stage_on_floor(_LAW, _build_ball(along, rolls=True), way, lasts, friction=friction, resists=resists)
 
 
 def cannon_293() -> Staged:
@@ -98,8 +98,8 @@ def cannon_293() -> Staged:
     along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
     source = "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c"
-    body = _ball(along, rolls=True)
-    return _on_a_floor(
+    body = _build_ball(along, rolls=True)
+    return _stage_on_floor(
         source, body, along**2 / (2.0 * slower), 2.0 * along / slower, fall=fall, friction=0.8, resists=resists
     )
 
@@ -109,9 +109,9 @@ def cannon_345() -> Staged:
     along, friction, resists, g = 3.0, 0.8, 0.1, 9.82
     slid = along / (g * (friction + (friction - resists) / _SPHERE))
     rolled, slower = along - friction * g * slid, resists * g / (1.0 + _SPHERE)
-    return _on_a_floor(
+    return _stage_on_floor(
         f"{_LAW}; while it slides v' = -f g and (R w)' = (f - c) g/k",
-        _ball(along, rolls=False),
+        _build_ball(along, rolls=False),
         along * slid - friction * g * slid**2 / 2.0 + rolled**2 / (2.0 * slower),
         2.0 * (slid + rolled / slower),
         gravity_m_s2=g,
@@ -123,7 +123,7 @@ def cannon_345() -> Staged:
 def nphysics_204() -> Staged:
     """A sphere that is released on a slope stays at rest."""
     source = "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance"
-    return _on_a_floor(source, _ball(0.0, rolls=True), 0.0, 5.0, fall=0.05, friction=0.5, resists=0.1)
+    return _stage_on_floor(source, _build_ball(0.0, rolls=True), 0.0, 5.0, fall=0.05, friction=0.5, resists=0.1)
 
 
 def reactphysics3d_13() -> Staged:
@@ -135,17 +135,17 @@ def box2d_617() -> Staged:
     """A disc without rolling resistance rolls on for ever."""
     along, lasts = 3.0, 10.0
     source = "Without slip, friction has no effect"
-    body = _ball(along, rolls=True, radius_m=1.0, inertia=0.5)
-    return _on_a_floor(source, body, along * lasts, lasts, along=along, rim=-along, gravity_m_s2=10.0, friction=0.2)
+    body = _build_ball(along, rolls=True, radius_m=1.0, inertia=0.5)
+    return _stage_on_floor(source, body, along * lasts, lasts, along=along, rim=-along, gravity_m_s2=10.0, friction=0.2)
 
 
 def pooltool_39() -> Staged:
     """A pool ball struck in its middle at 5 m/s slides for .73 s, which is 2v/(7 f g), and for 3 m."""
     along, friction, g, lasts = 5.0, 0.2, 9.81, 1.0
     slid = 2.0 * along / (7.0 * friction * g)
-    return _on_a_floor(
+    return _stage_on_floor(
         "A sliding sphere begins to roll after 2v/(7 f g), at 5/7 of its speed",
-        _ball(along, rolls=False, radius_m=0.028575),
+        _build_ball(along, rolls=False, radius_m=0.028575),
         12.0 * along**2 / (49.0 * friction * g) + 5.0 / 7.0 * along * (lasts - slid),
         lasts,
         along=5.0 / 7.0 * along,
@@ -160,8 +160,11 @@ def brax_58() -> Staged:
     met, changed = gap / along, 2.0 * along / 7.0
     slid = changed / (friction * g)
     rolls_s, slides_m = lasts - met - slid, changed * slid / 2.0
-    discs = [_ball(along, rolls=True), disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)]
-    scene = scene_of(
+    discs = [
+        _build_ball(along, rolls=True),
+        build_disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE),
+    ]
+    scene = build_scene(
         discs, walls=[FLOOR], gravity_m_s2=(0.0, -g), wall_friction=friction, wall_restitution=0.0, duration_s=lasts
     )
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
@@ -170,16 +173,21 @@ def brax_58() -> Staged:
         "Equal elastic spheres exchange velocities and keep their spins; angular momentum about the floor is "
         "conserved: 2/7 of v is left to the spinning sphere, 5/7 to the other"
     )
-    hit = impact(met, 0, 1, 0, along, -along / radius, 0.0)
+    hit = build_impact(met, 0, 1, 0, along, -along / radius, 0.0)
     final = [(complex(way, radius), speed) for way, speed in zip(ways, rolling, strict=True)]
     spins = (-rolling[0] / radius, -rolling[1] / radius)
-    return answered(scene, [hit], source, final=final, spins=spins)
+    return build_staged(scene, [hit], source, final=final, spins=spins)
 
 
 def brax_151() -> Staged:
     """An elastic ball that lies on the ground stays there."""
-    staged = _on_a_floor(
-        "A body at rest stays at rest", disc(complex(0.0, 0.1), 0, 0.1), 0.0, 3.0, gravity_m_s2=9.8, restitution=1.0
+    staged = _stage_on_floor(
+        "A body at rest stays at rest",
+        build_disc(complex(0.0, 0.1), 0, 0.1),
+        0.0,
+        3.0,
+        gravity_m_s2=9.8,
+        restitution=1.0,
     )
     return Staged(staged.scene.model_copy(update={"frame_rate_hz": 100.0}), staged.known)
 
@@ -189,22 +197,24 @@ def bullet3_2117() -> Staged:
     resists, g, speed, lasts = 0.02, 9.81, 0.5, 2.5
     slower = resists * g / (1.0 + _SPHERE)
     left, way = speed - slower * lasts, speed * lasts - slower * lasts**2 / 2.0
-    scene = scene_of(discs=[disc(0, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts)
+    scene = build_scene(
+        discs=[build_disc(0, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts
+    )
     source = "v' = -c g/(1 + k) against the motion: the friction of a rolling ball has no other direction"
     return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
 
 
 def matter_613() -> Staged:
     """A block on a slope below its angle of friction stays at rest."""
-    block = _ball(0.0, rolls=True, inertia=math.inf)
-    return _on_a_floor(
+    block = _build_ball(0.0, rolls=True, inertia=math.inf)
+    return _stage_on_floor(
         "Coulomb: a block stays at rest if the slope's tangent is at most f", block, 0.0, 5.0, fall=0.25, friction=0.5
     )
 
 
 def bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
     """Stage a ball that is dropped, bounces infinitely often in finite time, and then rests for some time."""
-    ball = disc(complex(0.0, 0.5 + height_m), 0, 0.5)
+    ball = build_disc(complex(0.0, 0.5 + height_m), 0, 0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
     source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
-    return _on_a_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)
+    return _stage_on_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, compute_after_wall
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain
@@ -17,15 +17,15 @@ from carom.model.scene import Chain
 _LAW = "Newton's law: the velocity along the normal is reversed; a floor in pieces acts like one floor"
 
 
-def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1) -> Staged:
+def _stage_on_seam(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1) -> Staged:
     """Stage a disc that meets a wall once, half a second after the start, `at` metres along the wall.
 
     The wall is a floor at height 0. Floor and disc are rotated about the origin by `turn`.
     """
     time = 0.5
     start = at + 1j * radius - velocity * time
-    scene = scene_of([disc(start * turn, velocity * turn, radius)], walls=[wall], duration_s=1.25)
-    return answered(scene, [impact(time, 0, -1, after_wall(velocity, 1j) * turn)], _LAW)
+    scene = build_scene([build_disc(start * turn, velocity * turn, radius)], walls=[wall], duration_s=1.25)
+    return build_staged(scene, [build_impact(time, 0, -1, compute_after_wall(velocity, 1j) * turn)], _LAW)
 
 
 def channel(start: complex, velocity: complex, radius: float, width: float, length: float, pieces: int) -> Staged:
@@ -34,32 +34,33 @@ def channel(start: complex, velocity: complex, radius: float, width: float, leng
     walls.append(edges(complex(-length / 2, width), complex(length / 2, width), pieces=pieces))
     time, way = (start.imag - radius) / -velocity.imag, (width - 2 * radius) / abs(velocity.imag)
     impacts = [
-        impact(time + k * way, 0, -1 - k % 2, complex(velocity.real, abs(velocity.imag) * (-1) ** k)) for k in range(6)
+        build_impact(time + k * way, 0, -1 - k % 2, complex(velocity.real, abs(velocity.imag) * (-1) ** k))
+        for k in range(6)
     ]
-    scene = scene_of([disc(start, velocity, radius)], walls=walls, duration_s=time + 5.5 * way)
-    return answered(scene, impacts, _LAW)
+    scene = build_scene([build_disc(start, velocity, radius)], walls=walls, duration_s=time + 5.5 * way)
+    return build_staged(scene, impacts, _LAW)
 
 
 def jolt_717() -> Staged:
     """A ball comes down at the seam between two cubes."""
-    return _down(5 - 0.25j, 0.1, edges(-2, 2, pieces=2), at=-0.0625)
+    return _stage_on_seam(5 - 0.25j, 0.1, edges(-2, 2, pieces=2), at=-0.0625)
 
 
 def rapier_95() -> Staged:
     """A ball comes down on a ramp of three pieces, next to a seam."""
     turn = cmath.exp(-1j * math.radians(20))
-    return _down(3 - 0.5j, 0.25, edges(-3 * turn, 3 * turn, pieces=3), at=-1.0625, turn=turn)
+    return _stage_on_seam(3 - 0.5j, 0.25, edges(-3 * turn, 3 * turn, pieces=3), at=-1.0625, turn=turn)
 
 
 def rapier_404() -> Staged:
     """A ball comes down on a slope of many pieces, straight above a seam."""
     turn = cmath.exp(-1j * math.radians(35))
-    return _down(1 - 2j, 0.3, edges(-4 * turn, 4 * turn, pieces=8), turn=turn)
+    return _stage_on_seam(1 - 2j, 0.3, edges(-4 * turn, 4 * turn, pieces=8), turn=turn)
 
 
 def godot_76610() -> Staged:
     """A ball comes straight down near the seam of two tiles, a tenth of its radius away from it."""
-    return _down(-6j, 0.4, edges(-1, 1, pieces=2), at=0.04)
+    return _stage_on_seam(-6j, 0.4, edges(-1, 1, pieces=2), at=0.04)
 
 
 def godot_65204() -> Staged:
@@ -67,41 +68,41 @@ def godot_65204() -> Staged:
     pull, time, end, radius, restitution = 9.81, 0.5, 0.875, 0.25, 0.6
     before = 2 - 1j - 1j * pull * time
     start = -0.125 + 1j * radius - (2 - 1j) * time + 0.5j * pull * time**2
-    after = after_wall(before, 1j, restitution)
-    discs = [disc(start, 2 - 1j, radius)]
-    scene = scene_of(
+    after = compute_after_wall(before, 1j, restitution)
+    discs = [build_disc(start, 2 - 1j, radius)]
+    scene = build_scene(
         discs, walls=[edges(-4, 4, pieces=16)], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=end
     )
     left = end - time
     final = -0.125 + 1j * radius + after * left - 0.5j * pull * left**2, after - 1j * pull * left
-    return answered(scene, [impact(time, 0, -1, after)], f"Free fall; {_LAW}", final=[final])
+    return build_staged(scene, [build_impact(time, 0, -1, after)], f"Free fall; {_LAW}", final=[final])
 
 
 def godot_66778() -> Staged:
     """A ball comes down on a floor of six pieces next to a seam, slowly: at a hundredth of its speed."""
-    return _down(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), at=-0.03125)
+    return _stage_on_seam(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), at=-0.03125)
 
 
 def godot_69655() -> Staged:
     """A fast ball comes down on a floor of one-metre boxes."""
-    return _down(10 - 1j, 0.5, edges(-8, 8, pieces=16), at=0.125)
+    return _stage_on_seam(10 - 1j, 0.5, edges(-8, 8, pieces=16), at=0.125)
 
 
 def godot_34025() -> Staged:
     """A ball meets an upright wall of four tiles, exactly at a seam."""
-    return _down(2.5 - 4j, 0.25, edges(-2j, 2j, pieces=4), turn=1j)
+    return _stage_on_seam(2.5 - 4j, 0.25, edges(-2j, 2j, pieces=4), turn=1j)
 
 
 def cannon_304() -> Staged:
     """A ball comes down on a board exactly where two pieces meet."""
-    return _down(0.5 - 5j, 0.3, edges(-2, 2, pieces=2))
+    return _stage_on_seam(0.5 - 5j, 0.3, edges(-2, 2, pieces=2))
 
 
 def reactphysics3d_266() -> Staged:
     """A ball comes down on a floor of eight tiles, just before a seam."""
-    return _down(2 - 0.125j, 0.25, edges(-4, 4, pieces=8), at=-0.015625)
+    return _stage_on_seam(2 - 0.125j, 0.25, edges(-4, 4, pieces=8), at=-0.015625)
 
 
 def newton_dynamics_178() -> Staged:
     """A ball comes down on a floor of five tiles, just behind a seam."""
-    return _down(6 - 0.5j, 0.4, edges(-5, 5, pieces=5), at=1.0625)
+    return _stage_on_seam(6 - 0.5j, 0.4, edges(-5, 5, pieces=5), at=1.0625)

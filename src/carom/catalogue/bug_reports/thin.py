@@ -4,139 +4,148 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of, unit
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, compute_after_wall, unit
 from carom.catalogue.entry import Staged
-from carom.catalogue.groups.classics_walled import edges, in_a_room
+from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.model.scene import Chain
 
 _LAW = "Newton's law: the velocity along the normal is reversed"
 
 
-def _solid(*points: complex) -> Chain:
+def _build_solid(*points: complex) -> Chain:
     """Return a solid body of straight edges."""
     return edges(*points, closed=True, solid=True)
 
 
-def _slab(thickness: float, height: float) -> Chain:
+def _build_slab(thickness: float, height: float) -> Chain:
     """Return an upright box whose left face is at 0."""
-    return _solid(-1j * height, thickness - 1j * height, thickness + 1j * height, 1j * height)
+    return _build_solid(-1j * height, thickness - 1j * height, thickness + 1j * height, 1j * height)
 
 
-def _at_a_wall(velocity: complex, radius: float, wall: Chain, *, restitution: float = 1.0) -> Staged:
+def _stage_at_wall(velocity: complex, radius: float, wall: Chain, *, restitution: float = 1.0) -> Staged:
     """Stage a disc that comes from the left and meets an upright wall at the height 0; the wall's face is at 0."""
     time_s = 0.255
     start = -radius - velocity * time_s
-    scene = scene_of([disc(start, velocity, radius)], walls=[wall], wall_restitution=restitution, duration_s=0.5)
-    return answered(scene, [impact(time_s, 0, -1, after_wall(velocity, 1, restitution))], _LAW)
+    scene = build_scene(
+        [build_disc(start, velocity, radius)], walls=[wall], wall_restitution=restitution, duration_s=0.5
+    )
+    return build_staged(scene, [build_impact(time_s, 0, -1, compute_after_wall(velocity, 1, restitution))], _LAW)
 
 
-def _at_a_point(velocity: complex, radius: float, point: complex, normal: complex, wall: Chain) -> Staged:
+def _stage_at_vertex(velocity: complex, radius: float, point: complex, normal: complex, wall: Chain) -> Staged:
     """Stage a disc that meets a vertex. The normal points from the vertex to the disc's centre."""
     time = 0.405
     start = point + radius * normal - velocity * time
-    scene = scene_of([disc(start, velocity, radius)], walls=[wall], duration_s=0.75)
-    return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal))], f"{_LAW}, which is through the vertex")
+    scene = build_scene([build_disc(start, velocity, radius)], walls=[wall], duration_s=0.75)
+    return build_staged(
+        scene, [build_impact(time, 0, -1, compute_after_wall(velocity, normal))], f"{_LAW}, which is through the vertex"
+    )
 
 
 def matter_js_5() -> Staged:
     """A fast ball meets a thin wall."""
-    return _at_a_wall(33 + 2j, 0.1, _slab(0.02, 4.0))
+    return _stage_at_wall(33 + 2j, 0.1, _build_slab(0.02, 4.0))
 
 
 def p2_136() -> Staged:
     """A fast ball meets a solid wall a third of a metre thick."""
-    return _at_a_wall(45 + 5j, 0.3, _slab(0.32, 6.0))
+    return _stage_at_wall(45 + 5j, 0.3, _build_slab(0.32, 6.0))
 
 
 def p2_264() -> Staged:
     """A ball bounces around in a room of thin walls."""
-    return in_a_room(1.1 + 0.7j, 23 + 17j, 0.125, 5.0, 4.0, 2.0, half_width_m=0.02)
+    return stage_in_room(1.1 + 0.7j, 23 + 17j, 0.125, 5.0, 4.0, 2.0, half_width_m=0.02)
 
 
 def p2_372() -> Staged:
     """A ball meets a box so fast that it would be past the box within one step."""
-    return _at_a_wall(27 - 4j, 0.1, _slab(0.15, 3.0))
+    return _stage_at_wall(27 - 4j, 0.1, _build_slab(0.15, 3.0))
 
 
 def box2d_71() -> Staged:
     """A fast ball meets a chain of lines where two of them meet at an angle."""
     wall = edges(1 - 3j, 0, 1 + 3j)
-    return _at_a_point(40 + 3j, 0.2, 0, unit(-5 + 0.5j), wall)
+    return _stage_at_vertex(40 + 3j, 0.2, 0, unit(-5 + 0.5j), wall)
 
 
 def godot_9071() -> Staged:
     """A fast ball meets a thin triangle."""
-    return _at_a_wall(30 + 8j, 0.15, _solid(-3j, 0.25, 3j))
+    return _stage_at_wall(30 + 8j, 0.15, _build_solid(-3j, 0.25, 3j))
 
 
 def godot_72674() -> Staged:
     """A small fast ball meets a wall without thickness."""
-    return _at_a_wall(25, 0.02, edges(-2j, 2j))
+    return _stage_at_wall(25, 0.02, edges(-2j, 2j))
 
 
 def godot_6664() -> Staged:
     """A ball bounces around in a room of four walls."""
-    return in_a_room(2.3 + 1.9j, 8 + 10j, 0.16, 10.24, 6.0, 2.0, half_width_m=0.05)
+    return stage_in_room(2.3 + 1.9j, 8 + 10j, 0.16, 10.24, 6.0, 2.0, half_width_m=0.05)
 
 
 def godot_32138() -> Staged:
     """A fast ball meets a flat wall at 55 degrees."""
-    return _at_a_wall(14 + 20j, 0.2, _slab(0.5, 6.0))
+    return _stage_at_wall(14 + 20j, 0.2, _build_slab(0.5, 6.0))
 
 
 def pymunk_111() -> Staged:
     """A ball glances off a thick segment."""
-    return _at_a_wall(1.5 + 6j, 0.25, edges(0.05 - 4j, 0.05 + 4j, half_width_m=0.05), restitution=0.95)
+    return _stage_at_wall(1.5 + 6j, 0.25, edges(0.05 - 4j, 0.05 + 4j, half_width_m=0.05), restitution=0.95)
 
 
 def avian_990() -> Staged:
     """A small ball falls past the corner of a wall without touching it."""
     pull, radius, end, start = 9.81, 0.0135, 0.25, 0.05
-    wall = _solid(0, 0.1, 0.1 - 1j, -1j)
-    scene = scene_of(
-        [disc(complex(-radius - 0.0005, start), 0, radius)], walls=[wall], gravity_m_s2=(0.0, -pull), duration_s=end
+    wall = _build_solid(0, 0.1, 0.1 - 1j, -1j)
+    scene = build_scene(
+        [build_disc(complex(-radius - 0.0005, start), 0, radius)],
+        walls=[wall],
+        gravity_m_s2=(0.0, -pull),
+        duration_s=end,
     )
     final = complex(-radius - 0.0005, start - 0.5 * pull * end**2), -1j * pull * end
-    return answered(scene, [], "Galileo: free fall; the ball stays half a millimetre away", final=[final])
+    return build_staged(scene, [], "Galileo: free fall; the ball stays half a millimetre away", final=[final])
 
 
 def construct_4905() -> Staged:
     """A ball whose centre is just outside of a box comes down on the corner of the box."""
-    return _at_a_point(3 - 4j, 0.25, 0, unit(-0.35 + 1j), _solid(0, 4, 4 - 2j, -2j))
+    return _stage_at_vertex(3 - 4j, 0.25, 0, unit(-0.35 + 1j), _build_solid(0, 4, 4 - 2j, -2j))
 
 
 def construct_3443() -> Staged:
     """A ball falls straight down on the upper corner of a tilted box."""
-    return _at_a_point(-5j, 0.2, 0, unit(0.3 + 1j), _solid(0, 2 - 2j, -4j, -2 - 2j))
+    return _stage_at_vertex(-5j, 0.2, 0, unit(0.3 + 1j), _build_solid(0, 2 - 2j, -4j, -2 - 2j))
 
 
 def vrc8ball_64() -> Staged:
     """A ball moves along two cushions and past the pocket between them."""
     radius, jaw = 0.0286, 0.06
     walls = [edges(-1.2, -jaw, complex(-0.75 * jaw, -jaw)), edges(complex(0.75 * jaw, -jaw), jaw, 1.2)]
-    scene = scene_of([disc(complex(-1, radius + 0.001), 3, radius)], walls=walls, duration_s=0.65)
-    return answered(scene, [], "A straight line, a millimetre from all walls")
+    scene = build_scene([build_disc(complex(-1, radius + 0.001), 3, radius)], walls=walls, duration_s=0.65)
+    return build_staged(scene, [], "A straight line, a millimetre from all walls")
 
 
 def vrc8ball_70() -> Staged:
     """A ball meets the jaw of a side pocket."""
     jaw = 0.06
     cushion = edges(complex(0.75 * jaw, -jaw), jaw, 1.2)
-    return _at_a_point(2 - 0.75j, 0.0286, jaw, unit(-0.6 + 1j), cushion)
+    return _stage_at_vertex(2 - 0.75j, 0.0286, jaw, unit(-0.6 + 1j), cushion)
 
 
 def ball2box_10() -> Staged:
     """A ball bounces on a box twice, the second time a centimetre from the corner."""
     pull, radius, drift, fall = 10.0, 0.2, 0.25, 0.3
-    box = _solid(0, -2, -2 - 1j, -1j)
+    box = _build_solid(0, -2, -2 - 1j, -1j)
     start = complex(-0.01 - 3 * fall * drift, radius + 0.5 * pull * fall**2)
     end = 3.5 * fall
     up = complex(drift, pull * fall)
-    impacts = [impact(fall, 0, -1, up), impact(3 * fall, 0, -1, up)]
+    impacts = [build_impact(fall, 0, -1, up), build_impact(3 * fall, 0, -1, up)]
     left = end - 3 * fall
     final = complex(-0.01 + drift * left, radius + pull * fall * left - 0.5 * pull * left**2), up - 1j * pull * left
-    scene = scene_of([disc(start, drift, radius)], walls=[box], gravity_m_s2=(0.0, -pull), duration_s=end)
-    return answered(scene, impacts, "Galileo: rise and fall take equal times; Newton's law on the box", final=[final])
+    scene = build_scene([build_disc(start, drift, radius)], walls=[box], gravity_m_s2=(0.0, -pull), duration_s=end)
+    return build_staged(
+        scene, impacts, "Galileo: rise and fall take equal times; Newton's law on the box", final=[final]
+    )
 
 
 def cannon_301() -> Staged:
@@ -145,9 +154,12 @@ def cannon_301() -> Staged:
     time = math.sqrt(2 * height / pull)
     end, speed = 1.5 * time, pull * time
     floor = edges(-4, 0, pieces=4)
-    scene = scene_of(
-        [disc(complex(-0.25, radius + height), 0, radius)], walls=[floor], gravity_m_s2=(0.0, -pull), duration_s=end
+    scene = build_scene(
+        [build_disc(complex(-0.25, radius + height), 0, radius)],
+        walls=[floor],
+        gravity_m_s2=(0.0, -pull),
+        duration_s=end,
     )
     left = end - time
     final = complex(-0.25, radius + speed * left - 0.5 * pull * left**2), 1j * (speed - pull * left)
-    return answered(scene, [impact(time, 0, -1, 1j * speed)], f"Free fall; {_LAW}", final=[final])
+    return build_staged(scene, [build_impact(time, 0, -1, 1j * speed)], f"Free fall; {_LAW}", final=[final])

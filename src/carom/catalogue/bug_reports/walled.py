@@ -5,9 +5,17 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import after_impact, answered, disc, dot, impact, scene_of, unit
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_impact,
+    dot,
+    unit,
+)
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.catalogue.groups.classics_walled import bounces_in_a_box, box_walls
+from carom.catalogue.groups.classics_walled import build_box_walls, compute_box_bounces
 from carom.model.scene import Wall
 
 _MIRROR = "Each wall reverses the velocity across it, times its restitution"
@@ -17,55 +25,63 @@ def wall_on_the_right(
     *, radius_m: float, velocity: complex, gap_m: float, duration_s: float, rate_hz: float, restitution: float = 1.0
 ) -> Staged:
     """Stage a disc at the origin that meets one wall."""
-    discs = [disc(0, velocity, radius_m)]
+    discs = [build_disc(0, velocity, radius_m)]
     walls = [Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))]
-    scene = scene_of(discs, walls=walls, wall_restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
+    scene = build_scene(discs, walls=walls, wall_restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
     after = complex(-restitution * velocity.real, velocity.imag)
-    return answered(scene, [impact(gap_m / velocity.real, 0, -1, after)], _MIRROR)
+    return build_staged(scene, [build_impact(gap_m / velocity.real, 0, -1, after)], _MIRROR)
 
 
 def in_a_box(
     *, start: complex, velocity: complex, radius: float, width: float, height: float, duration: float
 ) -> Staged:
     """Stage a disc in an elastic box. `start` is relative to the box's lower left corner."""
-    scene = scene_of(discs=[disc(start, velocity, radius)], walls=box_walls(width, height), duration_s=duration)
+    scene = build_scene(
+        discs=[build_disc(start, velocity, radius)], walls=build_box_walls(width, height), duration_s=duration
+    )
     inner = start - complex(radius, radius)
-    impacts = bounces_in_a_box(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
-    return answered(scene, impacts, "Unfolding: the path is one straight line through a lattice of boxes")
+    impacts = compute_box_bounces(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
+    return build_staged(scene, impacts, "Unfolding: the path is one straight line through a lattice of boxes")
 
 
 def pooltool_217() -> Staged:
     """A ball moves straight into a corner, and meets two walls at one instant."""
     radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
-    scene = scene_of(discs=[disc(1 + 1j, complex(part, part), radius)], walls=box_walls(side, side), duration_s=3.5)
+    scene = build_scene(
+        discs=[build_disc(1 + 1j, complex(part, part), radius)], walls=build_box_walls(side, side), duration_s=3.5
+    )
     time = (side - radius - 1) / part
-    impacts = [impact(time, 0, -4, complex(part, -part)), impact(time, 0, -2, complex(-part, -part))]
-    return answered(scene, impacts, f"{_MIRROR}; at a right angle neither impact changes the other")
+    impacts = [build_impact(time, 0, -4, complex(part, -part)), build_impact(time, 0, -2, complex(-part, -part))]
+    return build_staged(scene, impacts, f"{_MIRROR}; at a right angle neither impact changes the other")
 
 
 def pooltool_217_touching() -> Staged:
     """A ball that touches a cushion is shot towards it."""
     radius, side = 0.03125, 4.5
-    scene = scene_of(
-        discs=[disc(complex(side - radius, 1), 1.5 + 0.5j, radius)], walls=box_walls(side, side), duration_s=1.0
+    scene = build_scene(
+        discs=[build_disc(complex(side - radius, 1), 1.5 + 0.5j, radius)],
+        walls=build_box_walls(side, side),
+        duration_s=1.0,
     )
-    return answered(scene, [impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}: at once")
+    return build_staged(scene, [build_impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}: at once")
 
 
 def nimble_143() -> Staged:
     """A ball bounces off a wall, and meets the ball that follows it."""
     radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
-    discs = [disc(first, v1, radius), disc(second, v2, radius)]
-    scene = scene_of(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=1.25, frame_rate_hz=100.0)
+    discs = [build_disc(first, v1, radius), build_disc(second, v2, radius)]
+    scene = build_scene(
+        discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=1.25, frame_rate_hz=100.0
+    )
     at_wall = (wall - radius - first) / v1
     met = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
-    impacts = [impact(at_wall, 0, -1, -v1), impact(met, 0, 1, v2, -v1)]
+    impacts = [build_impact(at_wall, 0, -1, -v1), build_impact(met, 0, 1, v2, -v1)]
     # After this impact the first ball goes to the wall once more.
     where = wall - radius - v1 * (met - at_wall)
     again = met + (wall - radius - where) / v2
-    impacts.append(impact(again, 0, -1, -v2))
+    impacts.append(build_impact(again, 0, -1, -v2))
     impacts = [known for known in impacts if known.time_s < scene.duration_s]
-    return answered(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")
+    return build_staged(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")
 
 
 def pooltool_154() -> Staged:
@@ -74,10 +90,10 @@ def pooltool_154() -> Staged:
     pitch = 2 * radius + gap
     apex = 0.5 + 1.5j
     velocity = cmath.rect(speed, angle)
-    discs = [disc(0.5 + 0.5j, velocity, radius)]
+    discs = [build_disc(0.5 + 0.5j, velocity, radius)]
     places = [complex(k - row / 2, row * math.sqrt(3) / 2) * pitch for row in range(5) for k in range(row + 1)]
-    discs += [disc(apex + place, 0, radius) for place in places]
-    scene = scene_of(discs, duration_s=1.0, frame_rate_hz=240.0)
+    discs += [build_disc(apex + place, 0, radius) for place in places]
+    scene = build_scene(discs, duration_s=1.0, frame_rate_hz=240.0)
     start = complex(*scene.discs[0].position_m)
     first: tuple[float, int] | None = None
     for k, struck in enumerate(scene.discs[1:], 1):
@@ -88,10 +104,10 @@ def pooltool_154() -> Staged:
             time = (along - math.sqrt(4 * radius**2 - missed)) / speed
             first = min(first or (time, k), (time, k))
     if first is None:
-        return answered(scene, [], "The path of the cue ball passes every ball")
+        return build_staged(scene, [], "The path of the cue ball passes every ball")
     time, struck_number = first
     normal = unit(complex(*scene.discs[struck_number].position_m) - start - velocity * time)
-    after = after_impact(1.0, velocity, 1.0, 0, normal)
+    after = compute_after_impact(1.0, velocity, 1.0, 0, normal)
     known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
     source = "The first impact by the quadratic of the straight path; after it energy is kept, and nothing overlaps"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
@@ -104,10 +120,12 @@ def dyn4j_87() -> Staged:
     while (time := time + ((right - radius - place) if speed > 0 else (place - left - radius)) / abs(speed)) < duration:
         place, wall = (right - radius, -2) if speed > 0 else (left + radius, -1)
         speed *= -restitution
-        impacts.append(impact(time, 0, wall, speed))
+        impacts.append(build_impact(time, 0, wall, speed))
     walls = [Wall(point_m=(left, 0.0), normal=(1.0, 0.0)), Wall(point_m=(right, 0.0), normal=(-1.0, 0.0))]
-    scene = scene_of(discs=[disc(-0.3, 2, radius)], walls=walls, wall_restitution=restitution, duration_s=duration)
-    return answered(scene, impacts, f"{_MIRROR}: the walls' distance over a speed that falls by a factor")
+    scene = build_scene(
+        discs=[build_disc(-0.3, 2, radius)], walls=walls, wall_restitution=restitution, duration_s=duration
+    )
+    return build_staged(scene, impacts, f"{_MIRROR}: the walls' distance over a speed that falls by a factor")
 
 
 def gama_556() -> Staged:
@@ -115,14 +133,14 @@ def gama_556() -> Staged:
     radius, wall, gap, slit, speed = 0.25, 2.0, 0.5, 0.01, 2.0
     first = wall - radius - gap
     second = first - 2 * radius - slit
-    discs = [disc(first, speed, radius), disc(second, speed, radius)]
-    scene = scene_of(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=0.75)
+    discs = [build_disc(first, speed, radius), build_disc(second, speed, radius)]
+    scene = build_scene(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=0.75)
     at_wall = gap / speed
     met = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
     back = met + slit / (2 * speed)  # the first returns by half of the slit
     impacts = [
-        impact(at_wall, 0, -1, -speed),
-        impact(met, 0, 1, speed, -speed),
-        impact(back, 0, -1, -speed),
+        build_impact(at_wall, 0, -1, -speed),
+        build_impact(met, 0, 1, speed, -speed),
+        build_impact(back, 0, -1, -speed),
     ]
-    return answered(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")
+    return build_staged(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")

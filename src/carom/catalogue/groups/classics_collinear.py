@@ -6,8 +6,15 @@ import cmath
 import math
 from itertools import combinations
 
-from carom.catalogue.closed_forms import answered, disc, impact, scene_of, struck_row, wedge_impacts
-from carom.catalogue.entry import Staged, Tag, marked
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_wedge_impacts,
+    stage_struck_row,
+)
+from carom.catalogue.entry import Staged, Tag, add_tags
 from carom.model.scene import Wall
 
 
@@ -19,8 +26,8 @@ def _sorting() -> Staged:
     ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
     n = len(ghost)
-    discs = [disc(g + 2 * radius * k, v, radius) for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))]
-    scene = scene_of(discs, duration_s=1.75)
+    discs = [build_disc(g + 2 * radius * k, v, radius) for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))]
+    scene = build_scene(discs, duration_s=1.75)
     crossings = sorted(
         ((ghost[b] - ghost[a]) / (velocity[a] - velocity[b]), a, b)
         for a, b in combinations(range(n), 2)
@@ -32,15 +39,15 @@ def _sorting() -> Staged:
         # As many ghosts as discs are further to the left. The value is the number of the left one of the two discs that
         # meet.
         left = sum(ghost[k] + velocity[k] * time < here for k in range(n) if k not in (a, b))
-        impacts.append(impact(time, left, left + 1, velocity[b], velocity[a]))
+        impacts.append(build_impact(time, left, left + 1, velocity[b], velocity[a]))
     source = (
         "Equal masses on a line exchange velocities: one impact for each inversion of the velocities, at the crossings "
         "of straight lines (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
     )
-    return answered(scene, impacts, source)
+    return build_staged(scene, impacts, source)
 
 
-@marked(Tag.UNSTABLE)
+@add_tags(Tag.UNSTABLE)
 def _galperin_100() -> Staged:
     """A mass of 100 drives a mass of 1 against a wall, which causes 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
@@ -48,26 +55,26 @@ def _galperin_100() -> Staged:
     # Gaps to the wall, with every radius and diameter between removed.
     gap_light, gap_heavy = 0.5, 1.2
     discs = [
-        disc(gap_light + radius_light, 0, radius_light, light),
-        disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
+        build_disc(gap_light + radius_light, 0, radius_light, light),
+        build_disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
     ]
-    scene = scene_of(discs, walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))], duration_s=2.0)
+    scene = build_scene(discs, walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))], duration_s=2.0)
     # In coordinates that are scaled by the root of the mass, the pair is a single point. The point moves between the
     # wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
     start = complex(root_heavy * gap_heavy, root_light * gap_light)
-    bounces = wedge_impacts(start, -root_heavy * speed, math.atan2(root_light, root_heavy))
+    bounces = compute_wedge_impacts(start, -root_heavy * speed, math.atan2(root_light, root_heavy))
     impacts = [
-        impact(b.time_s, 0, 1, b.velocity.imag / root_light, b.velocity.real / root_heavy)
+        build_impact(b.time_s, 0, 1, b.velocity.imag / root_light, b.velocity.real / root_heavy)
         if b.upper
-        else impact(b.time_s, 0, -1, b.velocity.imag / root_light)
+        else build_impact(b.time_s, 0, -1, b.velocity.imag / root_light)
         for b in bounces
     ]
     source = (
         "Unfolding of a wedge of angle atan(1/10): 31 impacts, the first two digits of pi (G. Galperin, Playing pool "
         "with pi, Regular and Chaotic Dynamics 8(4), 375-394, 2003)"
     )
-    return answered(scene, impacts, source)
+    return build_staged(scene, impacts, source)
 
 
 def _three_in_line() -> Staged:
@@ -87,46 +94,55 @@ def _three_in_line() -> Staged:
     # from their centre of mass. Each is multiplied by the root of its reduced mass.
     root_pair, root_third = math.sqrt(m0 * m1 / pair), math.sqrt(pair * m2 / everything)
 
-    def on_the_line(z: complex) -> tuple[complex, complex, complex]:
+    def to_line_coordinates(z: complex) -> tuple[complex, complex, complex]:
         gap, third = z.imag / root_pair, z.real / root_third
         centre = -m2 * third / everything
         return (centre - m1 * gap / pair, centre + m0 * gap / pair, centre + third)
 
-    x0, x1, x2 = on_the_line(start)
-    v0, v1, v2 = on_the_line(velocity)
-    scene = scene_of(
-        discs=[disc(x0 - (r0 + r1), v0, r0, m0), disc(x1, v1, r1, m1), disc(x2 + (r1 + r2), v2, r2, m2)], duration_s=2.0
+    x0, x1, x2 = to_line_coordinates(start)
+    v0, v1, v2 = to_line_coordinates(velocity)
+    scene = build_scene(
+        discs=[
+            build_disc(x0 - (r0 + r1), v0, r0, m0),
+            build_disc(x1, v1, r1, m1),
+            build_disc(x2 + (r1 + r2), v2, r2, m2),
+        ],
+        duration_s=2.0,
     )
     impacts = []
-    for bounce in wedge_impacts(start, velocity, angle):
-        after = on_the_line(bounce.velocity)
+    for bounce in compute_wedge_impacts(start, velocity, angle):
+        after = to_line_coordinates(bounce.velocity)
         first = 1 if bounce.upper else 0
-        impacts.append(impact(bounce.time_s, first, first + 1, after[first], after[first + 1]))
+        impacts.append(build_impact(bounce.time_s, first, first + 1, after[first], after[first + 1]))
     source = (
         "Three masses on a line are a point in a wedge of angle a = acos sqrt(m1 m3 / ((m1 + m2)(m2 + m3))), which a "
         "straight line can cross ceil(pi / a) times: 6 here (unfolding; S. Tabachnikov, Geometry and Billiards, 2005)"
     )
-    return answered(scene, impacts, source)
+    return build_staged(scene, impacts, source)
 
 
-@marked(Tag.UNSTABLE)
+@add_tags(Tag.UNSTABLE)
 def _between_fixed() -> Staged:
     """A disc bounces between two immovable discs along their axis. This periodic orbit is unstable."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
-    discs = [disc(-half_distance, 0, fixed, math.inf), disc(0, speed, radius), disc(half_distance, 0, fixed, math.inf)]
-    scene = scene_of(discs, duration_s=2.25)
+    discs = [
+        build_disc(-half_distance, 0, fixed, math.inf),
+        build_disc(0, speed, radius),
+        build_disc(half_distance, 0, fixed, math.inf),
+    ]
+    scene = build_scene(discs, duration_s=2.25)
     impacts = []
     for n in range(int((scene.duration_s * speed + reach) / (2 * reach))):
         time = (2 * n + 1) * reach / speed
-        impacts.append(impact(time, 1, 2, -speed, 0) if n % 2 == 0 else impact(time, 0, 1, 0, speed))
+        impacts.append(build_impact(time, 1, 2, -speed, 0) if n % 2 == 0 else build_impact(time, 0, 1, 0, speed))
     source = "On the axis every impact reverses the velocity: impacts at equal intervals (an unstable periodic orbit)"
-    return answered(scene, impacts, source)
+    return build_staged(scene, impacts, source)
 
 
 def _cradle_gaps() -> Staged:
     """Newton's cradle with gaps: the velocity passes from disc to disc."""
-    return struck_row([0.83, 0.17, 0.31, 0.23], radius_m=0.125, speed=2.0, duration_s=1.5)
+    return stage_struck_row([0.83, 0.17, 0.31, 0.23], radius_m=0.125, speed=2.0, duration_s=1.5)
 
 
 def _cradle_touching() -> Staged:
@@ -137,4 +153,4 @@ def _cradle_touching() -> Staged:
         "Four impacts share one instant, and momentum and energy alone allow more than one outcome; impacts are "
         "applied one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"
     )
-    return struck_row([0.84375, 0.0, 0.0, 0.0], convention, radius_m=0.125, speed=2.0, duration_s=1.25)
+    return stage_struck_row([0.84375, 0.0, 0.0, 0.0], convention, radius_m=0.125, speed=2.0, duration_s=1.25)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import answered, disc, impact, scene_of
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, Staged
-from carom.catalogue.groups.classics_walled import box_walls
+from carom.catalogue.groups.classics_walled import build_box_walls
 
 
 def _one_into_two() -> Staged:
@@ -15,8 +15,12 @@ def _one_into_two() -> Staged:
     radius, speed, start_x = 0.25, 1.0, -1.1
     # The three centres are an equilateral triangle, so the normals are at 30 degrees to the path.
     cosine, sine = math.sqrt(3) / 2, 0.5
-    discs = [disc(start_x, speed, radius), disc(complex(0, radius), 0, radius), disc(complex(0, -radius), 0, radius)]
-    scene = scene_of(discs, duration_s=1.5)
+    discs = [
+        build_disc(start_x, speed, radius),
+        build_disc(complex(0, radius), 0, radius),
+        build_disc(complex(0, -radius), 0, radius),
+    ]
+    scene = build_scene(discs, duration_s=1.5)
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
     # Equal masses: the struck disc takes the component along the normal, cos 30 of the speed; the striker keeps the
@@ -25,16 +29,19 @@ def _one_into_two() -> Staged:
     between = speed - first_struck
     # Of the rest the second takes the part along its own normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 = sqrt(3)/4.
     second_struck = math.sqrt(3) / 4 * speed * down
-    impacts = [impact(time, 0, 1, between, first_struck), impact(time, 0, 2, between - second_struck, second_struck)]
+    impacts = [
+        build_impact(time, 0, 1, between, first_struck),
+        build_impact(time, 0, 2, between - second_struck, second_struck),
+    ]
     convention = (
         "Both impacts share one instant and one disc, and each order gives its own answer, (-1/8, -sqrt(3)/8) or its "
         "mirror image; impacts are applied one pair at a time, the lower numbers first"
     )
     source = "Equal masses exchange the normal components of their velocities, first at +30, then at -30 degrees"
-    return answered(scene, impacts, source, convention)
+    return build_staged(scene, impacts, source, convention)
 
 
-def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, duration_s: float) -> Staged:
+def stage_boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, duration_s: float) -> Staged:
     """Stage a gas of `side` times `side` equal discs, with a spacing in a box. Only its energy is known."""
     golden_angle = math.pi * (3 - math.sqrt(5))
     discs = []
@@ -44,12 +51,12 @@ def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, durat
         # lattice.
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
-        discs.append(disc(centre, speed * direction, radius_m))
-    scene = scene_of(discs, walls=box_walls(side * pitch_m, side * pitch_m), duration_s=duration_s)
+        discs.append(build_disc(centre, speed * direction, radius_m))
+    scene = build_scene(discs, walls=build_box_walls(side * pitch_m, side * pitch_m), duration_s=duration_s)
     source = "Elastic impacts and elastic walls conserve the kinetic energy: each disc starts at the same speed"
     return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=len(discs) * 0.5 * speed**2))
 
 
 def _gas() -> Staged:
     """Sixteen discs bounce in a box: energy is conserved, and reversed velocities lead back to the start."""
-    return boxed_gas(4, radius_m=0.1, pitch_m=0.5, speed=1.5, duration_s=1.0)
+    return stage_boxed_gas(4, radius_m=0.1, pitch_m=0.5, speed=1.5, duration_s=1.0)

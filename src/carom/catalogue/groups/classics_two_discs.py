@@ -5,25 +5,25 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import answered, disc, impact, meeting, scene_of
-from carom.catalogue.entry import Staged, Tag, marked
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, stage_meeting
+from carom.catalogue.entry import Staged, Tag, add_tags
 
 
 def _head_on() -> Staged:
     """Masses 1 and 3 meet head-on with restitution 1/2."""
-    return meeting((4, -2), (0.2, 0.3), mass_kg=(1.0, 3.0), restitution=0.5, time_s=0.71, duration_s=1.5)
+    return stage_meeting((4, -2), (0.2, 0.3), mass_kg=(1.0, 3.0), restitution=0.5, time_s=0.71, duration_s=1.5)
 
 
 def _oblique_3_4_5() -> Staged:
     """A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle."""
     # The normal (4, 3)/5 splits the 5 m/s into 4 along it, which the struck disc takes, and 3 across it, which stay.
     source = "Equal masses exchange the velocities along the normal: 5 m/s splits into 4 and 3 at a right angle"
-    return meeting((5, 0), (0.25, 0.25), offset=3 / 5, time_s=0.42, duration_s=1.25, source=source)
+    return stage_meeting((5, 0), (0.25, 0.25), offset=3 / 5, time_s=0.42, duration_s=1.25, source=source)
 
 
 def _inelastic_oblique() -> Staged:
     """Two unequal discs, both moving, meet off centre with restitution 1/2."""
-    return meeting(
+    return stage_meeting(
         (3 + 1j, -2 + 0.5j), (0.3, 0.2), mass_kg=(2.0, 1.0), offset=-0.4, restitution=0.5, time_s=0.57, duration_s=1.5
     )
 
@@ -32,7 +32,7 @@ def _perfectly_inelastic() -> Staged:
     """A disc runs into an equal one at rest with restitution 0, and both go on together."""
     # All numbers are powers of two, so the common velocity is exact, and rounding can't make the pair approach once
     # more.
-    return meeting((4, 0), (0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
+    return stage_meeting((4, 0), (0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
 
 
 def _deflection() -> Staged:
@@ -40,46 +40,46 @@ def _deflection() -> Staged:
     radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
     contact = radius + fixed
     miss_distance = contact / 2
-    discs = [disc(complex(start_x, -miss_distance), speed, radius), disc(0, 0, fixed, math.inf)]
-    scene = scene_of(discs, duration_s=1.25)
+    discs = [build_disc(complex(start_x, -miss_distance), speed, radius), build_disc(0, 0, fixed, math.inf)]
+    scene = build_scene(discs, duration_s=1.25)
     time = (-start_x - math.sqrt(contact**2 - miss_distance**2)) / speed
     deflection = math.pi - 2 * math.asin(miss_distance / contact)
     # The fixed disc is to the left of the path, so the moving disc turns to the right.
     after = speed * cmath.exp(-1j * deflection)
     source = "Deflection pi - 2 asin(b/R) by a rigid sphere: Landau and Lifshitz, Mechanics, section 18, problem 1"
-    return answered(scene, [impact(time, 0, 1, after, 0)], source)
+    return build_staged(scene, [build_impact(time, 0, 1, after, 0)], source)
 
 
-@marked(Tag.GRAZING)
+@add_tags(Tag.GRAZING)
 def _graze() -> Staged:
     """A disc grazes another at .999 of the contact distance, so the overlap is short and shallow."""
-    return meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
+    return stage_meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
-@marked(Tag.GRAZING)
+@add_tags(Tag.GRAZING)
 def _miss() -> Staged:
     """A disc passes another at 1.001 of the contact distance, so there is no impact."""
     # The discs are nearest after .6 s, at 1.001 contact distances.
     contact, speed, nearest = 0.5, 3.0, 0.6
-    discs = [disc(-speed * nearest, speed, 0.3), disc(1.001j * contact, 0, 0.2)]
-    scene = scene_of(discs, duration_s=1.25)
-    return answered(scene, [], "The least distance of the centres exceeds the sum of the radii")
+    discs = [build_disc(-speed * nearest, speed, 0.3), build_disc(1.001j * contact, 0, 0.2)]
+    scene = build_scene(discs, duration_s=1.25)
+    return build_staged(scene, [], "The least distance of the centres exceeds the sum of the radii")
 
 
 def _touching_apart() -> Staged:
     """Two discs touch at the start and move apart, so there is no impact."""
     radius = 0.25
-    discs = [disc(-radius, -1 + 0.5j, radius), disc(radius, 2 + 0.25j, radius)]
-    scene = scene_of(discs, duration_s=1.0)
-    return answered(scene, [], "Bodies that do not approach exchange no impulse")
+    discs = [build_disc(-radius, -1 + 0.5j, radius), build_disc(radius, 2 + 0.25j, radius)]
+    scene = build_scene(discs, duration_s=1.0)
+    return build_staged(scene, [], "Bodies that do not approach exchange no impulse")
 
 
 def _mass_ratio_1000() -> Staged:
     """A disc of 500 kg sweeps away one of half a kilogram."""
-    return meeting((2, 0), (0.5, 0.1), mass_kg=(500.0, 0.5), offset=0.3, time_s=0.43, duration_s=1.25)
+    return stage_meeting((2, 0), (0.5, 0.1), mass_kg=(500.0, 0.5), offset=0.3, time_s=0.43, duration_s=1.25)
 
 
 def _bullet() -> Staged:
     """A small disc at 100 m/s strikes another: between two frames it could pass its target completely."""
     # 1.7 m between two frames, and a target .5 m across.
-    return meeting((100, 0), (0.05, 0.25), mass_kg=(0.1, 2.0), offset=-0.3, time_s=0.171, duration_s=0.5)
+    return stage_meeting((100, 0), (0.05, 0.25), mass_kg=(0.1, 2.0), offset=-0.3, time_s=0.171, duration_s=0.5)

@@ -6,15 +6,15 @@ import math
 from typing import Any
 
 from carom.catalogue.closed_forms import (
-    after_impact,
-    after_wall,
-    answered,
-    disc,
-    impact,
-    normal_of_offset,
-    scene_of,
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_impact,
+    compute_after_wall,
+    compute_normal,
+    to_vector,
     unit,
-    vector,
 )
 from carom.catalogue.entry import KnownImpact, Staged
 from carom.model.scene import Chain, Wall
@@ -26,10 +26,10 @@ FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 
 def edges(*points: complex, **fields: Any) -> Chain:
     """Return a wall of edges from point to point."""
-    return Chain(points_m=tuple(map(vector, points)), **fields)
+    return Chain(points_m=tuple(map(to_vector, points)), **fields)
 
 
-def box_walls(width_m: float, height_m: float) -> list[Wall]:
+def build_box_walls(width_m: float, height_m: float) -> list[Wall]:
     """Return the walls of a box with one corner at the origin: left, right, bottom, top."""
     return [
         Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
@@ -39,10 +39,10 @@ def box_walls(width_m: float, height_m: float) -> list[Wall]:
     ]
 
 
-def bounces_in_a_box(
+def compute_box_bounces(
     start: complex, velocity: complex, width_m: float, height_m: float, duration_s: float
 ) -> list[KnownImpact]:
-    """Return the impacts of a disc with the walls of `box_walls`, by unfolding: its path is one straight line.
+    """Return the impacts of a disc with the walls of `build_box_walls`, by unfolding: its path is one straight line.
 
     Args:
         start: Centre of the disc, from the corner of the region in which the centre moves.
@@ -62,11 +62,11 @@ def bounces_in_a_box(
     impacts = []
     for time, wall, is_x in sorted(events):
         velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
-        impacts.append(impact(time, 0, wall_body(wall), velocity))
+        impacts.append(build_impact(time, 0, wall_body(wall), velocity))
     return impacts
 
 
-def in_a_room(
+def stage_in_room(
     start: complex,
     velocity: complex,
     radius_m: float,
@@ -93,26 +93,28 @@ def in_a_room(
     """
     reach = radius_m + half_width_m
     corners = (0, width_m, complex(width_m, height_m), complex(0.0, height_m))
-    room = edges(*corners, closed=True, half_width_m=half_width_m, velocity_m_s=vector(drive))
-    begun = disc(start + complex(reach, reach), velocity + drive, radius_m)
-    hits = bounces_in_a_box(start, velocity, width_m - 2 * reach, height_m - 2 * reach, duration_s)
+    room = edges(*corners, closed=True, half_width_m=half_width_m, velocity_m_s=to_vector(drive))
+    begun = build_disc(start + complex(reach, reach), velocity + drive, radius_m)
+    hits = compute_box_bounces(start, velocity, width_m - 2 * reach, height_m - 2 * reach, duration_s)
     afters = [(hit.time_s, hit.velocity_first_after) for hit in hits]
-    impacts = [impact(time_s, 0, -1, drive + complex(*after)) for time_s, after in afters if after is not None]
-    return answered(scene_of([begun], walls=[room], duration_s=duration_s), impacts, source)
+    impacts = [build_impact(time_s, 0, -1, drive + complex(*after)) for time_s, after in afters if after is not None]
+    return build_staged(build_scene([begun], walls=[room], duration_s=duration_s), impacts, source)
 
 
 def _box() -> Staged:
     """One disc bounces in a box: its path unfolds to one straight line."""
     radius, width, height = 0.2, 2.4, 1.6
     start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the region of the centre
-    scene = scene_of(
-        discs=[disc(start + complex(radius, radius), velocity, radius)], walls=box_walls(width, height), duration_s=2.5
+    scene = build_scene(
+        discs=[build_disc(start + complex(radius, radius), velocity, radius)],
+        walls=build_box_walls(width, height),
+        duration_s=2.5,
     )
-    impacts = bounces_in_a_box(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
+    impacts = compute_box_bounces(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
     source = (
         "Unfolding: reflect the box instead of the path, and the path is one straight line through a lattice of boxes"
     )
-    return answered(scene, impacts, source)
+    return build_staged(scene, impacts, source)
 
 
 def _restitution_ladder() -> Staged:
@@ -120,8 +122,8 @@ def _restitution_ladder() -> Staged:
     radius, width, e = 0.1, 1.7, 0.8
     start_x, velocity = 0.6, 11 + 0.3j
     first, length = width - radius - start_x, width - 2 * radius
-    discs = [disc(start_x, velocity, radius)]
-    scene = scene_of(discs, walls=box_walls(width, width)[:2], wall_restitution=e, duration_s=3.0)
+    discs = [build_disc(start_x, velocity, radius)]
+    scene = build_scene(discs, walls=build_box_walls(width, width)[:2], wall_restitution=e, duration_s=3.0)
     impacts: list[KnownImpact] = []
     while True:
         n = len(impacts)
@@ -130,25 +132,25 @@ def _restitution_ladder() -> Staged:
         if time > scene.duration_s:
             break
         across = (-1.0) ** (n + 1) * velocity.real * e ** (n + 1)
-        impacts.append(impact(time, 0, (-2, -1)[n % 2], complex(across, velocity.imag)))
+        impacts.append(build_impact(time, 0, (-2, -1)[n % 2], complex(across, velocity.imag)))
     source = (
         "Each wall multiplies the speed across by e, so crossing times are a geometric series; the speed along stays"
     )
-    return answered(scene, impacts, source)
+    return build_staged(scene, impacts, source)
 
 
 def _slanted_wall() -> Staged:
     """A disc bounces off a slanted wall of restitution 3/4."""
     radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
-    scene = scene_of(
-        discs=[disc(radius * normal - velocity * time, velocity, radius)],
+    scene = build_scene(
+        discs=[build_disc(radius * normal - velocity * time, velocity, radius)],
         # Any point of the wall is valid; this point is 2 m from the place of impact.
-        walls=[Wall(point_m=vector(2j * normal), normal=(-3.0, 4.0))],
+        walls=[Wall(point_m=to_vector(2j * normal), normal=(-3.0, 4.0))],
         wall_restitution=e,
         duration_s=1.5,
     )
     source = "Computed backwards from the impact: the velocity along the wall stays, that across it is reversed times e"
-    return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source)
+    return build_staged(scene, [build_impact(time, 0, -1, compute_after_wall(velocity, normal, e))], source)
 
 
 def _bank_shot() -> Staged:
@@ -156,13 +158,13 @@ def _bank_shot() -> Staged:
     radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87
     outgoing = incoming.conjugate()
     struck = complex(0, radius) + outgoing * (time_2 - time_1)
-    normal = normal_of_offset(outgoing, 0.4)
-    after, target_after = after_impact(1.0, outgoing, 1.0, 0, normal)
+    normal = compute_normal(outgoing, 0.4)
+    after, target_after = compute_after_impact(1.0, outgoing, 1.0, 0, normal)
     discs = [
-        disc(complex(0, radius) - incoming * time_1, incoming, radius),
-        disc(struck + 2 * radius * normal, 0, radius),
+        build_disc(complex(0, radius) - incoming * time_1, incoming, radius),
+        build_disc(struck + 2 * radius * normal, 0, radius),
     ]
-    scene = scene_of(discs, walls=[FLOOR], duration_s=1.75)
-    impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
+    scene = build_scene(discs, walls=[FLOOR], duration_s=1.75)
+    impacts = [build_impact(time_1, 0, -1, outgoing), build_impact(time_2, 0, 1, after, target_after)]
     source = "Computed backwards from both impacts: the path to the wall is the mirror image of the path from it"
-    return answered(scene, impacts, source)
+    return build_staged(scene, impacts, source)

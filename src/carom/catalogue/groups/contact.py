@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from carom.catalogue.closed_forms import answered, disc, impact, scene_of
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR, edges
 from carom.model.scene import Disc, Wall
@@ -24,7 +24,7 @@ _ROLLING = (
 _COULOMB = "Coulomb's law: while a disc slips, friction is f P; it rolls if f P (1 + 1/k) is enough to hold its slip"
 
 
-def _on_a_wall(
+def _stage_on_wall(
     source: str,
     answer: tuple[float, float, float],
     duration_s: float,
@@ -67,7 +67,7 @@ def _on_a_wall(
     )
     wall = Wall(point_m=(0.0, 0.0), normal=(nx, ny))
     laws = {"wall_restitution": 0.0, **laws}
-    scene = scene_of([body], walls=[wall], gravity_m_s2=(0.0, -_G), duration_s=duration_s, **laws)
+    scene = build_scene([body], walls=[wall], gravity_m_s2=(0.0, -_G), duration_s=duration_s, **laws)
     spins = (answer[2] / _RADIUS_M,) if scene.arrays.turns else None
     place, velocity = (at(answer[0], _RADIUS_M),), (at(answer[1], 0.0),)
     return Staged(scene, KnownAnswer(source, (), count, velocity, place, final_spin_rad_s=spins))
@@ -76,14 +76,16 @@ def _on_a_wall(
 def _drop() -> Staged:
     """A ball that is dropped and thrown bounces infinitely often until 3/sqrt(5) s, and then slides."""
     source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
-    return _on_a_wall(source, (4.0, 1.0, 0.0), 4.0, along=1.0, up=1.0, count=None, wall_restitution=0.5)
+    return _stage_on_wall(source, (4.0, 1.0, 0.0), 4.0, along=1.0, up=1.0, count=None, wall_restitution=0.5)
 
 
 def _bounce_to_roll() -> Staged:
     """A disc bounces infinitely often, is gripped at its fourth bounce, and rolls after 1/5 s."""
     source = "Geometric series of the hops, sliding and held: docs/theory/contact.md"
     answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
-    return _on_a_wall(source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25)
+    return _stage_on_wall(
+        source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25
+    )
 
 
 def _lands_sliding() -> Staged:
@@ -91,7 +93,7 @@ def _lands_sliding() -> Staged:
     source = "Geometric series of the hops, which all slide: docs/theory/contact.md"
     slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
     answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
-    return _on_a_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
+    return _stage_on_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
 
 
 def _between_thresholds() -> Staged:
@@ -100,71 +102,71 @@ def _between_thresholds() -> Staged:
     rolled, lasts = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
     answer = (rolled + 2 * lasts + 4 * lasts**2 / 2, 2.0 + 4 * lasts, -2.0 - 4 * lasts)
     start = {"fall": 0.75, "along": 0.75, "into": 1.0}
-    return _on_a_wall(source, answer, 0.375 + lasts, **start, count=None, wall_restitution=0.5, wall_friction=0.3)
+    return _stage_on_wall(source, answer, 0.375 + lasts, **start, count=None, wall_restitution=0.5, wall_friction=0.3)
 
 
 def _slide_to_roll() -> Staged:
     """A disc that slides at first rolls after 1/2 s, at two thirds of its speed."""
-    return _on_a_wall(_COULOMB, (17 / 4, 2.0, -2.0), 2.0, along=3.0, wall_friction=0.2)
+    return _stage_on_wall(_COULOMB, (17 / 4, 2.0, -2.0), 2.0, along=3.0, wall_friction=0.2)
 
 
 def _sphere_slides_to_roll() -> Staged:
     """A sphere that slides at first keeps five sevenths of its speed, like a billiard ball."""
     answer = (3 * 3 / 7 - 9 / 49 + 15 / 7 * (2 - 3 / 7), 15 / 7, -15 / 7)
-    return _on_a_wall(_COULOMB, answer, 2.0, along=3.0, inertia=0.4, wall_friction=0.2)
+    return _stage_on_wall(_COULOMB, answer, 2.0, along=3.0, inertia=0.4, wall_friction=0.2)
 
 
 def _comes_back() -> Staged:
     """With enough backspin a disc turns back after 1/4 m, and rolls back after 1 s."""
-    return _on_a_wall(_COULOMB, (-1.0, -1.0, 1.0), 2.0, along=1.0, rim=5.0, wall_friction=0.2)
+    return _stage_on_wall(_COULOMB, (-1.0, -1.0, 1.0), 2.0, along=1.0, rim=5.0, wall_friction=0.2)
 
 
 def _incline_rolls() -> Staged:
     """A disc is released on a slope and rolls, at two thirds of gravity's acceleration along the slope."""
-    return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.3)
+    return _stage_on_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.3)
 
 
 def _incline_slips() -> Staged:
     """On a slope with too little friction for rolling, a disc slips from the start, faster and faster."""
-    return _on_a_wall(_COULOMB, (11 / 5, 22 / 5, -16 / 5), 1.0, fall=0.75, wall_friction=0.2)
+    return _stage_on_wall(_COULOMB, (11 / 5, 22 / 5, -16 / 5), 1.0, fall=0.75, wall_friction=0.2)
 
 
 def _incline_edge() -> Staged:
     """On a slope with just enough friction for rolling, slipping and rolling are the same."""
-    return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.25)
+    return _stage_on_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.25)
 
 
 def _stops() -> Staged:
     """A disc that does not turn slides to a stop, after v^2/(2 f g)."""
-    return _on_a_wall(_COULOMB, (1.5, 0.0, 0.0), 5.0, along=3.0, inertia=math.inf, wall_friction=0.3)
+    return _stage_on_wall(_COULOMB, (1.5, 0.0, 0.0), 5.0, along=3.0, inertia=math.inf, wall_friction=0.3)
 
 
 def _holds() -> Staged:
     """A disc that does not turn stays at rest on a slope below its angle of friction."""
-    return _on_a_wall(_COULOMB, (0.0, 0.0, 0.0), 5.0, fall=0.75, inertia=math.inf, wall_friction=0.8)
+    return _stage_on_wall(_COULOMB, (0.0, 0.0, 0.0), 5.0, fall=0.75, inertia=math.inf, wall_friction=0.8)
 
 
 def _rolling_resistance() -> Staged:
     """A disc that rolls on a floor with rolling resistance stops after 5/2 s and 5/4 m."""
     laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 3 / 50}
-    return _on_a_wall(_ROLLING, (5 / 4, 0.0, 0.0), 5.0, along=1.0, rim=-1.0, **laws)
+    return _stage_on_wall(_ROLLING, (5 / 4, 0.0, 0.0), 5.0, along=1.0, rim=-1.0, **laws)
 
 
 def _rolling_resistance_holds() -> Staged:
     """A disc does not begin to roll on a slope whose tangent is below the coefficient of rolling resistance."""
-    return _on_a_wall(_ROLLING, (0.0, 0.0, 0.0), 5.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.76)
+    return _stage_on_wall(_ROLLING, (0.0, 0.0, 0.0), 5.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.76)
 
 
 def _rolling_resistance_on_a_slope() -> Staged:
     """A disc rolls down a slope, and rolling resistance reduces its acceleration by c P/(1 + k)."""
     source = f"{_ROLLING}: u' = (g sin - c g cos)/(1 + k)"
-    return _on_a_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
+    return _stage_on_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
 
 
 def _block() -> Staged:
     """With more rolling resistance than friction a disc slides without turning, and stops like a block."""
     laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 0.4}
-    return _on_a_wall(_ROLLING, (1.5, 0.0, 0.0), 5.0, along=3.0, **laws)
+    return _stage_on_wall(_ROLLING, (1.5, 0.0, 0.0), 5.0, along=3.0, **laws)
 
 
 def _lands_rolling() -> Staged:
@@ -176,38 +178,38 @@ def _lands_rolling() -> Staged:
     way = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
     source = "Geometric series of the hops; then it stops after v^2 (1 + k)/(2 c g): docs/theory/contact.md"
     laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
-    return _on_a_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
+    return _stage_on_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
 
 
 def _struck() -> Staged:
     """A rolling disc strikes an equal one at rest: it stops, and then follows, like a billiard ball."""
-    discs = [disc(0.5j, 3, 0.5, spin_rad_s=-6.0), disc(2 + 0.5j, 0, 0.5)]
-    scene = scene_of(
+    discs = [build_disc(0.5j, 3, 0.5, spin_rad_s=-6.0), build_disc(2 + 0.5j, 0, 0.5)]
+    scene = build_scene(
         discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
     )
     source = f"{_COULOMB}; the impact exchanges the velocities and keeps the spins"
     final = [(41 / 12 + 0.5j, 1), (91 / 12 + 0.5j, 2)]
-    return answered(scene, [impact(1 / 3, 0, 1, 0, 3, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
+    return build_staged(scene, [build_impact(1 / 3, 0, 1, 0, 3, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
 
 
 def _edge() -> Staged:
     """A disc rolls over the end of an edge at 3 m/s, and is too fast for gravity to keep it in contact."""
     speed, end, duration = 3.0, 1.0, 1.0
     flown = duration - end / speed
-    discs = [disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
+    discs = [build_disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
     walls = [edges(-5, end)]
-    scene = scene_of(
+    scene = build_scene(
         discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.5, wall_restitution=0.0, duration_s=duration
     )
     source = "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is as wide"
     end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
-    return answered(scene, [], source, final=[end_state], spins=(-6.0,))
+    return build_staged(scene, [], source, final=[end_state], spins=(-6.0,))
 
 
 def _pressed() -> Staged:
     """A disc falls onto one that lies on the floor; whether it leaves depends on the order of impacts."""
-    discs = [disc(0.5j, 0, 0.5), disc(1.7j, 0, 0.5)]
-    scene = scene_of(
+    discs = [build_disc(0.5j, 0, 0.5), build_disc(1.7j, 0, 0.5)]
+    scene = build_scene(
         discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), restitution=0.5, wall_restitution=0.0, duration_s=1.0
     )
     impacts = (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0)))
@@ -220,14 +222,14 @@ def _pressed() -> Staged:
     return Staged(scene, known)
 
 
-def _in_a_corner(spin: float, source: str, place_m: float, speed: float, after: float | None) -> Staged:
-    discs = [disc(0.5 + 0.5j, 0, 0.5, spin_rad_s=spin)]
+def _stage_in_corner(spin: float, source: str, place_m: float, speed: float, after: float | None) -> Staged:
+    discs = [build_disc(0.5 + 0.5j, 0, 0.5, spin_rad_s=spin)]
     walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
-    scene = scene_of(
+    scene = build_scene(
         discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.25, wall_restitution=0.0, duration_s=3.0
     )
     spins = None if after is None else (after,)
-    return answered(scene, [], source, final=[(complex(place_m, 0.5), speed)], spins=spins)
+    return build_staged(scene, [], source, final=[(complex(place_m, 0.5), speed)], spins=spins)
 
 
 def _corner() -> Staged:
@@ -236,14 +238,14 @@ def _corner() -> Staged:
         "Irodov, Problems in General Physics: f (1 + f)/(1 + f^2) g/(k R) slows the spin, to 0 after 17/10 s and "
         "17 rad, while the centre stays"
     )
-    return _in_a_corner(20.0, source, 0.5, 0.0, None)
+    return _stage_in_corner(20.0, source, 0.5, 0.0, None)
 
 
 def _out_of_a_corner() -> Staged:
     """A disc in a corner spins so that it drives itself out of the corner, and rolls after 4/3 s."""
     slides, speed = 4 / 3, 10 / 3
     way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
-    return _in_a_corner(-20.0, _COULOMB, way, speed, -2.0 * speed)
+    return _stage_in_corner(-20.0, _COULOMB, way, speed, -2.0 * speed)
 
 
 # On a table -----------------------------------------------------------------------------------------------------------
@@ -251,13 +253,13 @@ def _out_of_a_corner() -> Staged:
 
 def _table_stop() -> Staged:
     """A table decelerates a disc by 4/10 m/s2: it stops after 5/2 s and 5/4 m."""
-    scene = scene_of([disc(0, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
-    return answered(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0)])
+    scene = build_scene([build_disc(0, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
+    return build_staged(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0)])
 
 
 def _table_pair() -> Staged:
     """A disc slides 3/2 m to an equal one at rest and passes its velocity on; the other disc stops after 1/2 m."""
-    discs = [disc(0, 2, 0.25), disc(2, 0, 0.25)]
-    scene = scene_of(discs, table_deceleration_m_s2=1.0, duration_s=3.0)
+    discs = [build_disc(0, 2, 0.25), build_disc(2, 0, 0.25)]
+    scene = build_scene(discs, table_deceleration_m_s2=1.0, duration_s=3.0)
     source = "Galileo: each distance s reduces v^2 by 2 a s; equal elastic discs exchange velocities"
-    return answered(scene, [impact(1.0, 0, 1, 0, 1)], source, final=[(1.5, 0), (2.5, 0)])
+    return build_staged(scene, [build_impact(1.0, 0, 1, 0, 1)], source, final=[(1.5, 0), (2.5, 0)])

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import answered, disc, impact, scene_of
+from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Disc, Wall
@@ -22,11 +22,11 @@ _Leg = tuple[float, float, float]
 _LAW = "Linear damping: a velocity falls as exp(-c t), and the distance is v (1 - exp(-c t))/c"
 
 
-def _clock_s(undamped_s: float, damping_per_s: float) -> float:
+def _to_clock_time(undamped_s: float, damping_per_s: float) -> float:
     return -math.log(1.0 - damping_per_s * undamped_s) / damping_per_s
 
 
-def _undamped_s(clock_s: float, damping_per_s: float) -> float:
+def _to_undamped_time(clock_s: float, damping_per_s: float) -> float:
     return (1.0 - math.exp(-damping_per_s * clock_s)) / damping_per_s
 
 
@@ -35,7 +35,7 @@ def _damped_box() -> Staged:
     radius, side, restitution, damping, duration = 0.5, 5.0, 0.8, 0.4, 3.0
     place, velocity = (1.0, 2.0), (6.0, -4.0)
     faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
-    end = _undamped_s(duration, damping)
+    end = _to_undamped_time(duration, damping)
     # The two axes are independent. These are the legs without damping:
     legs: tuple[list[_Leg], list[_Leg]] = ([(0.0, place[0], velocity[0])], [(0.0, place[1], velocity[1])])
     hits = []
@@ -56,27 +56,27 @@ def _damped_box() -> Staged:
         (x, u), (y, v) = ((start + speed * (when - since), speed * kept) for since, start, speed in now)
         return complex(x, y), complex(u, v)
 
-    impacts = [impact(_clock_s(when, damping), 0, wall, moving(when)[1]) for when, wall in sorted(hits)]
+    impacts = [build_impact(_to_clock_time(when, damping), 0, wall, moving(when)[1]) for when, wall in sorted(hits)]
     discs = [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)]
     walls = [Wall(point_m=point, normal=normal) for point, normal in faces]
-    scene = scene_of(discs, walls=walls, wall_restitution=restitution, damping_per_s=damping, duration_s=duration)
-    return answered(scene, impacts, _LAW, final=[moving(end)])
+    scene = build_scene(discs, walls=walls, wall_restitution=restitution, damping_per_s=damping, duration_s=duration)
+    return build_staged(scene, impacts, _LAW, final=[moving(end)])
 
 
 def _damped_stop() -> Staged:
     """A damped disc never meets a wall that is exactly as far away as the disc gets in infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
     walls = [Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))]
-    scene = scene_of([disc(0, speed, radius)], walls=walls, damping_per_s=damping, duration_s=duration)
-    way, kept = speed * _undamped_s(duration, damping), math.exp(-damping * duration)
-    return answered(scene, [], f"{_LAW}: v/c in all", final=[(way, speed * kept)])
+    scene = build_scene([build_disc(0, speed, radius)], walls=walls, damping_per_s=damping, duration_s=duration)
+    way, kept = speed * _to_undamped_time(duration, damping), math.exp(-damping * duration)
+    return build_staged(scene, [], f"{_LAW}: v/c in all", final=[(way, speed * kept)])
 
 
 def _damped_pair() -> Staged:
     """A damped disc catches up with a heavier one, and the impact pushes the heavier one on."""
     fast, slow, mass, restitution, damping, duration = 4.0, 1.0, 3.0, 0.5, 0.8, 1.5
     gap, radius = 1.5, 0.5
-    when, end = gap / (fast - slow), _undamped_s(duration, damping)
+    when, end = gap / (fast - slow), _to_undamped_time(duration, damping)
     centre = (fast + mass * slow) / (1.0 + mass)
     after = [
         centre - restitution * (fast - slow) * mass / (1.0 + mass),
@@ -88,31 +88,33 @@ def _damped_pair() -> Staged:
         (start + before * when + speed * (end - when), speed * left)
         for start, before, speed in zip(starts, (fast, slow), after, strict=True)
     ]
-    discs = [disc(starts[0], fast, radius), disc(starts[1], slow, radius, mass)]
-    scene = scene_of(discs, restitution=restitution, damping_per_s=damping, duration_s=duration)
-    hit = impact(_clock_s(when, damping), 0, 1, after[0] * kept, after[1] * kept)
-    return answered(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
+    discs = [build_disc(starts[0], fast, radius), build_disc(starts[1], slow, radius, mass)]
+    scene = build_scene(discs, restitution=restitution, damping_per_s=damping, duration_s=duration)
+    hit = build_impact(_to_clock_time(when, damping), 0, 1, after[0] * kept, after[1] * kept)
+    return build_staged(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
 
 
 def _damped_slide() -> Staged:
     """A damped disc that spins slides through its impact on a floor; its spin decays like its velocity."""
     (u, v), spin, friction, restitution, damping, duration = (3.0, -2.0), 4.0, 0.1, 0.5, 0.5, 1.2
     height = 1.6  # height of a disc of radius 1 and inertia factor 1/2
-    when, end = (height - 1.0) / -v, _undamped_s(duration, damping)
+    when, end = (height - 1.0) / -v, _to_undamped_time(duration, damping)
     pushed = (1.0 + restitution) * -v
     # The rim moves to the right, so the floor's friction acts to the left on the centre, and against the spin.
     u_after, v_after, spin_after = u - friction * pushed, -restitution * v, spin - 2.0 * friction * pushed
     kept, left = 1.0 - damping * when, math.exp(-damping * duration)
-    scene = scene_of(
-        [disc(complex(0.0, height), complex(u, v), 1.0, spin_rad_s=spin)],
+    scene = build_scene(
+        [build_disc(complex(0.0, height), complex(u, v), 1.0, spin_rad_s=spin)],
         walls=[FLOOR],
         wall_restitution=restitution,
         wall_friction=friction,
         damping_per_s=damping,
         duration_s=duration,
     )
-    hit = impact(_clock_s(when, damping), 0, -1, complex(u_after * kept, v_after * kept), None, spin_after * kept)
+    hit = build_impact(
+        _to_clock_time(when, damping), 0, -1, complex(u_after * kept, v_after * kept), None, spin_after * kept
+    )
     source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding takes f (1 + e) w_n of v"
     place = complex(u * when + u_after * (end - when), 1.0 + v_after * (end - when))
     final = [(place, complex(u_after * left, v_after * left))]
-    return answered(scene, [hit], source, final=final, spins=(spin_after * left,))
+    return build_staged(scene, [hit], source, final=final, spins=(spin_after * left,))

@@ -10,23 +10,31 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_impact,
+    compute_after_wall,
+    to_vector,
+)
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.catalogue.groups.classics_walled import edges, in_a_room
+from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.model.scene import Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
 
 
-def _after(velocity: complex, drive: complex, normal: complex, restitution: float = 1.0) -> complex:
-    return drive + after_wall(velocity - drive, normal, restitution)
+def _compute_after(velocity: complex, drive: complex, normal: complex, restitution: float = 1.0) -> complex:
+    return drive + compute_after_wall(velocity - drive, normal, restitution)
 
 
 def _paddle() -> Staged:
     """A disc at 2 m/s meets a wall that approaches at 1 m/s, and returns at 4 m/s."""
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))
-    scene = scene_of([disc(3.5625, -2, 0.5)], walls=[wall], duration_s=2.0)
-    return answered(scene, [impact(3.0625 / 3, 0, -1, 4)], f"{_LAW}: 2 V - v")
+    scene = build_scene([build_disc(3.5625, -2, 0.5)], walls=[wall], duration_s=2.0)
+    return build_staged(scene, [build_impact(3.0625 / 3, 0, -1, 4)], f"{_LAW}: 2 V - v")
 
 
 def _racket() -> Staged:
@@ -36,18 +44,20 @@ def _racket() -> Staged:
     foot = 0.25j  # the disc's foot on the racket, when they meet
     start = foot + radius * normal - velocity * time
     ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
-    racket = edges(*ends, velocity_m_s=vector(drive))
-    scene = scene_of([disc(start, velocity, radius)], walls=[racket], wall_restitution=restitution, duration_s=1.25)
-    return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal, restitution))], _LAW)
+    racket = edges(*ends, velocity_m_s=to_vector(drive))
+    scene = build_scene(
+        [build_disc(start, velocity, radius)], walls=[racket], wall_restitution=restitution, duration_s=1.25
+    )
+    return build_staged(scene, [build_impact(time, 0, -1, _compute_after(velocity, drive, normal, restitution))], _LAW)
 
 
 def _swatter() -> Staged:
     """A swatter without thickness meets a disc at rest at 50 m/s, and must not pass through it."""
     radius, speed = 0.125, 50.0
     swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
-    scene = scene_of([disc(0.25j, 0, radius)], walls=[swatter], duration_s=0.5)
+    scene = build_scene([build_disc(0.25j, 0, radius)], walls=[swatter], duration_s=0.5)
     time = (10.0 - radius) / speed
-    return answered(scene, [impact(time, 0, -1, 2.0 * speed)], f"{_LAW}: 2 V")
+    return build_staged(scene, [build_impact(time, 0, -1, 2.0 * speed)], f"{_LAW}: 2 V")
 
 
 def _tip_of_a_racket() -> Staged:
@@ -55,10 +65,12 @@ def _tip_of_a_racket() -> Staged:
     drive, velocity, radius, time = 2j, -3, 0.25, 0.51
     normal = complex(0.8, 0.6)  # from the tip to the disc's centre
     tip = -drive * time  # at the origin when they meet
-    racket = edges(tip, tip - 1j, velocity_m_s=vector(drive))
+    racket = edges(tip, tip - 1j, velocity_m_s=to_vector(drive))
     start = radius * normal - velocity * time
-    scene = scene_of([disc(start, velocity, radius)], walls=[racket], duration_s=1.25)
-    return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal))], f"{_LAW}, from the tip to the disc")
+    scene = build_scene([build_disc(start, velocity, radius)], walls=[racket], duration_s=1.25)
+    return build_staged(
+        scene, [build_impact(time, 0, -1, _compute_after(velocity, drive, normal))], f"{_LAW}, from the tip to the disc"
+    )
 
 
 def _mallet() -> Staged:
@@ -67,13 +79,13 @@ def _mallet() -> Staged:
     normal = complex(0.6, -0.8)  # from puck to mallet
     puck = -velocity * time
     mallet = 2.0 * radius * normal - drive * time
-    discs = [disc(puck, velocity, radius), disc(mallet, drive, radius, math.inf, driven=True)]
-    scene = scene_of(discs, duration_s=2.0)
-    after, _ = after_impact(1.0, velocity, math.inf, drive, normal)
-    return answered(scene, [impact(time, 0, 1, after, drive)], f"{_LAW}, which is the line of centres")
+    discs = [build_disc(puck, velocity, radius), build_disc(mallet, drive, radius, math.inf, driven=True)]
+    scene = build_scene(discs, duration_s=2.0)
+    after, _ = compute_after_impact(1.0, velocity, math.inf, drive, normal)
+    return build_staged(scene, [build_impact(time, 0, 1, after, drive)], f"{_LAW}, which is the line of centres")
 
 
-def before_a_paddle(
+def stage_before_paddle(
     speed: Fraction, length: Fraction, legs: Sequence[tuple[Fraction, Fraction]], duration: Fraction, source: str
 ) -> Staged:
     """Stage a disc that begins a metre from a wall, and bounces between it and a paddle. All numbers are rational.
@@ -97,31 +109,31 @@ def before_a_paddle(
             place, paddle, time = place + speed * wait, paddle + drive * wait, time + wait
             if body:
                 speed = -speed if body == -1 else 2 * drive - speed
-                impacts.append(impact(float(time), 0, body, float(speed)))
+                impacts.append(build_impact(float(time), 0, body, float(speed)))
     path = [{"from_s": float(begin), "velocity_m_s": (float(drive), 0.0)} for begin, drive in legs]
     moves = {"legs": path} if len(path) > 1 else {"velocity_m_s": path[0]["velocity_m_s"]}
     walls = [
         Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
         Wall(point_m=(float(length), 0.0), normal=(-1.0, 0.0), **moves),
     ]
-    scene = scene_of([disc(1, float(start), 0.25)], walls=walls, duration_s=float(duration))
-    return answered(scene, impacts, source, final=[(float(place), float(speed))])
+    scene = build_scene([build_disc(1, float(start), 0.25)], walls=walls, duration_s=float(duration))
+    return build_staged(scene, impacts, source, final=[(float(place), float(speed))])
 
 
-def _in_a_cylinder(drive: Fraction, duration: Fraction) -> Staged:
+def _stage_in_cylinder(drive: Fraction, duration: Fraction) -> Staged:
     """Stage a disc between a wall and a piston. The disc begins in the middle, at 1 m/s towards the wall."""
     source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); the times by rational recurrence"
-    return before_a_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
+    return stage_before_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 
 
 def _piston() -> Staged:
     """A piston pushes a disc towards a wall: the disc gets faster at each of a dozen impacts on the piston."""
-    return _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
+    return _stage_in_cylinder(Fraction(-1, 2), Fraction(93, 32))
 
 
 def _crush() -> Staged:
     """After 3 s a gap between piston and wall is too small for a disc, which has infinitely many impacts before."""
-    pressed = _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
+    pressed = _stage_in_cylinder(Fraction(-1, 2), Fraction(93, 32))
     source = (
         "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so that (v - U) times the room stays the same; "
         "1.5 m of room are used up at 0.5 m/s after 3 s"
@@ -132,22 +144,22 @@ def _crush() -> Staged:
 
 def _piston_that_recedes() -> Staged:
     """A piston recedes: each impact on it slows the disc down, until the disc can't catch up."""
-    return _in_a_cylinder(Fraction(1, 8), Fraction(64))
+    return _stage_in_cylinder(Fraction(1, 8), Fraction(64))
 
 
 def _moving_box() -> Staged:
     """A disc bounces in a moving box of four edges, as in a box at rest in the box's frame."""
     source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
-    return in_a_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
+    return stage_in_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
 
 
 def _lift() -> Staged:
     """A ball bounces on a floor that rises at a constant speed, as on a floor at rest in the floor's frame."""
-    return on_a_lift(1.5)
+    return stage_on_lift(1.5)
 
 
-def on_a_lift(rise: float) -> Staged:
+def stage_on_lift(rise: float) -> Staged:
     """Stage a ball that starts at rest, falls on a floor that moves upwards, and bounces three times."""
     pull, speed, radius, restitution = 8.0, 5.0, 0.5, 0.5
     height = 0.5 * speed**2 / pull  # seen from the floor, the ball begins at this height with a speed of -rise
@@ -155,43 +167,45 @@ def on_a_lift(rise: float) -> Staged:
     impacts, time, leaving = [], (lands - rise) / pull, restitution * lands
     count = 3
     for _ in range(count):
-        impacts.append(impact(time, 0, -1, complex(0.0, rise + leaving)))
+        impacts.append(build_impact(time, 0, -1, complex(0.0, rise + leaving)))
         hop, leaving = 2.0 * leaving / pull, restitution * leaving
         time += hop
     duration = time - hop / 2.0  # the scene ends at the top of the last hop
     top = 0.5 * (leaving / restitution) ** 2 / pull
     end = complex(0.0, radius + rise * duration + top), complex(0.0, rise)
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, rise))
-    discs = [disc(complex(0.0, radius + height), 0, radius)]
-    scene = scene_of(discs, walls=[floor], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=duration)
-    return answered(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])
+    discs = [build_disc(complex(0.0, radius + height), 0, radius)]
+    scene = build_scene(
+        discs, walls=[floor], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=duration
+    )
+    return build_staged(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])
 
 
 def _start_at_a_touch() -> Staged:
     """A wall at rest that touches a disc starts to move, and strikes the disc at that instant."""
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
-    scene = scene_of([disc(0.25, 0, 0.25)], walls=[wall], duration_s=2.0)
-    return answered(scene, [impact(0.75, 0, -1, 3)], f"{_LAW}: 2 V, when the wall starts")
+    scene = build_scene([build_disc(0.25, 0, 0.25)], walls=[wall], duration_s=2.0)
+    return build_staged(scene, [build_impact(0.75, 0, -1, 3)], f"{_LAW}: 2 V, when the wall starts")
 
 
 def _paddle_to_and_fro() -> Staged:
     """A paddle advances, stops and recedes while a disc bounces between it and a wall: it strikes at three speeds."""
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
     source = f"{_LAW}, leg by leg; the times by rational recurrence"
-    return before_a_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
+    return stage_before_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
 
 
 def _fast_cup() -> Staged:
     """A ball starts at rest inside a cup that flies at 20 m/s: the cup pushes the ball, which never leaves it."""
     radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
     cup = edges(2j, 0 - 1j, width - 1j, width + 2j, velocity_m_s=(drive, 0.0))
-    scene = scene_of([disc(place, 0, radius)], walls=[cup], duration_s=0.4)
+    scene = build_scene([build_disc(place, 0, radius)], walls=[cup], duration_s=0.4)
     time, impacts, speed = (place - radius) / drive, list[KnownImpact](), 2.0 * drive
     while time < scene.duration_s:
-        impacts.append(impact(time, 0, -1, speed))
+        impacts.append(build_impact(time, 0, -1, speed))
         time, speed = time + (width - 2.0 * radius) / drive, 2.0 * drive - speed
-    return answered(scene, impacts, "Galileo: as in a cup at rest, in which the ball comes at -V")
+    return build_staged(scene, impacts, "Galileo: as in a cup at rest, in which the ball comes at -V")
 
 
 def _conveyor() -> Staged:
@@ -205,11 +219,11 @@ def _conveyor() -> Staged:
 def on_a_moving_surface(floor: Wall, speed: float, friction: float, source: str) -> Staged:
     """Stage a ball that comes straight down on a rough floor, whose surface moves at a speed to the right."""
     radius, down, time, k = 0.25, 2.0, 0.5, 0.5
-    ball = disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
-    scene = scene_of([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
+    ball = build_disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
+    scene = build_scene([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
     # If friction is strong enough, it ends the slip, and 1/(1 + 1/k) of the slip becomes velocity. Otherwise its
     # impulse is at the limit.
     change = math.copysign(min(abs(speed) / (1.0 + 1.0 / k), friction * 2.0 * down), speed)
     after, spin = complex(change, down), change / k / radius
     end = complex(0.0, radius) + after * time, after
-    return answered(scene, [impact(time, 0, -1, after, None, spin)], source, final=[end], spins=(spin,))
+    return build_staged(scene, [build_impact(time, 0, -1, after, None, spin)], source, final=[end], spins=(spin,))

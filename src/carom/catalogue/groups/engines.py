@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import after_wall, answered, disc, impact, meeting, scene_of
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_wall,
+    stage_meeting,
+)
 from carom.catalogue.entry import Staged
-from carom.catalogue.groups.classics_many_discs import boxed_gas
-from carom.catalogue.groups.classics_walled import box_walls
+from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
+from carom.catalogue.groups.classics_walled import build_box_walls
 
 
 def _slow_pair() -> Staged:
     """A disc at .9 m/s meets an equal one at rest: some engines make impacts inelastic at such low speeds."""
-    return meeting((0.9, 0), (0.25, 0.25), time_s=0.51, duration_s=1.5)
+    return stage_meeting((0.9, 0), (0.25, 0.25), time_s=0.51, duration_s=1.5)
 
 
 def _slow_wall() -> Staged:
@@ -20,56 +27,56 @@ def _slow_wall() -> Staged:
     radius, time, velocity = 0.25, 0.51, 0.9 + 0j
     side = 4.0
     start = complex(side - radius, side / 2) - velocity * time
-    scene = scene_of([disc(start, velocity, radius)], walls=box_walls(side, side), duration_s=1.5)
+    scene = build_scene([build_disc(start, velocity, radius)], walls=build_box_walls(side, side), duration_s=1.5)
     (wall,) = (k for k, one in enumerate(scene.half_planes()) if complex(*one.normal) == -1)
-    after = after_wall(velocity, -1)
-    return answered(scene, [impact(time, 0, -1 - wall, after)], "The velocity along the normal is reversed")
+    after = compute_after_wall(velocity, -1)
+    return build_staged(scene, [build_impact(time, 0, -1 - wall, after)], "The velocity along the normal is reversed")
 
 
 def _crawl() -> Staged:
     """Two discs approach at .08 m/s: some springs and thresholds of engines only act at such low speeds."""
-    return meeting((0.04, -0.04), (0.25, 0.25), time_s=1.01, duration_s=3.0)
+    return stage_meeting((0.04, -0.04), (0.25, 0.25), time_s=1.01, duration_s=3.0)
 
 
 def _near_miss() -> Staged:
     """A disc passes another at a distance of 1 mm: engines whose contacts act before bodies touch deflect it."""
     radius, speed, nearest, gap = 0.25, 3.0, 0.6, 0.001
-    discs = [disc(-speed * nearest, speed, radius), disc(complex(0, 2 * radius + gap), 0, radius)]
-    scene = scene_of(discs, duration_s=1.25)
-    return answered(scene, [], "The least distance of the centres exceeds the sum of the radii by the gap")
+    discs = [build_disc(-speed * nearest, speed, radius), build_disc(complex(0, 2 * radius + gap), 0, radius)]
+    scene = build_scene(discs, duration_s=1.25)
+    return build_staged(scene, [], "The least distance of the centres exceeds the sum of the radii by the gap")
 
 
 def _hard_bounce() -> Staged:
     """Large discs meet head-on at 200 m/s: they bounce too slowly in an engine that limits the speed of a bounce."""
-    return meeting((200, 0), (5.0, 5.0), time_s=0.51, duration_s=1.0)
+    return stage_meeting((200, 0), (5.0, 5.0), time_s=0.51, duration_s=1.0)
 
 
 def _flight() -> Staged:
     """A disc flies at 600 m/s and meets nothing: an engine with a speed limit slows it down without a warning."""
-    scene = scene_of([disc(0, 600, 0.5)], duration_s=0.5)
-    return answered(scene, [], "A body on which no force acts keeps its velocity")
+    scene = build_scene([build_disc(0, 600, 0.5)], duration_s=0.5)
+    return build_staged(scene, [], "A body on which no force acts keeps its velocity")
 
 
 def _bullet_at_fixed() -> Staged:
     """A disc of radius 5 cm at 100 m/s hits an immovable one: engines need continuous detection of fixed bodies."""
-    return meeting((100, 0), (0.05, 0.05), mass_kg=(1.0, math.inf), time_s=0.1241, duration_s=0.25)
+    return stage_meeting((100, 0), (0.05, 0.05), mass_kg=(1.0, math.inf), time_s=0.1241, duration_s=0.25)
 
 
 def _bullet_at_free() -> Staged:
     """A disc of radius 5 cm at 100 m/s hits a free one: continuous detection of some engines ignores free bodies."""
-    return meeting((100, 0), (0.05, 0.05), time_s=0.1241, duration_s=0.25)
+    return stage_meeting((100, 0), (0.05, 0.05), time_s=0.1241, duration_s=0.25)
 
 
 def _two_bullets() -> Staged:
     """Two discs of radius 5 cm meet head-on at 50 m/s each: in some engines they pass through each other."""
-    return meeting((50, -50), (0.05, 0.05), time_s=0.1241, duration_s=0.25)
+    return stage_meeting((50, -50), (0.05, 0.05), time_s=0.1241, duration_s=0.25)
 
 
 def _film() -> Staged:
     """A disc hits another obliquely at 20 m/s: at 24 steps per second its direction changes within or after a step."""
-    return meeting((20, 0), (0.25, 0.25), offset=0.6, time_s=0.41, duration_s=1.0, frame_rate_hz=24.0)
+    return stage_meeting((20, 0), (0.25, 0.25), offset=0.6, time_s=0.41, duration_s=1.0, frame_rate_hz=24.0)
 
 
 def _gas_of_25() -> Staged:
     """Twenty-five discs bounce in a box for 20 s: the scene shows how much energy an engine loses or gains."""
-    return boxed_gas(5, radius_m=0.2, pitch_m=1.0, speed=2.0, duration_s=20.0)
+    return stage_boxed_gas(5, radius_m=0.2, pitch_m=1.0, speed=2.0, duration_s=20.0)

@@ -8,16 +8,25 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import after_impact, answered, disc, dot, impact, normal_of_offset, scene_of, vector
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_impact,
+    compute_normal,
+    dot,
+    to_vector,
+)
 from carom.catalogue.entry import Staged
-from carom.catalogue.groups.classics_walled import FLOOR, box_walls
+from carom.catalogue.groups.classics_walled import FLOOR, build_box_walls
 from carom.model.scene import Wall
 
 #: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.
 FALL = complex(0.0, -9.80665)
 
 
-def _fallen(position: complex, velocity: complex, time_s: float, pull: complex = FALL) -> tuple[complex, complex]:
+def _compute_fall(position: complex, velocity: complex, time_s: float, pull: complex = FALL) -> tuple[complex, complex]:
     """Return position and velocity after this many seconds of free fall."""
     return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
 
@@ -25,12 +34,14 @@ def _fallen(position: complex, velocity: complex, time_s: float, pull: complex =
 def _free_fall() -> Staged:
     """A disc is thrown and meets nothing, so any error at the end comes from the integrator."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
-    scene = scene_of(discs=[disc(start, velocity, 0.15)], gravity_m_s2=vector(FALL), duration_s=duration)
-    final = [_fallen(start, velocity, duration)]
-    return answered(scene, [], "Galileo's parabola: x + v t + g t^2/2", final=final)
+    scene = build_scene(discs=[build_disc(start, velocity, 0.15)], gravity_m_s2=to_vector(FALL), duration_s=duration)
+    final = [_compute_fall(start, velocity, duration)]
+    return build_staged(scene, [], "Galileo's parabola: x + v t + g t^2/2", final=final)
 
 
-def _hops(first_s: float, speed: float, pull: float, restitution: float, end_s: float) -> list[tuple[float, float]]:
+def _compute_hops(
+    first_s: float, speed: float, pull: float, restitution: float, end_s: float
+) -> list[tuple[float, float]]:
     """Return time and speed after each bounce until `end_s`, the first at `first_s` with `speed` before it.
 
     A body that leaves at u comes back after 2 u / pull, so the n-th bounce is at first + 2 v (e + ... + e^n) / pull.
@@ -46,31 +57,31 @@ def _hops(first_s: float, speed: float, pull: float, restitution: float, end_s: 
         bounces.append((time, speed * restitution**n))
 
 
-def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
+def _stage_bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     """Stage a disc that is dropped on a level floor with a constant sideways velocity."""
     radius, drift = 0.2, 0.4
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
-    discs = [disc(complex(0, height + radius), drift, radius)]
-    scene = scene_of(
-        discs, walls=[FLOOR], wall_restitution=restitution, gravity_m_s2=vector(FALL), duration_s=duration_s
+    discs = [build_disc(complex(0, height + radius), drift, radius)]
+    scene = build_scene(
+        discs, walls=[FLOOR], wall_restitution=restitution, gravity_m_s2=to_vector(FALL), duration_s=duration_s
     )
-    bounces = _hops(first, speed, pull, restitution, duration_s)
+    bounces = _compute_hops(first, speed, pull, restitution, duration_s)
     last, leaving = bounces[-1]
-    final = _fallen(complex(drift * last, radius), complex(drift, leaving), duration_s - last)
+    final = _compute_fall(complex(drift * last, radius), complex(drift, leaving), duration_s - last)
     source = "A body thrown up at u comes back after 2 u / g: first impact + 2 v (e + ... + e^n) / g"
-    return answered(scene, [impact(t, 0, -1, complex(drift, u)) for t, u in bounces], source, final=[final])
+    return build_staged(scene, [build_impact(t, 0, -1, complex(drift, u)) for t, u in bounces], source, final=[final])
 
 
 def _bouncing_ball() -> Staged:
     """An elastic ball falls on the floor and bounces to the same height, for ever."""
-    return _bouncing(0.5, 1.0, 2.75)
+    return _stage_bouncing(0.5, 1.0, 2.75)
 
 
 def _ladder() -> Staged:
     """A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest."""
     # The fall takes .267 s, and all of the infinitely many bounces would be over at 9 times that.
-    return _bouncing(0.35, 0.8, 1.93)
+    return _stage_bouncing(0.35, 0.8, 1.93)
 
 
 def _box() -> Staged:
@@ -78,10 +89,10 @@ def _box() -> Staged:
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
     start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the region of the centre
     pull = abs(FALL)
-    discs = [disc(start + complex(radius, radius), velocity, radius)]
-    scene = scene_of(discs, walls=box_walls(width, height), gravity_m_s2=vector(FALL), duration_s=duration)
+    discs = [build_disc(start + complex(radius, radius), velocity, radius)]
+    scene = build_scene(discs, walls=build_box_walls(width, height), gravity_m_s2=to_vector(FALL), duration_s=duration)
     landing = math.sqrt(velocity.imag**2 + 2 * pull * start.imag)
-    floor = _hops((velocity.imag + landing) / pull, landing, pull, 1.0, duration)
+    floor = _compute_hops((velocity.imag + landing) / pull, landing, pull, 1.0, duration)
     length = width - 2 * radius
     sides = [
         ((n * length - start.real) / velocity.real, n)
@@ -94,33 +105,33 @@ def _box() -> Staged:
             across = -across
             earlier = [t for t, _ in floor if t < time]
             up = landing - pull * (time - earlier[-1]) if earlier else velocity.imag - pull * time
-            impacts.append(impact(time, 0, -2 if n % 2 else -1, complex(across, up)))
+            impacts.append(build_impact(time, 0, -2 if n % 2 else -1, complex(across, up)))
         else:
-            impacts.append(impact(time, 0, -3, complex(across, landing)))
+            impacts.append(build_impact(time, 0, -3, complex(across, landing)))
     unfolded = (start.real + velocity.real * duration) / length
     folded = abs(unfolded - 2 * round(unfolded / 2)) * length
     last = floor[-1][0]
-    end, speed = _fallen(folded, complex(across, landing), duration - last)
+    end, speed = _compute_fall(folded, complex(across, landing), duration - last)
     final = (complex(folded, end.imag) + complex(radius, radius), speed)
     source = "Sideways, gravity has no effect and the box unfolds; up and down, each hop lasts 2 u / g"
-    return answered(scene, impacts, source, final=[final])
+    return build_staged(scene, impacts, source, final=[final])
 
 
 def _falling_pair() -> Staged:
     """Two discs collide while they fall, as they would without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
     v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, in the falling frame
-    normal = normal_of_offset(v1 - v2, 0.35)
+    normal = compute_normal(v1 - v2, 0.35)
     where = 0.4 + 2.2j
     p1, p2 = where - r1 * normal, where + r2 * normal
-    after1, after2 = after_impact(m1, v1, m2, v2, normal, e)
-    discs = [disc(p1 - v1 * time, v1, r1, m1), disc(p2 - v2 * time, v2, r2, m2)]
-    scene = scene_of(discs, restitution=e, gravity_m_s2=vector(FALL), duration_s=duration)
+    after1, after2 = compute_after_impact(m1, v1, m2, v2, normal, e)
+    discs = [build_disc(p1 - v1 * time, v1, r1, m1), build_disc(p2 - v2 * time, v2, r2, m2)]
+    scene = build_scene(discs, restitution=e, gravity_m_s2=to_vector(FALL), duration_s=duration)
     gained, rest = FALL * time, duration - time
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
     source = "In the falling frame there is no gravity: g t and g t^2/2 are added to the impact without it"
-    return answered(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
+    return build_staged(scene, [build_impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
 
 
 def _incline() -> Staged:
@@ -130,16 +141,16 @@ def _incline() -> Staged:
     along = -1j * normal
     pull, slide = -dot(FALL, normal), dot(FALL, along)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
-    discs = [disc((height + radius) * normal, 0, radius)]
-    walls = [Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))]
-    scene = scene_of(discs, walls=walls, wall_restitution=e, gravity_m_s2=vector(FALL), duration_s=duration)
-    bounces = _hops(first, speed, pull, e, duration)
+    discs = [build_disc((height + radius) * normal, 0, radius)]
+    walls = [Wall(point_m=to_vector(-3 * along), normal=(3.0, 4.0))]
+    scene = build_scene(discs, walls=walls, wall_restitution=e, gravity_m_s2=to_vector(FALL), duration_s=duration)
+    bounces = _compute_hops(first, speed, pull, e, duration)
     last, leaving = bounces[-1]
-    up, falling = _fallen(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
+    up, falling = _compute_fall(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
     final = (up.imag * normal + slide * duration**2 / 2 * along, falling.imag * normal + slide * duration * along)
     source = (
         "Across the slope the ball bounces with g cos(slope); along it, it slides with g sin(slope), despite bounces"
     )
-    return answered(
-        scene, [impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], source, final=[final]
+    return build_staged(
+        scene, [build_impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], source, final=[final]
     )

@@ -9,7 +9,15 @@ from __future__ import annotations
 
 from functools import partial
 
-from carom.catalogue.closed_forms import after_impact, answered, disc, impact, meeting, normal_of_offset, scene_of
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_impact,
+    compute_normal,
+    stage_meeting,
+)
 from carom.catalogue.entry import Staged
 
 _FILM_HZ = 24.0
@@ -19,7 +27,7 @@ _BACKWARDS = (
     "velocities from conservation of momentum and energy along the normal"
 )
 
-_seen = partial(meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWARDS)
+_seen = partial(stage_meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWARDS)
 
 
 def _missed() -> Staged:
@@ -40,35 +48,35 @@ def _wrong_direction() -> Staged:
     radius, heavy = 0.3, 4.0
     green, blue = 7, -1 + 0j
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ
-    normal_1 = normal_of_offset(green - blue, -0.2)
-    green_after, blue_between = after_impact(1.0, green, 1.0, blue, normal_1)
+    normal_1 = compute_normal(green - blue, -0.2)
+    green_after, blue_between = compute_after_impact(1.0, green, 1.0, blue, normal_1)
     # Blue is struck at the origin, and arrives at red.
-    normal_2 = normal_of_offset(blue_between, 0.3)
-    blue_after, red_after = after_impact(1.0, blue_between, heavy, 0, normal_2)
+    normal_2 = compute_normal(blue_between, 0.3)
+    blue_after, red_after = compute_after_impact(1.0, blue_between, heavy, 0, normal_2)
     red = blue_between * (time_2 - time_1) + 2 * radius * normal_2
     discs = [
-        disc(-2 * radius * normal_1 - green * time_1, green, radius),
-        disc(-blue * time_1, blue, radius),
-        disc(red, 0, radius, heavy),
+        build_disc(-2 * radius * normal_1 - green * time_1, green, radius),
+        build_disc(-blue * time_1, blue, radius),
+        build_disc(red, 0, radius, heavy),
     ]
-    scene = scene_of(discs, duration_s=1.25, frame_rate_hz=_FILM_HZ)
-    impacts = [impact(time_1, 0, 1, green_after, blue_between), impact(time_2, 1, 2, blue_after, red_after)]
-    return answered(scene, impacts, _BACKWARDS)
+    scene = build_scene(discs, duration_s=1.25, frame_rate_hz=_FILM_HZ)
+    impacts = [build_impact(time_1, 0, 1, green_after, blue_between), build_impact(time_2, 1, 2, blue_after, red_after)]
+    return build_staged(scene, impacts, _BACKWARDS)
 
 
 def _multiple() -> Staged:
     """A heavy disc clips four light ones within one frame: PIT finds only some of the impacts (figures 8 and 9)."""
     heavy, radius, small = 8.0, 0.35, 0.12
     velocity, centre, time = 14 + 0j, 0j, 8.1 / _FILM_HZ
-    discs = [disc(-velocity * time, velocity, radius, heavy)]
+    discs = [build_disc(-velocity * time, velocity, radius, heavy)]
     impacts = []
     for struck, side in enumerate((1, -1, 1, -1), start=1):
-        normal = normal_of_offset(velocity, 0.85 * side)
-        discs.append(disc(centre + (radius + small) * normal, 0, small))
-        velocity, struck_after = after_impact(heavy, velocity, 1.0, 0, normal)
-        impacts.append(impact(time, 0, struck, velocity, struck_after))
+        normal = compute_normal(velocity, 0.85 * side)
+        discs.append(build_disc(centre + (radius + small) * normal, 0, small))
+        velocity, struck_after = compute_after_impact(heavy, velocity, 1.0, 0, normal)
+        impacts.append(build_impact(time, 0, struck, velocity, struck_after))
         # Four impacts at .10, .38, .66 and .94 of one frame.
         centre += velocity * (0.28 / _FILM_HZ)
         time += 0.28 / _FILM_HZ
-    scene = scene_of(discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
-    return answered(scene, impacts, _BACKWARDS)
+    scene = build_scene(discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
+    return build_staged(scene, impacts, _BACKWARDS)

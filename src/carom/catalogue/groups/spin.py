@@ -11,7 +11,7 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from carom.catalogue.closed_forms import scene_of
+from carom.catalogue.closed_forms import build_scene
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Disc, Wall
@@ -28,48 +28,48 @@ _FIRST_S = 0.42
 _GRIP = 10.0
 
 
-def _disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **fields: Any) -> Disc:
+def _build_disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **fields: Any) -> Disc:
     """Return a disc that moves straight and reaches a position at a time."""
     start = (contact[0] - velocity[0] * time_s, contact[1] - velocity[1] * time_s)
     return Disc(position_m=start, velocity_m_s=velocity, radius_m=1.0, **fields)
 
 
-def _on_floor(
+def _stage_on_floor(
     velocity: Vector, after: Vector, spin_after: Fraction | float, source: str, inertia: float = 0.5, **fields: Any
 ) -> Staged:
     """Stage a disc that hits a level floor once."""
-    scene = scene_of(
-        discs=[_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[FLOOR], duration_s=1.0, **fields
+    scene = build_scene(
+        discs=[_build_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[FLOOR], duration_s=1.0, **fields
     )
     spin = float(spin_after)
     hit = KnownImpact(_FIRST_S, 0, -1, after, spin_first_after=spin)
     return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
 
 
-def _two(
+def _stage_two_discs(
     normal: Vector, velocity: Vector, spin: float, after: tuple[Vector, Vector], spins_after: Vector, **fields: Any
 ) -> Staged:
     """Stage a spinning disc that hits another disc at rest."""
-    first = _disc((0.0, 0.0), velocity, spin_rad_s=spin)
+    first = _build_disc((0.0, 0.0), velocity, spin_rad_s=spin)
     second = Disc(position_m=(2.0 * normal[0], 2.0 * normal[1]), radius_m=1.0)
-    scene = scene_of(discs=[first, second], duration_s=1.0, **fields)
+    scene = build_scene(discs=[first, second], duration_s=1.0, **fields)
     hit = KnownImpact(_FIRST_S, 0, 1, *after, *spins_after)
     return Staged(scene, KnownAnswer(_ALCIATORE, (hit,), 1, after, final_spin_rad_s=spins_after))
 
 
 def _grip() -> Staged:
     """A disc that does not spin hits a floor so rough that it leaves rolling."""
-    return _on_floor((3.0, -4.0), (2.0, 2.0), -2.0, _CROSS, wall_friction=2.0, wall_restitution=0.5)
+    return _stage_on_floor((3.0, -4.0), (2.0, 2.0), -2.0, _CROSS, wall_friction=2.0, wall_restitution=0.5)
 
 
 def _slide() -> Staged:
     """A disc slides through its impact on a floor: friction is a tenth of the push, and turns the disc a little."""
-    return _on_floor((3.0, -2.0), (2.7, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
+    return _stage_on_floor((3.0, -2.0), (2.7, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
 def _edge() -> Staged:
     """A disc hits a floor exactly at the limit between sticking and sliding, where both have the same result."""
-    return _on_floor((0.9, -2.0), (0.6, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
+    return _stage_on_floor((0.9, -2.0), (0.6, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
 _LEMBCKE = "S. Lembcke, Chipmunk forum, 24 October 2016, on a striker of carom that can't turn: f (1 + e) w_n at most"
@@ -78,42 +78,42 @@ _LEMBCKE = "S. Lembcke, Chipmunk forum, 24 October 2016, on a striker of carom t
 def _striker_stick() -> Staged:
     """A striker that can't turn is held by the cushion's friction, and loses its speed along the cushion."""
     fields = {"wall_friction": 0.6, "wall_restitution": 0.9}
-    return _on_floor((10.0, -10.0), (0.0, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
+    return _stage_on_floor((10.0, -10.0), (0.0, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
 
 def _striker_slide() -> Staged:
     """A striker that can't turn slides along the cushion, and keeps 4.3 of 10 m/s."""
     fields = {"wall_friction": 0.3, "wall_restitution": 0.9}
-    return _on_floor((10.0, -10.0), (4.3, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
+    return _stage_on_floor((10.0, -10.0), (4.3, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
 
 def _throw_slide() -> Staged:
     """In a cut shot with little friction, the object disc leaves 2.86 degrees off the line of centres."""
     after = ((42 / 25, -56 / 25), (83 / 25, 56 / 25))
-    return _two((0.8, 0.6), (5.0, 0.0), 0.0, after, (0.4, 0.4), friction=0.05)
+    return _stage_two_discs((0.8, 0.6), (5.0, 0.0), 0.0, after, (0.4, 0.4), friction=0.05)
 
 
 def _throw_stick() -> Staged:
     """In a cut shot with much friction the discs stick. The object disc leaves 7.13 degrees off the line of centres."""
-    return _two((0.8, 0.6), (5.0, 0.0), 0.0, ((1.5, -2.0), (3.5, 2.0)), (1.0, 1.0), friction=1.0)
+    return _stage_two_discs((0.8, 0.6), (5.0, 0.0), 0.0, ((1.5, -2.0), (3.5, 2.0)), (1.0, 1.0), friction=1.0)
 
 
 def _gearing() -> Staged:
     """In a cut shot the discs roll on each other because of their spin, so friction of any size has no effect."""
-    return _two((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
+    return _stage_two_discs((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
 
 
 def _english_stick() -> Staged:
     """A spinning disc hits another head-on: the discs grip each other, and the other is thrown aside."""
-    return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -1.0), (2.0, 1.0)), (4.0, -2.0), friction=10.0)
+    return _stage_two_discs((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -1.0), (2.0, 1.0)), (4.0, -2.0), friction=10.0)
 
 
 def _english_slide() -> Staged:
     """A spinning disc hits another head-on: the discs slide past each other, and the other is thrown aside a little."""
-    return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -0.2), (2.0, 0.2)), (5.6, -0.4), friction=0.1)
+    return _stage_two_discs((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -0.2), (2.0, 0.2)), (5.6, -0.4), friction=0.1)
 
 
-def _between_plates(
+def _stage_between_plates(
     states: list[tuple[float, float]], along: float, across: float, gap: float, source: str, **fields: Any
 ) -> Staged:
     """Stage a disc between two elastic plates, from its speed along them and its spin after each impact."""
@@ -121,7 +121,7 @@ def _between_plates(
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
     start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)
     first_s = gap / 2 / across
-    scene = scene_of(
+    scene = build_scene(
         discs=[start], walls=walls, wall_friction=_GRIP, duration_s=first_s + (len(states) - 0.5) * flight, **fields
     )
     impacts, x, now, speed = [], 0.0, 0.0, along
@@ -141,14 +141,14 @@ def _plates() -> Staged:
     """A disc bounces between two rough plates: at every bounce its speed along them falls to a third."""
     states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
     source = f"{_CROSS}; rolling on one plate meets the other at twice the slip, so v' = v (1 - k)/(1 + k)"
-    return _between_plates(states, 3.0, 2.0, 0.937, source)
+    return _stage_between_plates(states, 3.0, 2.0, 0.937, source)
 
 
 def _bounce_to_roll() -> Staged:
     """A disc thrown along a floor slides at three bounces, grips at the fourth, and finally rolls on the floor."""
     pull, drop = 2.0, 0.25  # the impact speed is 1, after half a second; later flights take 1/2, 1/4, ... of a second
     disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
-    scene = scene_of(
+    scene = build_scene(
         discs=[disc], walls=[FLOOR], wall_friction=0.25, wall_restitution=0.5, gravity_m_s2=(0.0, -pull), duration_s=2.0
     )
     along = [Fraction(13, 8), Fraction(23, 16), Fraction(43, 32), *[Fraction(4, 3)] * 5]
@@ -161,7 +161,7 @@ def _bounce_to_roll() -> Staged:
     return Staged(scene, KnownAnswer(source, tuple(impacts), None, ((4 / 3, 0.0),), final_spin_rad_s=(-4 / 3,)))
 
 
-def _superball(states: int) -> list[tuple[float, float]]:
+def _compute_superball_states(states: int) -> list[tuple[float, float]]:
     """Return (v, w) of a superball thrown at speed 1 under a table, after each of its impacts."""
     v, w = Fraction(1), Fraction(0)
     found = []
@@ -174,14 +174,14 @@ def _superball(states: int) -> list[tuple[float, float]]:
 
 def _superball_table() -> Staged:
     """A superball is thrown under a table. It bounces off floor, table and floor, and comes back to the hand."""
-    return _between_plates(_superball(3), 1.0, 2.0, 1.0, _GARWIN, wall_tangential_restitution=1.0)
+    return _stage_between_plates(_compute_superball_states(3), 1.0, 2.0, 1.0, _GARWIN, wall_tangential_restitution=1.0)
 
 
 def _superball_hop() -> Staged:
     """A superball with a spin of twice its speed hops to and fro between two spots for ever."""
     pull, drop, duration = 8.0, 1.0, 2.75  # the impact speed is 4, after half a second; a hop takes a second
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
-    scene = scene_of(
+    scene = build_scene(
         discs=[disc],
         walls=[FLOOR],
         wall_friction=_GRIP,
@@ -210,13 +210,13 @@ def _strip() -> Staged:
         "Broomhead & Gutkin, Physica D 67 (1993) 188: two plates turn (v, sqrt(k) R w) by the angle whose cosine is "
         "((1 - k)^2 - 4 k)/(1 + k)^2 = -7/9"
     )
-    return _between_plates(states, 1.0, 4.0, 0.02, source, wall_tangential_restitution=1.0)
+    return _stage_between_plates(states, 1.0, 4.0, 0.02, source, wall_tangential_restitution=1.0)
 
 
 def _corner() -> Staged:
     """A disc meets both walls of a right-angled corner at once: with friction their order decides the result."""
     walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
-    scene = scene_of(discs=[_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
+    scene = build_scene(discs=[_build_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
     # The side wall has the lower number, so it is first: it may take 1/4 of 6 from -2 m/s, and 2/3 are enough to roll.
     impacts = (
         KnownImpact(_FIRST_S, 0, -2, (3.0, -4 / 3), spin_first_after=-4 / 3),

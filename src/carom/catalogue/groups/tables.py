@@ -10,9 +10,18 @@ import cmath
 import math
 from collections.abc import Sequence
 
-from carom.catalogue.closed_forms import after_wall, answered, disc, impact, scene_of, unit, vector, wedge_impacts
-from carom.catalogue.entry import KnownAnswer, Staged, Tag, marked
-from carom.catalogue.groups.classics_walled import edges, in_a_room
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_wall,
+    compute_wedge_impacts,
+    to_vector,
+    unit,
+)
+from carom.catalogue.entry import KnownAnswer, Staged, Tag, add_tags
+from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.model.scene import Chain, Disc, Ring
 
 _LAW = "Newton's law: the velocity along the normal is reversed"
@@ -20,12 +29,14 @@ _BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
 _CHORDS = "Each chord of a circle subtends the same angle"
 
 
-def _stadium() -> Chain:
+def _build_stadium() -> Chain:
     """Return a stadium: straight sides of 4 m, and half circles of radius 2 m."""
     return edges(-2 - 2j, 2 - 2j, 2 + 2j, -2 + 2j, bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
 
 
-def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain | Ring, source: str) -> Staged:
+def _stage_around_polygon(
+    places: Sequence[complex], speed: float, radius: float, wall: Chain | Ring, source: str
+) -> Staged:
     """Stage a disc that moves along a polygon, from the middle of a side, and meets the wall at each corner.
 
     No equation is solved: at an impact the velocity takes the direction of the next side.
@@ -34,78 +45,82 @@ def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain 
     begin, duration = places[0] - sides[-1] / 2, abs(sides[-1]) / 2
     impacts = []
     for side in sides:
-        impacts.append(impact(duration / speed, 0, -1, speed * unit(side)))
+        impacts.append(build_impact(duration / speed, 0, -1, speed * unit(side)))
         duration += abs(side)
-    scene = scene_of([disc(begin, speed * unit(sides[-1]), radius)], walls=[wall], duration_s=duration / speed * 0.999)
-    return answered(scene, impacts, source)
+    scene = build_scene(
+        [build_disc(begin, speed * unit(sides[-1]), radius)], walls=[wall], duration_s=duration / speed * 0.999
+    )
+    return build_staged(scene, impacts, source)
 
 
 def _bullet() -> Staged:
     """A one-millimetre disc at a million metres a second meets a wall without thickness."""
-    scene = scene_of([disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4)
-    return answered(scene, [impact(9.999 / 1e6, 0, -1, -1e6)], f"{_LAW}; the path is 10 m less the radius")
+    scene = build_scene(
+        [build_disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4
+    )
+    return build_staged(scene, [build_impact(9.999 / 1e6, 0, -1, -1e6)], f"{_LAW}; the path is 10 m less the radius")
 
 
-def _end_of_a_wall(offset: float) -> Staged:
+def _stage_at_wall_end(offset: float) -> Staged:
     """Stage a disc that flies past the upper end of a wall, with its centre `offset` radii above the end."""
     radius, speed, time = 0.25, 3.0, 0.51
     normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # from the end to the centre
     start = complex(0.0, radius * offset) + radius * normal.real - speed * time
-    scene = scene_of([disc(start, speed, radius)], walls=[edges(-1j, 0)], duration_s=1.5)
+    scene = build_scene([build_disc(start, speed, radius)], walls=[edges(-1j, 0)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
-    hits = [impact(time, 0, -1, after)] if offset < 1.0 else []
-    return answered(scene, hits, "The normal is from the end to the centre: s off, (2 s^2 - 1, 2 s sqrt(1 - s^2))")
+    hits = [build_impact(time, 0, -1, after)] if offset < 1.0 else []
+    return build_staged(scene, hits, "The normal is from the end to the centre: s off, (2 s^2 - 1, 2 s sqrt(1 - s^2))")
 
 
 def _end_of_wall() -> Staged:
     """A disc meets the end of a thin wall off centre, and is deflected."""
-    return _end_of_a_wall(0.6)
+    return _stage_at_wall_end(0.6)
 
 
 def _end_grazed() -> Staged:
     """A disc meets the end of a thin wall with its outermost twentieth, and is deflected by 36 degrees."""
-    return _end_of_a_wall(0.95)
+    return _stage_at_wall_end(0.95)
 
 
 def _end_missed() -> Staged:
     """A disc flies past the end of a wall a billionth of a radius away: it meets nothing."""
-    return _end_of_a_wall(1.0 + 1e-9)
+    return _stage_at_wall_end(1.0 + 1e-9)
 
 
-def _corner(restitution: float) -> Staged:
+def _stage_in_corner(restitution: float) -> Staged:
     radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64  # all exact, so that both sides are met at one instant
-    discs = [disc(complex(radius, radius) - velocity * time, velocity, radius)]
-    scene = scene_of(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
-    once = after_wall(velocity, 1j, restitution)
-    impacts = [impact(time, 0, -1, once), impact(time, 0, -1, after_wall(once, 1, restitution))]
-    return answered(scene, impacts, f"{_LAW}: a right angle reverses a velocity, whichever side is first")
+    discs = [build_disc(complex(radius, radius) - velocity * time, velocity, radius)]
+    scene = build_scene(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
+    once = compute_after_wall(velocity, 1j, restitution)
+    impacts = [build_impact(time, 0, -1, once), build_impact(time, 0, -1, compute_after_wall(once, 1, restitution))]
+    return build_staged(scene, impacts, f"{_LAW}: a right angle reverses a velocity, whichever side is first")
 
 
 def _corner_at_once() -> Staged:
     """A disc meets both sides of a right-angled corner at one instant, and returns the way it came."""
-    return _corner(1.0)
+    return _stage_in_corner(1.0)
 
 
 def _corner_with_losses() -> Staged:
     """A disc meets both sides of a right-angled corner at one instant, and loses the same fraction of speed at both."""
-    return _corner(0.6)
+    return _stage_in_corner(0.6)
 
 
-def _wedge(degrees: float, start: complex, velocity: complex) -> Staged:
+def _stage_in_wedge(degrees: float, start: complex, velocity: complex) -> Staged:
     """Stage a disc in a wedge. Start and velocity are the centre's, in the wedge in which the centre moves."""
     angle, radius = math.radians(degrees), 0.125
     apex = radius * complex(1.0 / math.tan(angle / 2.0), 1.0)
     walls = [edges(64, 0, 64 * cmath.exp(1j * angle))]
-    hits = wedge_impacts(start, velocity, angle)
+    hits = compute_wedge_impacts(start, velocity, angle)
     duration = hits[-1].time_s * 1.1
-    scene = scene_of([disc(apex + start, velocity, radius)], walls=walls, duration_s=duration)
+    scene = build_scene([build_disc(apex + start, velocity, radius)], walls=walls, duration_s=duration)
     source = "Unfolding: reflect the wedge and not the path (Tabachnikov, Geometry and Billiards, 2005)"
-    return answered(scene, [impact(hit.time_s, 0, -1, hit.velocity) for hit in hits], source)
+    return build_staged(scene, [build_impact(hit.time_s, 0, -1, hit.velocity) for hit in hits], source)
 
 
 def _wedge_of_sixty() -> Staged:
     """A disc is thrown into a corner of 60 degrees: it has three impacts, and the order of the first two matters."""
-    return _wedge(60.0, 4 + 1j, -2 + 0.3j)
+    return _stage_in_wedge(60.0, 4 + 1j, -2 + 0.3j)
 
 
 def _corner_of_forty_five() -> Staged:
@@ -113,74 +128,76 @@ def _corner_of_forty_five() -> Staged:
     radius, velocity, time = 0.25, 1.5 * cmath.exp(-0.9j * math.pi), 0.75
     apex = radius * complex(1.0 + math.sqrt(2.0), 1.0)
     walls = [edges(8, 0, 8 + 8j)]
-    scene = scene_of([disc(apex - velocity * time, velocity, radius)], walls=walls, duration_s=2 * time)
+    scene = build_scene([build_disc(apex - velocity * time, velocity, radius)], walls=walls, duration_s=2 * time)
     source = (
         "Reflections in two lines at an angle of pi/n form a group with 2 n elements. For even n a disc leaves the "
         "apex in the direction from which it came, whichever side it meets first"
     )
-    end = (vector(apex - velocity * time),)
-    return Staged(scene, KnownAnswer(source, count=4, final_velocity_m_s=(vector(-velocity),), final_position_m=end))
+    end = (to_vector(apex - velocity * time),)
+    return Staged(scene, KnownAnswer(source, count=4, final_velocity_m_s=(to_vector(-velocity),), final_position_m=end))
 
 
 def _wedge_of_twelve() -> Staged:
     """A disc is thrown into a corner of 12 degrees, and comes out after fifteen impacts, which are 180/12."""
-    return _wedge(12.0, 5 + 0.4j, -2 + 0.2j)
+    return _stage_in_wedge(12.0, 5 + 0.4j, -2 + 0.2j)
 
 
 def _star() -> Staged:
     """A disc in a circular container draws a five-pointed star for ever."""
     rho, radius = 1.0, 0.25
     places = [rho * cmath.exp(1j * math.tau * 2 * k / 5) for k in range(5)]
-    return _around(places, 1.5, radius, Ring(centre_m=(0, 0), radius_m=rho + radius), _CHORDS)
+    return _stage_around_polygon(places, 1.5, radius, Ring(centre_m=(0, 0), radius_m=rho + radius), _CHORDS)
 
 
 def _whispering_gallery() -> Staged:
     """A disc meets a circular wall at a thousandth of a radian, so it has a hundred impacts within 12 degrees."""
     rho, radius, delta, count = 1.0, 0.25, 1e-3, 100
     velocity, chord = cmath.exp(1j * (math.pi / 2.0 + delta)), 2.0 * rho * math.sin(delta)
-    scene = scene_of(
+    scene = build_scene(
         [Disc(position_m=(rho, 0.0), velocity_m_s=(-math.sin(delta), math.cos(delta)), radius_m=radius)],
         walls=[Ring(centre_m=(0, 0), radius_m=rho + radius)],
         duration_s=(count + 0.5) * chord,
         frame_rate_hz=3000.0,  # six frames for each impact
     )
-    impacts = [impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
-    return answered(scene, impacts, f"{_CHORDS}: 2 rho sin(delta) for each impact")
+    impacts = [build_impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
+    return build_staged(scene, impacts, f"{_CHORDS}: 2 rho sin(delta) for each impact")
 
 
 def _stadium_across() -> Staged:
     """A disc bounces between the straight sides of a stadium."""
-    return _to_and_fro(0.5, 1j, 1.5)
+    return _stage_to_and_fro(0.5, 1j, 1.5)
 
 
 def _stadium_along() -> Staged:
     """A disc bounces along the axis of a stadium, between the middles of its arcs."""
-    return _to_and_fro(0, 1, 3.5)
+    return _stage_to_and_fro(0, 1, 3.5)
 
 
-def _to_and_fro(start: complex, velocity: complex, way: float) -> Staged:
+def _stage_to_and_fro(start: complex, velocity: complex, way: float) -> Staged:
     count = 8
-    scene = scene_of([disc(start, velocity, 0.5)], walls=[_stadium()], duration_s=way * (2 * count))
-    impacts = [impact(way * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
-    return answered(scene, impacts, f"{_BUNIMOVICH}; the distance between two walls, over the speed")
+    scene = build_scene([build_disc(start, velocity, 0.5)], walls=[_build_stadium()], duration_s=way * (2 * count))
+    impacts = [build_impact(way * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
+    return build_staged(scene, impacts, f"{_BUNIMOVICH}; the distance between two walls, over the speed")
 
 
-@marked(Tag.UNSTABLE)
+@add_tags(Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
     """A disc moves along a rhombus in a stadium: each impact on an arc makes an error along the arc larger."""
-    return _around([-1.5j, 3.5, 1.5j, -3.5], 1.25, 0.5, _stadium(), _BUNIMOVICH)
+    return _stage_around_polygon([-1.5j, 3.5, 1.5j, -3.5], 1.25, 0.5, _build_stadium(), _BUNIMOVICH)
 
 
-@marked(Tag.UNSTABLE)
+@add_tags(Tag.UNSTABLE)
 def _two_posts() -> Staged:
     """A disc bounces between two round posts, which deflect it more at each impact if it is off their axis."""
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
-    scene = scene_of([disc(0, 1, 0.25)], walls=posts, duration_s=24.0)
-    impacts = [impact(2.0 + 4.0 * k, 0, -1 - k % 2, complex(-((-1) ** k))) for k in range(6)]
-    return answered(scene, impacts, "Sinai, Russ. Math. Surv. 25 (1970) 137; the distance of two walls, over the speed")
+    scene = build_scene([build_disc(0, 1, 0.25)], walls=posts, duration_s=24.0)
+    impacts = [build_impact(2.0 + 4.0 * k, 0, -1 - k % 2, complex(-((-1) ** k))) for k in range(6)]
+    return build_staged(
+        scene, impacts, "Sinai, Russ. Math. Surv. 25 (1970) 137; the distance of two walls, over the speed"
+    )
 
 
-@marked(Tag.UNSTABLE)
+@add_tags(Tag.UNSTABLE)
 def _three_posts() -> Staged:
     """A disc moves along a triangle of three round posts, six radii apart: an error grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
@@ -188,17 +205,17 @@ def _three_posts() -> Staged:
     side = 6.0 - math.sqrt(3.0)
     begin, way = (places[0] + places[1]) / 2, unit(places[1] - places[0])
     turn = cmath.exp(2j * math.pi / 3)
-    impacts = [impact(side * (k + 0.5), 0, -1 - (k + 1) % 3, way * turn ** (k + 1)) for k in range(3)]
-    walls = [Ring(centre_m=vector(centre), radius_m=0.75) for centre in centres]
-    scene = scene_of([disc(begin, way, 0.25)], walls=walls, duration_s=side * 3)
-    return answered(
+    impacts = [build_impact(side * (k + 0.5), 0, -1 - (k + 1) % 3, way * turn ** (k + 1)) for k in range(3)]
+    walls = [Ring(centre_m=to_vector(centre), radius_m=0.75) for centre in centres]
+    scene = build_scene([build_disc(begin, way, 0.25)], walls=walls, duration_s=side * 3)
+    return build_staged(
         scene, impacts, "Three discs, 6 : 1 (Cvitanovic et al., ChaosBook): the side of period 3 is 6 - sqrt(3)"
     )
 
 
 def _box_of_edges() -> Staged:
     """A disc bounces in a box of four edges instead of half-planes: its path unfolds to one straight line."""
-    return in_a_room(1.109375 + 0.765625j, 1.71875 + 0.6328125j, 0.25, 5.0, 3.0, 60.0)
+    return stage_in_room(1.109375 + 0.765625j, 1.71875 + 0.6328125j, 0.25, 5.0, 3.0, 60.0)
 
 
 def _fagnano() -> Staged:
@@ -211,7 +228,9 @@ def _fagnano() -> Staged:
         middle + inner / (2.0 * math.sqrt(3.0)) * cmath.exp(1j * math.pi * (-1 / 2 + 2 * k / 3)) for k in range(3)
     ]
     wall = edges(0, side, side * cmath.exp(1j * math.pi / 3), closed=True)
-    return _around(places, 1.0, radius, wall, "Fagnano, 1775: the orthic triangle, here of a triangle a disc smaller")
+    return _stage_around_polygon(
+        places, 1.0, radius, wall, "Fagnano, 1775: the orthic triangle, here of a triangle a disc smaller"
+    )
 
 
 def _seam() -> Staged:
@@ -219,8 +238,8 @@ def _seam() -> Staged:
     radius, velocity, time = 0.25, 5 - 2j, 0.51
     floor = edges(-5, 5, pieces=10)
     start = complex(0.0625, radius) - velocity * time
-    scene = scene_of([disc(start, velocity, radius)], walls=[floor], duration_s=1.25)
-    return answered(scene, [impact(time, 0, -1, 5 + 2j)], f"{_LAW}; a floor in pieces acts like one floor")
+    scene = build_scene([build_disc(start, velocity, radius)], walls=[floor], duration_s=1.25)
+    return build_staged(scene, [build_impact(time, 0, -1, 5 + 2j)], f"{_LAW}; a floor in pieces acts like one floor")
 
 
 def _peg() -> Staged:
@@ -228,26 +247,26 @@ def _peg() -> Staged:
     offset, height, reach, pull = 0.1, 2.0, 0.3, 10.0
     normal = complex(offset, math.sqrt(reach**2 - offset**2)) / reach
     time = math.sqrt(2.0 * (height - reach * normal.imag) / pull)
-    after = after_wall(-1j * pull * time, normal)
+    after = compute_after_wall(-1j * pull * time, normal)
     duration = time + 0.2
     walls = [Ring(centre_m=(0, 0), radius_m=0.0, half_width_m=0.05)]
-    scene = scene_of(
-        [disc(complex(offset, height), 0, 0.25)], walls=walls, gravity_m_s2=(0.0, -pull), duration_s=duration
+    scene = build_scene(
+        [build_disc(complex(offset, height), 0, 0.25)], walls=walls, gravity_m_s2=(0.0, -pull), duration_s=duration
     )
     left = duration - time
     end = reach * normal + after * left - 0.5j * pull * left**2, after - 1j * pull * left
     source = "Free fall to the circle that the centre can't enter; Newton's law there"
-    return answered(scene, [impact(time, 0, -1, after)], source, final=[end])
+    return build_staged(scene, [build_impact(time, 0, -1, after)], source, final=[end])
 
 
-@marked(Tag.UNSTABLE)
+@add_tags(Tag.UNSTABLE)
 def _bowl() -> Staged:
     """A disc falls straight to the bottom of a round container, and rises to the same height each time."""
     pull, height = 8.0, 3.0
     fall, speed, count = math.sqrt(2.0 * height / pull), math.sqrt(2.0 * height * pull), 3
-    discs = [disc(1j, 0, 0.25)]
-    scene = scene_of(
+    discs = [build_disc(1j, 0, 0.25)]
+    scene = build_scene(
         discs, walls=[Ring(centre_m=(0, 0), radius_m=2.25)], gravity_m_s2=(0.0, -pull), duration_s=2.0 * count * fall
     )
-    impacts = tuple(impact((2 * k - 1) * fall, 0, -1, 1j * speed) for k in range(1, count + 1))
+    impacts = tuple(build_impact((2 * k - 1) * fall, 0, -1, 1j * speed) for k in range(1, count + 1))
     return Staged(scene, KnownAnswer("Galileo: a fall of sqrt(2 h / g), and flights of twice that", impacts, count))

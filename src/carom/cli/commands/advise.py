@@ -9,18 +9,18 @@ from typing import Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.command_line import command_line
-from carom.cli.options import asking
+from carom.cli.command_line import get_command_line
+from carom.cli.options import add_options
 from carom.errors import InputError
 from carom.studies.advise.options import AdviceOptions
 
 
-@asking(AdviceOptions)
+@add_options(AdviceOptions)
 def advise(
     options: AdviceOptions,
     scene: Annotated[str, typer.Argument(help="Scene file (.toml, .json), or name of a catalogue scene.")],
     out: Annotated[
-        Path | None, common.out_option("Output folder for a page that plots the error against the time step.")
+        Path | None, common.declare_out_option("Output folder for a page that plots the error against the time step.")
     ] = None,
     verbose: common.Verbose = False,
 ) -> None:
@@ -34,19 +34,19 @@ def advise(
     --miss-probability 0.1`.
     """
     from carom.report.files import require_report_extra
-    from carom.studies.advise.document import PURPOSE, advice_document, write_advice
+    from carom.studies.advise.document import PURPOSE, build_advice_document, write_advice
     from carom.studies.advise.run import advise as find
-    from carom.support.folders import claimed
+    from carom.support.folders import claim_while_writing
 
-    found = common.plain_scenes_named([scene])
+    found = common.load_plain_scenes([scene])
     if len(found) != 1:
         raise InputError(f"{scene!r} matches {len(found)} scenes: name one")
     page = None
-    with claimed(out, PURPOSE, "--out") if out is not None else nullcontext():
+    with claim_while_writing(out, PURPOSE, "--out") if out is not None else nullcontext():
         if out is not None:  # fail before the search, which takes minutes
             require_report_extra()
-        with options.pool() as pool, common.progress_bar() as progress:
-            advice = find(found[0], options, pool, progress=progress, command=command_line())
+        with options.open_pool() as pool, common.show_progress_bar() as progress:
+            advice = find(found[0], options, pool, progress=progress, command=get_command_line())
         if out is not None:
             page = write_advice(advice, out, scene)
-    common.print_document(advice_document(advice, scene), full=verbose, page=page)
+    common.print_document(build_advice_document(advice, scene), full=verbose, page=page)

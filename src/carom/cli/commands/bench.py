@@ -8,18 +8,18 @@ from typing import Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.command_line import command_line
-from carom.cli.options import asking, shown_option
+from carom.cli.command_line import get_command_line
+from carom.cli.options import add_options, build_typer_option
 from carom.errors import InputError
 from carom.studies.bench.axes import Diagram
 from carom.studies.bench.options import BenchPlan, GrowthOptions
 
 
-@asking(BenchPlan)
+@add_options(BenchPlan)
 def bench(
     plan: BenchPlan,
     scenes: Annotated[list[str] | None, common.SCENE_NAMES] = None,
-    out: Annotated[Path, common.out_option("Output folder (default: carom-bench).")] = Path("carom-bench"),
+    out: Annotated[Path, common.declare_out_option("Output folder (default: carom-bench).")] = Path("carom-bench"),
     resume: common.Resume = False,
     retry: common.Retry = False,
     axes: Annotated[
@@ -38,7 +38,7 @@ def bench(
         bool,
         typer.Option("--grow", help="Measure run time and memory against the number of discs instead. Takes no scene."),
     ] = False,
-    discs: Annotated[list[str] | None, shown_option(GrowthOptions, "sizes")] = None,
+    discs: Annotated[list[str] | None, build_typer_option(GrowthOptions, "sizes")] = None,
 ) -> None:
     """Plot error against run time, and find the fastest engine for the accuracy you need.
 
@@ -49,44 +49,44 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        _grow(plan, scenes or [], discs, out, resume=resume, retry=retry, verbose=verbose)
+        _run_growth(plan, scenes or [], discs, out, resume=resume, retry=retry, verbose=verbose)
         return
-    from carom.execution.environment import environment
+    from carom.execution.environment import describe_environment
     from carom.execution.score_jobs import score_journal
     from carom.report.files import require_report_extra
     from carom.studies.bench.baseline import BaselineChange, compare_points, read_baseline
-    from carom.studies.bench.document import bench_document, write_bench
-    from carom.studies.bench.run import work_precision
+    from carom.studies.bench.document import build_bench_document, write_bench
+    from carom.studies.bench.run import measure_work_precision
     from carom.studies.bench.timing_pass import timing_journal
 
     if not scenes:
         raise InputError("no scene given: name a scene file or catalogue scenes, as in carom bench my-scene.toml")
-    asked = common.plain_scenes_named(scenes)
+    asked = common.load_plain_scenes(scenes)
     require_report_extra()
-    before = read_baseline(baseline, environment()) if baseline is not None else None  # fail early
+    before = read_baseline(baseline, describe_environment()) if baseline is not None else None  # fail early
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (
-        common.studied(out, "bench", scored, timed) as progress,
+        common.run_study(out, "bench", scored, timed) as progress,
         score_journal(scored, resume=resume, retry=retry) as journal,
         timing_journal(timed, resume=resume, retry=retry) as timings,
     ):
-        result = work_precision(
+        result = measure_work_precision(
             asked,
             plan,
-            plan.pool(),
+            plan.open_pool(),
             notes=journal,
             timings=timings,
             progress=progress,
-            command=command_line(),
+            command=get_command_line(),
         )
     found = compare_points(result, before) if before is not None else None
     page = write_bench(result, out, tuple(axes or Diagram), found)
-    common.print_document(bench_document(result, baseline=found), full=verbose, page=page)
+    common.print_document(build_bench_document(result, baseline=found), full=verbose, page=page)
     if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in found or ()):
         raise typer.Exit(common.EXIT_VIOLATION)
 
 
-def _grow(
+def _run_growth(
     plan: BenchPlan,
     scenes: list[str],
     discs: list[str] | None,
@@ -97,8 +97,8 @@ def _grow(
     verbose: bool,
 ) -> None:
     from carom.report.files import require_report_extra
-    from carom.studies.bench.growth import growth, growth_journal
-    from carom.studies.bench.growth_document import growth_document, write_growth
+    from carom.studies.bench.growth import growth_journal, measure_growth
+    from carom.studies.bench.growth_document import build_growth_document, write_growth
 
     if scenes:
         raise InputError(f"--grow takes no scene, got {scenes[0]!r}")
@@ -112,13 +112,13 @@ def _grow(
         if len(plan.profiles) > 1:
             raise InputError(f"--grow runs one profile, got {len(plan.profiles)}")
         (asked["profile"],) = plan.profiles
-    options = GrowthOptions.said(asked | limits)
+    options = GrowthOptions.parse_command_line(asked | limits)
     require_report_extra()
     path = out / "growth.jsonl"
     with (
-        common.studied(out, "bench", path) as progress,
+        common.run_study(out, "bench", path) as progress,
         growth_journal(path, resume=resume, retry=retry) as journal,
     ):
-        found = growth(options, notes=journal, progress=progress, command=command_line())
+        found = measure_growth(options, notes=journal, progress=progress, command=get_command_line())
     page = write_growth(found, out)
-    common.print_document(growth_document(found), full=verbose, page=page)
+    common.print_document(build_growth_document(found), full=verbose, page=page)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.options import asking
+from carom.cli.options import add_options
 from carom.solvers.certified.options import CertifyOptions
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 if TYPE_CHECKING:
     from carom.execution.job import Progress
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 PURPOSE = "certified"
 
 
-@asking(CertifyOptions)
+@add_options(CertifyOptions)
 def certify(
     options: CertifyOptions,
     scenes: Annotated[list[str], common.SCENE_NAMES],
@@ -31,7 +31,7 @@ def certify(
         typer.Option("--show", min=0, show_default=False, help="Number of impacts to print per scene (default: 40)."),
     ] = 40,
     as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their error radii as JSON.")] = False,
-    out: Annotated[Path | None, common.out_option("Output folder for one JSON file per scene.")] = None,
+    out: Annotated[Path | None, common.declare_out_option("Output folder for one JSON file per scene.")] = None,
 ) -> None:
     """Compute impacts with proven digits, by ball arithmetic.
 
@@ -42,29 +42,29 @@ def certify(
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
     `carom certify my-scene.toml --time-budget 10 --json`.
     """
-    from carom.report.certified import certified_document
+    from carom.report.certified import build_certified_document
     from carom.solvers.certified.certify import certify as certified
     from carom.solvers.certified.result import Ending
     from carom.solvers.certified.serialisation import enclosures
-    from carom.support.folders import claim, file_name, write_files
+    from carom.support.folders import build_file_name, claim, write_files
 
     worst = 0
     documents = []
-    found_scenes = common.plain_scenes_named(scenes)
+    found_scenes = common.load_plain_scenes(scenes)
     if out is not None:
         claim(out, PURPOSE, "--out")
     for scene in found_scenes:
-        with common.progress_bar() as show_progress:
-            progress = partial(_progress, show_progress, scene, options.max_impacts)
+        with common.show_progress_bar() as show_progress:
+            progress = partial(_show_progress, show_progress, scene, options.max_impacts)
             found = certified(scene, **vars(options), progress=progress)
         if as_json or out is not None:
             document = enclosures(found)
             documents.append(document)
             if out is not None:
                 text = json.dumps(document, indent=1) + "\n"
-                write_files(out, PURPOSE, {f"{file_name(scene.name)}.json": text})
+                write_files(out, PURPOSE, {f"{build_file_name(scene.name)}.json": text})
         if not as_json:
-            common.print_document(certified_document(found, show))
+            common.print_document(build_certified_document(found, show))
         if found.ending is Ending.INTERRUPTED:
             worst = common.EXIT_INTERRUPTED
             break
@@ -76,6 +76,6 @@ def certify(
         raise typer.Exit(worst)
 
 
-def _progress(show: Progress, scene: Scene, most: int | None, impacts: int, time_s: float, bits: int) -> None:
+def _show_progress(show: Progress, scene: Scene, most: int | None, impacts: int, time_s: float, bits: int) -> None:
     done, total = (round(100 * time_s / scene.duration_s), 100) if most is None else (impacts, most)
-    show(done, total, f"{impacts} impacts to {number(time_s, 4)} s with {bits} bits")
+    show(done, total, f"{impacts} impacts to {format_number(time_s, 4)} s with {bits} bits")

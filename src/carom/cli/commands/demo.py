@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import guarded, say
+from carom.cli.common import handle_errors, say
 
 
-@guarded
+@handle_errors
 def demo(
     page: Annotated[Path | None, typer.Argument(help="HTML file to write (default: a temporary file).")] = None,
 ) -> None:

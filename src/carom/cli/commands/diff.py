@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.options import asking
+from carom.cli.options import add_options
 from carom.errors import InputError
 from carom.execution.run_options import FailOn
 from carom.studies.diff.options import DiffOptions
@@ -17,7 +17,7 @@ from carom.studies.diff.options import DiffOptions
 TITLE, MOST_HEAD = "Carom diff", 4096
 
 
-@asking(DiffOptions)
+@add_options(DiffOptions)
 def diff(
     options: DiffOptions,
     old: Annotated[Path | None, typer.Argument(help="Folder of the old report, or its results.jsonl.")] = None,
@@ -36,29 +36,31 @@ def diff(
     if schema:
         import json
 
-        from carom.report.results_file.json_lines import records_schema
+        from carom.report.results_file.json_lines import build_records_schema
 
-        typer.echo(json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False))
+        typer.echo(json.dumps(build_records_schema(), indent=2, sort_keys=True, allow_nan=False))
         return
     if old is None or new is None:
         raise InputError("two reports are needed: carom diff OLD NEW")
     from carom.comparator import Grade
-    from carom.studies.diff.document import diff_document
-    from carom.studies.diff.run import diff as compared
+    from carom.studies.diff.document import build_diff_document
+    from carom.studies.diff.run import compare_records as compared
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None:
             _require_own(option, path)
     found = compared(old, new, options.match)
-    common.hand_over(diff_document(found, str(old), str(new)), page, markdown, full=verbose)
+    common.write_report(build_diff_document(found, str(old), str(new)), page, markdown, full=verbose)
     least = None if options.fail_on is FailOn.NEVER else Grade[options.fail_on.name]
-    if least is not None and any(change.violates(least) for change in found.changes):
+    if least is not None and any(change.is_regression_to(least) for change in found.changes):
         raise typer.Exit(common.EXIT_VIOLATION)
 
 
 def _require_own(option: str, path: Path) -> None:
     """Raise an error for an existing file that is not an earlier comparison, such as a scene."""
-    from carom.support.checks import shown
+    from carom.support.checks import format_value
 
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:
-        raise InputError(f"{option}: {shown(str(path))} exists and is not an earlier comparison: name another file")
+        raise InputError(
+            f"{option}: {format_value(str(path))} exists and is not an earlier comparison: name another file"
+        )

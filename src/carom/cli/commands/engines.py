@@ -6,22 +6,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.command_line import command_line
+from carom.cli.command_line import get_command_line
 from carom.cli.common import (
-    engines_named,
-    guarded,
-    plain_scenes_named,
+    handle_errors,
+    load_plain_scenes,
+    parse_step,
     print_document,
+    resolve_engines,
     say,
     say_lines,
-    seconds,
 )
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
 
-@guarded
+@handle_errors
 def engines(
     names: Annotated[
         list[str] | None,
@@ -48,34 +48,34 @@ def engines(
     """List engines, describe one in full, or print its settings as code."""
     from carom.errors import InputError
     from carom.execution.describe_engines import engines as known_engines
-    from carom.report.engine_and_scene_lists import engine_lines, engine_page
+    from carom.report.engine_and_scene_lists import build_engine_document, format_engine_lines
 
-    names = engines_named(names)
+    names = resolve_engines(names)
     if show is not None:
         if names is None or len(names) != 1:
             raise InputError("--show needs exactly one engine: carom engines NAME --show PROFILE")
         from carom.execution.settings_code import write_code
 
-        shown = _scene(scene, restitution, friction)
-        dt_s = 1.0 / shown.frame_rate_hz if dt is None else seconds(dt)
-        say(write_code(names[0], show, shown, dt_s, command=command_line()).rstrip("\n"))
+        shown = _find_scene(scene, restitution, friction)
+        dt_s = 1.0 / shown.frame_rate_hz if dt is None else parse_step(dt)
+        say(write_code(names[0], show, shown, dt_s, command=get_command_line()).rstrip("\n"))
         return
     if any(option is not None for option in (dt, restitution, friction, scene)):
         raise InputError("--dt, --restitution, --friction and --scene need --show")
     if names:
         for info in known_engines(names):
-            print_document(engine_page(info))
+            print_document(build_engine_document(info))
         return
-    say_lines(engine_lines(known_engines()))
+    say_lines(format_engine_lines(known_engines()))
 
 
-def _scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
+def _find_scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
     """Return the requested scene. Coefficients that are given replace those of the scene."""
     from carom.errors import InputError
-    from carom.execution.settings_code import example_scene
+    from carom.execution.settings_code import build_example_scene
     from carom.model.scene import Scene
 
-    found = [example_scene()] if name is None else plain_scenes_named([name])
+    found = [build_example_scene()] if name is None else load_plain_scenes([name])
     if len(found) != 1:
         raise InputError(f"--scene must name one scene, but {name!r} matches {len(found)} scenes")
     given = {

@@ -6,25 +6,25 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import console, guarded, say, say_lines
-from carom.support.escaping import visible
+from carom.cli.common import build_console, handle_errors, say, say_lines
+from carom.support.escaping import escape_controls
 
 
-@guarded
+@handle_errors
 def explain(
     words: Annotated[
         list[str] | None, typer.Argument(help="Verdict, grade or mark, such as missed (default: all).")
     ] = None,
 ) -> None:
     """Explain a verdict, grade or mark that reports use."""
-    from carom.report.glossary import explained, glossary
+    from carom.report.glossary import find_meanings, list_meanings
 
     if not words:
-        entries = list(glossary())
+        entries = list(list_meanings())
         width = max(len(entry.word) for entry in entries)
         say_lines(f"{entry.word:{width}}  {entry.kind:7}  {entry.sentence}" for entry in entries)
         return
     phrase = " ".join(words)
-    for entry in explained(phrase):
-        console().print(visible(str(entry)))
+    for entry in find_meanings(phrase):
+        build_console().print(escape_controls(str(entry)))
     say("All formulas: docs/theory/scoring.md.")

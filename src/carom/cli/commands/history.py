@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.command_line import command_line
-from carom.cli.options import asking
+from carom.cli.command_line import get_command_line
+from carom.cli.options import add_options
 from carom.studies.history.options import HistoryOptions
 
 if TYPE_CHECKING:
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 SCENES = ("paper", "classics", "engines")
 
 
-@asking(HistoryOptions)
+@add_options(HistoryOptions)
 def history(
     options: HistoryOptions,
     engine: Annotated[
         str, typer.Argument(help="Engine name, or path of an engine.toml. Its releases must be on pip or npm.")
     ],
-    scenes: Annotated[list[str] | None, common.scenes_argument("paper, classics, engines")] = None,
+    scenes: Annotated[list[str] | None, common.declare_scenes_argument("paper, classics, engines")] = None,
     listed: Annotated[bool, typer.Option("--list", help="List the available releases and exit.")] = False,
     bisect: Annotated[
         str | None,
@@ -35,7 +35,9 @@ def history(
             help="Find the release that changed one run, such as classics/box:default:1/60, and exit.",
         ),
     ] = None,
-    out: Annotated[Path | None, common.out_option("Output folder for history.md, history.svg and the journal.")] = None,
+    out: Annotated[
+        Path | None, common.declare_out_option("Output folder for history.md, history.svg and the journal.")
+    ] = None,
     resume: common.Resume = False,
     retry: common.Retry = False,
     verbose: common.Verbose = False,
@@ -50,40 +52,40 @@ def history(
     """
     from carom.studies.history.release_cache import open_release_cache
 
-    (name,) = common.engines_named([engine]) or [engine]
+    (name,) = common.resolve_engines([engine]) or [engine]
     with open_release_cache(options.kept_mb * 1e6) as kept:
         if listed:
-            _list(name, options, kept)
+            _list_releases(name, options, kept)
         elif bisect is not None:
-            _bisect(name, bisect, options, kept)
+            _bisect_change(name, bisect, options, kept)
         else:
-            _run(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
+            _run_history(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
 
 
-def _list(engine: str, options: HistoryOptions, kept: ReleaseCache) -> None:
+def _list_releases(engine: str, options: HistoryOptions, kept: ReleaseCache) -> None:
     from carom.studies.history.document import describe_listing
     from carom.studies.history.run import list_releases
 
     common.say_lines(describe_listing(*list_releases(engine, options, kept)))
 
 
-def _bisect(engine: str, asked: str, options: HistoryOptions, kept: ReleaseCache) -> None:
+def _bisect_change(engine: str, asked: str, options: HistoryOptions, kept: ReleaseCache) -> None:
     from carom.errors import InputError
     from carom.studies.history.document import describe_bisection
     from carom.studies.history.run import bisect_change
 
     match asked.split(":"):
         case [scene, profile, step]:
-            (found,) = common.plain_scenes_named([scene])
+            (found,) = common.load_plain_scenes([scene])
         case _:
             raise InputError(f"--bisect must be SCENE:PROFILE:STEP, such as classics/box:default:1/60, got {asked!r}")
-    with common.progress_bar() as progress:
-        one = bisect_change(engine, found, profile, common.seconds(step), kept, options, progress=progress)
+    with common.show_progress_bar() as progress:
+        one = bisect_change(engine, found, profile, common.parse_step(step), kept, options, progress=progress)
     for line in describe_bisection(one):
         common.say(line)
 
 
-def _run(
+def _run_history(
     engine: str,
     scenes: list[str],
     options: HistoryOptions,
@@ -98,25 +100,25 @@ def _run(
     from carom.report.files import require_report_extra
     from carom.studies.history import run
     from carom.studies.history.compare_cells import history_journal
-    from carom.studies.history.document import history_document, write_history
+    from carom.studies.history.document import build_history_document, write_history
 
-    named = common.plain_scenes_named(scenes)
+    named = common.load_plain_scenes(scenes)
     if out is None and (resume or retry):
         raise InputError("--resume and --retry need the output folder: give --out")
-    command, page = command_line(), None
+    command, page = get_command_line(), None
     if out is None:
-        with common.progress_bar() as progress:
-            found = run.history(engine, named, kept, options, progress=progress, command=command)
+        with common.show_progress_bar() as progress:
+            found = run.run_history(engine, named, kept, options, progress=progress, command=command)
     else:
         require_report_extra()
         path = out / run.JOURNAL
         with (
-            common.studied(out, run.PURPOSE, path) as progress,
+            common.run_study(out, run.PURPOSE, path) as progress,
             history_journal(path, resume=resume, retry=retry) as journal,
         ):
-            found = run.history(engine, named, kept, options, notes=journal, progress=progress, command=command)
+            found = run.run_history(engine, named, kept, options, notes=journal, progress=progress, command=command)
         page = write_history(found, out)
-    common.print_document(history_document(found), full=verbose, report=page)
+    common.print_document(build_history_document(found), full=verbose, report=page)
     if not found.ran:
         raise typer.Exit(common.EXIT_UNAVAILABLE)
     if found.worse_now:

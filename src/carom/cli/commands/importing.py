@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import guarded, say
+from carom.cli.common import handle_errors, say
 
 
-@guarded
+@handle_errors
 def import_file(
     file: Annotated[
         Path,

@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.common import guarded, say
+from carom.cli.common import handle_errors, say
 from carom.errors import InputError
 
 
-@guarded
+@handle_errors
 def play(
     scene: Annotated[
         str | None, typer.Argument(help="Scene file, or name of a catalogue scene, with at most ten discs.")
@@ -39,21 +39,21 @@ def play(
 
     Examples: `carom play`, `carom play my-scene.toml`, `carom play paper/late -e rapier2d --out late.html --no-open`.
     """
-    from carom.support.folders import temporary, write_file
-    from carom.web.installed_engines import DEFAULT_ENGINES, page_engines
+    from carom.support.folders import build_temporary_path, write_file
+    from carom.web.installed_engines import DEFAULT_ENGINES, load_page_engines
     from carom.web.open_page import open_page
-    from carom.web.page import page_html, with_gallery
+    from carom.web.page import add_gallery, render_page
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"--out must end in .html, got {str(out)!r}")
-    own = common.plain_scenes_named([scene]) if scene is not None else []
+    own = common.load_plain_scenes([scene]) if scene is not None else []
     if len(own) > 1:
         raise InputError(f"{scene} matches {len(own)} scenes: name one")
     asked = [] if engine == ["none"] else engine
-    installed = page_engines(DEFAULT_ENGINES if asked is None else asked, required=asked is not None)
-    html = page_html(with_gallery(*own), installed)
-    page = write_file(temporary("play.html") if out is None else out, html)
+    installed = load_page_engines(DEFAULT_ENGINES if asked is None else asked, required=asked is not None)
+    html = render_page(add_gallery(*own), installed)
+    page = write_file(build_temporary_path("play.html") if out is None else out, html)
     say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
-    common.say_place("page", page)
+    common.say_path("page", page)
     if opened and not open_page(page.resolve()):
         say("No browser was found. Open the page yourself.")

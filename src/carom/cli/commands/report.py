@@ -11,7 +11,7 @@ from carom.cli import common
 from carom.errors import InputError
 
 
-@common.guarded
+@common.handle_errors
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder of the report, or its results.jsonl.")],
     page: Annotated[Path | None, typer.Option("--page", help="Write the report to a new HTML file.")] = None,
@@ -31,4 +31,4 @@ def report(
         if path is not None and path.is_file():
             raise InputError(f"{option}: {path} already exists: name another file")
     document = rebuild_document(*read_records(folder / "results.jsonl" if folder.is_dir() else folder))
-    common.hand_over(document, page, markdown, full=detail)
+    common.write_report(document, page, markdown, full=detail)

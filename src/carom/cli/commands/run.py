@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.command_line import command_line
-from carom.cli.options import asking
+from carom.cli.command_line import get_command_line
+from carom.cli.options import add_options
 from carom.errors import InputError
 from carom.execution.run_options import FailOn, Options
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from carom.execution.results import Results
 
 
-@asking(Options)
+@add_options(Options)
 def run(
     options: Options,
     scenes: Annotated[
@@ -34,7 +34,8 @@ def run(
         ),
     ] = None,
     out: Annotated[
-        Path | None, common.out_option("Output folder for the report: index.html, report.md, results.jsonl, junit.xml.")
+        Path | None,
+        common.declare_out_option("Output folder for the report: index.html, report.md, results.jsonl, junit.xml."),
     ] = None,
     report: Annotated[Path | None, typer.Option("--report", hidden=True)] = None,
     resume: common.Resume = False,
@@ -62,19 +63,19 @@ def run(
     from carom.execution.plan import build_plan
     from carom.report.files import require_report_extra
     from carom.studies.cross_check.document import PURPOSE
-    from carom.support.folders import claimed
+    from carom.support.folders import claim_while_writing
 
     out = out or report
     options = replace(options, samples=out is not None)
-    named = common.scenes_named(scenes or [])
+    named = common.load_scenes(scenes or [])
     if out is None and (resume or retry):
         raise InputError("--resume and --retry need the output folder: give --out")
     if out is None or explain:
         folder: AbstractContextManager[None] = nullcontext()
     else:
         require_report_extra()
-        folder = claimed(out, PURPOSE, "--out")  # fail before engines are queried, which takes seconds
-    with options.pool() as pool, folder:
+        folder = claim_while_writing(out, PURPOSE, "--out")  # fail before engines are queried, which takes seconds
+    with options.open_pool() as pool, folder:
         plan = build_plan(named, options, pool)
         if explain:
             from carom.studies.cross_check.explain import explain as explained
@@ -83,34 +84,34 @@ def run(
                 common.say(line)
             return
         least = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
-        results = _carried_out(plan, pool, out, least, resume=resume, retry=retry, verbose=verbose)
+        results = _carry_out_plan(plan, pool, out, least, resume=resume, retry=retry, verbose=verbose)
         if len(named) == 1:
             _say_settings(results, (scenes or [named[0].name])[0])
-    code = _exit_code(results, set(options.engines or ()), least)
+    code = _choose_exit_code(results, set(options.engines or ()), least)
     if code:
         raise typer.Exit(code)
 
 
-def _carried_out(
+def _carry_out_plan(
     plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
 ) -> Results:
     """Carry out a plan, write its report if requested, and print the table of grades."""
-    from carom.studies.cross_check.document import cross_check_document, report_of
+    from carom.studies.cross_check.document import build_report, cross_check_document
     from carom.studies.cross_check.run import execute, observed_journal
 
     if report is None:
-        with common.progress_bar() as progress:
-            results = execute(plan, pool, progress=progress, command=command_line())
+        with common.show_progress_bar() as progress:
+            results = execute(plan, pool, progress=progress, command=get_command_line())
         common.print_document(cross_check_document(results), full=verbose)
         return results
     path = report / "journal.jsonl"
     with (
-        common.resumable(path),
+        common.guard_journals(path),
         observed_journal(path, plan.options.stamp, resume=resume, retry=retry) as journal,
-        common.progress_bar() as progress,
+        common.show_progress_bar() as progress,
     ):
-        found = execute(plan, pool, notes=journal, progress=progress, command=command_line())
-        made = report_of(found, fail_on)
+        found = execute(plan, pool, notes=journal, progress=progress, command=get_command_line())
+        made = build_report(found, fail_on)
         page = made.write(report)
         journal.discard()  # the report contains all results of the journal
     common.print_document(made.document, full=verbose, report=page)
@@ -119,25 +120,25 @@ def _carried_out(
 
 def _say_settings(results: Results, scene: str) -> None:
     """Print the command that shows the settings of an engine's best run as code."""
-    from carom.engines.registry import engine_argument
+    from carom.engines.registry import format_engine_argument
     from carom.report import formatting
     from carom.studies.cross_check.cells import build_grid, rank_methods
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
     for column in rank_methods(grid, grid.columns.values()):
         method, info = column.method, infos[column.engine]
-        steps = [cell.line.dt_s for cell in grid.cells(column) if cell.scored]
+        steps = [cell.line.dt_s for cell in grid.list_cells(column) if cell.scored]
         if column.own or method.tried or not info.code or method.profile in info.located or not steps:
             continue
-        words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
-        command = shlex.join((*words, "--dt", formatting.step_option(max(steps)), "--scene", scene))
+        words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
+        command = shlex.join((*words, "--dt", formatting.format_step_option(max(steps)), "--scene", scene))
         common.say(f"To print the settings of {column.name} as code:\n{command}")
         return
 
 
-def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> int:
+def _choose_exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> int:
     from carom.execution.job import Status
-    from carom.execution.results import violates
+    from carom.execution.results import is_violation
 
     if any(row.status.is_failure for row in results.rows):
         return common.EXIT_CRASHED
@@ -145,6 +146,6 @@ def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> 
         return common.EXIT_UNAVAILABLE
     if all(row.score is None for row in results.rows):  # no run has a score, so this is no success
         return common.EXIT_UNAVAILABLE
-    if fail_on is not None and any(violates(row, fail_on) for row in results.rows):
+    if fail_on is not None and any(is_violation(row, fail_on) for row in results.rows):
         return common.EXIT_VIOLATION
     return 0

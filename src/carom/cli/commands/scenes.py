@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import guarded, say, say_lines
+from carom.cli.common import handle_errors, say, say_lines
 
 
-@guarded
+@handle_errors
 def scenes(
     names: Annotated[
         list[str] | None, typer.Argument(help="Groups to list, or names or patterns of scenes to print as TOML.")
@@ -30,32 +30,32 @@ def scenes(
     if schema:
         import json
 
-        from carom.model.scene_file import scene_schema
+        from carom.model.scene_file import build_scene_schema
 
-        typer.echo(json.dumps(scene_schema(), indent=2))
+        typer.echo(json.dumps(build_scene_schema(), indent=2))
         return
     from carom.catalogue import all_scenes, find_scenes
     from carom.errors import InputError
     from carom.model.scene_file import save_scene
-    from carom.report.certified import scene_text
-    from carom.report.engine_and_scene_lists import group_lines, scene_lines
-    from carom.support.folders import file_name
+    from carom.report.certified import format_scene_file
+    from carom.report.engine_and_scene_lists import format_group_lines, format_scene_lines
+    from carom.support.folders import build_file_name
 
     out = out or save
     everything = list(all_scenes().values())
     groups = {entry.group for entry in everything}
     if not names and not whole and out is None:
-        say_lines(group_lines(everything))
+        say_lines(format_group_lines(everything))
         return
     found = find_scenes(names) if names and not whole else everything
     if out is None and (whole or groups.issuperset(names or ())):
-        say_lines(scene_lines(found))
+        say_lines(format_scene_lines(found))
         return
     for entry in found:
         if out is None:
-            say(scene_text(entry))
+            say(format_scene_file(entry))
             continue
-        path = out / f"{file_name(entry.name)}.toml"
+        path = out / f"{build_file_name(entry.name)}.toml"
         if path.exists() or path.is_symlink():
             raise InputError(f"{path} already exists: name another folder with --out")
         out.mkdir(parents=True, exist_ok=True)

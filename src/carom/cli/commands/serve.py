@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import guarded
+from carom.cli.common import handle_errors
 
 
-@guarded
+@handle_errors
 def serve(
     adapter: Annotated[str, typer.Argument(help="Name of a Python adapter, as listed by carom engines.")],
     path: Annotated[
@@ -35,17 +35,17 @@ def serve(
     if path is not None:
         sys.path.insert(0, str(path.resolve()))
     from carom.engines.protocol import serve as program
-    from carom.engines.registry import distribution_of, load_adapter, version_of, why_unavailable
+    from carom.engines.registry import distribution_of, explain_unavailable_adapter, find_version, load_adapter
     from carom.errors import AdapterError
 
     found = load_adapter(adapter)
-    version = version_of(found, distribution_of(adapter))
+    version = find_version(found, distribution_of(adapter))
     if manifest is not None:
         where = [] if path is None else ["--path", str(path.resolve())]
         command = [sys.executable, "-m", "carom", "serve", adapter, *where]
-        answers.write(program.served_manifest(found, manifest, version, command))
+        answers.write(program.build_manifest(found, manifest, version, command))
         answers.close()
         return
-    if reason := why_unavailable(found):
+    if reason := explain_unavailable_adapter(found):
         raise AdapterError(f"{adapter}: {reason}")
     program.serve(program.Server(found, version), sys.stdin, answers.write)

@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.command_line import command_line
-from carom.cli.options import asking
+from carom.cli.command_line import get_command_line
+from carom.cli.options import add_options
 from carom.studies.stress.options import StressOptions
 
 
-@asking(StressOptions)
+@add_options(StressOptions)
 def stress(
     options: StressOptions,
     attacks: Annotated[
@@ -27,7 +27,7 @@ def stress(
     retry: common.Retry = False,
     out: Annotated[
         Path,
-        common.out_option(
+        common.declare_out_option(
             "Output folder for stress.html, stress.md, stress.json, the journal, and one scene per failure "
             "(default: stress)."
         ),
@@ -47,20 +47,20 @@ def stress(
             common.say(f"{line.kind:10} {line.name:24} {line.axis}")
         return
     from carom.report.files import require_report_extra
-    from carom.studies.stress.document import stress_document, write_stress
+    from carom.studies.stress.document import build_stress_document, write_stress
 
     require_report_extra()
-    with common.studied(out, campaign.PURPOSE, out / campaign.JOURNAL) as progress:
-        results = campaign.stress(
+    with common.run_study(out, campaign.PURPOSE, out / campaign.JOURNAL) as progress:
+        results = campaign.run_stress_campaign(
             attacks or [],
             options,
             out=out,
             resume=resume,
             retry=retry,
             progress=progress,
-            command=command_line(),
+            command=get_command_line(),
         )
     page = write_stress(results, out)
-    common.print_document(stress_document(results), full=verbose, report=page)
+    common.print_document(build_stress_document(results), full=verbose, report=page)
     if any(info.unavailable for name, info in results.engines.items() if name in (options.engines or ())):
         raise typer.Exit(common.EXIT_UNAVAILABLE)

@@ -8,24 +8,24 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.cli import common
-from carom.cli.command_line import command_line
-from carom.cli.options import asking
+from carom.cli.command_line import get_command_line
+from carom.cli.options import add_options
 from carom.studies.tune.options import TuneOptions
 
 if TYPE_CHECKING:
     from carom.studies.tune.search import Found
 
 
-@asking(TuneOptions)
+@add_options(TuneOptions)
 def tune(
     options: TuneOptions,
     engine: Annotated[
         str, typer.Argument(help="Engine name, or path of an engine.toml, whose adapter declares settings to tune.")
     ],
-    scenes: Annotated[list[str] | None, common.scenes_argument("classics")] = None,
-    out: Annotated[Path, common.out_option("Output folder for tune.md and the journal (default: tune).")] = Path(
-        "tune"
-    ),
+    scenes: Annotated[list[str] | None, common.declare_scenes_argument("classics")] = None,
+    out: Annotated[
+        Path, common.declare_out_option("Output folder for tune.md and the journal (default: tune).")
+    ] = Path("tune"),
     resume: common.Resume = False,
     retry: common.Retry = False,
     verbose: common.Verbose = False,
@@ -39,18 +39,18 @@ def tune(
     300`.
     """
     from carom.studies.tune import run as search
-    from carom.studies.tune.document import format_set_options, tune_document, write_tune
+    from carom.studies.tune.document import build_tune_document, format_set_options, write_tune
     from carom.studies.tune.evaluate import tune_journal
     from carom.studies.tune.search import require_tune_extra
 
     require_tune_extra()
-    (name,) = common.engines_named([engine]) or [engine]
+    (name,) = common.resolve_engines([engine]) or [engine]
     asked = scenes or [search.SCENES]
-    named = common.plain_scenes_named(asked)
+    named = common.load_plain_scenes(asked)
     path = out / search.JOURNAL
     best: list[Found] = []
     with (
-        common.studied(out, search.PURPOSE, path) as progress,
+        common.run_study(out, search.PURPOSE, path) as progress,
         tune_journal(path, resume=resume, retry=retry) as journal,
     ):
         try:
@@ -61,11 +61,11 @@ def tune(
                 notes=journal,
                 progress=progress,
                 on_improvement=best.append,
-                command=command_line(),
+                command=get_command_line(),
             )
         except KeyboardInterrupt:
             if best:
                 common.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
             raise
     page = write_tune(found, asked, out)
-    common.print_document(tune_document(found, asked), full=verbose, report=page)
+    common.print_document(build_tune_document(found, asked), full=verbose, report=page)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.scales import Scales, compute_own_scales, largest
+from carom.comparator.scales import Scales, compute_own_scales, find_largest
 from carom.comparator.slowing import Slowing
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.scene import Wall
@@ -85,36 +85,36 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 
     Only times up to `until_s` count, because free flight ends when a disc comes to rest.
     """
-    disc, since_s, turned, spun, moved, allowed = np.concatenate(list(_flights(trace, until_s)), axis=1)
+    disc, since_s, turned, spun, moved, allowed = np.concatenate(list(_iterate_flights(trace, until_s)), axis=1)
     reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
 
-    def worst(sizes: Array) -> Deviation:
+    def find_worst(sizes: Array) -> Deviation:
         known = np.where(np.isnan(sizes), 0.0, sizes)  # `unchecked` counts flights that can't be followed
         at = int(np.argmax(known))
         return Deviation(float(known[at]), int(disc[at]), float(since_s[at])) if known[at] > 0.0 else Deviation()
 
-    across, normal_rad = _normals(trace, scales)
-    angular, excess, arm = _angular(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
+    across, normal_rad = _measure_normal_error(trace, scales)
+    angular, excess, arm = _measure_angular_error(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
     return Consistency(
-        velocity=worst(turned / scales.speed_m_s),
-        spin=worst(spun / scales.rim_m_s),
-        position=worst(moved / scales.length_m),
-        excess=worst((moved - allowed) / scales.length_m),
-        stamp_s=_stamps(trace),
+        velocity=find_worst(turned / scales.speed_m_s),
+        spin=find_worst(spun / scales.rim_m_s),
+        position=find_worst(moved / scales.length_m),
+        excess=find_worst((moved - allowed) / scales.length_m),
+        stamp_s=_measure_stamp_error(trace),
         across=across,
         normal_rad=normal_rad,
         normal_length=float(np.max(np.abs(np.hypot(*trace.impacts["normal"].T) - 1.0), initial=0.0)),
-        momentum=_momentum(trace) / scales.speed_m_s,
+        momentum=_measure_momentum_error(trace) / scales.speed_m_s,
         angular=angular / scales.rim_m_s,
         angular_excess=excess / scales.rim_m_s,
         arm=arm,
-        strayed=worst(moved / reach).size,
-        strayed_excess=worst((moved - allowed) / reach).size,
+        strayed=find_worst(moved / reach).size,
+        strayed_excess=find_worst((moved - allowed) / reach).size,
         unchecked=int(np.isnan(turned).sum()),
     )
 
 
-def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
+def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     """Yield the free flights of each disc, from impact to impact and from the last to the end, shape ``(6, k)``.
 
     The rows are the disc, the begin of the flight, and the deviations of velocity, rim speed and position at its end
@@ -125,13 +125,16 @@ def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
     bodies = np.concatenate([impacts["first"], impacts["second"]])
     order = np.lexsort((np.tile(np.arange(count), 2), bodies))
     first_of = np.searchsorted(bodies[order], np.arange(len(trace.scene.discs) + 1))
-    turning = _turning_times(trace)
+    turning = _find_turn_times(trace)
     begun = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
     closing = np.hypot(*(before[1] - before[0]).T)
     arrivals, departures = before.reshape(-1, 2), after.reshape(-1, 2)
-    places = _turning_places(trace, turning).reshape(-1, 2)
-    rims_arriving, rims_leaving = rim_speeds(trace, "before").ravel(), rim_speeds(trace, "after").ravel()
+    places = _compute_turn_places(trace, turning).reshape(-1, 2)
+    rims_arriving, rims_leaving = (
+        rim_speeds(trace, "before").ravel(),
+        rim_speeds(trace, "after").ravel(),
+    )
     start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
@@ -144,13 +147,13 @@ def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
         arriving = np.concatenate([arrivals[rows], [trace.final_velocity_m_s[number]]])
         place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
         lasted = np.diff(time)
-        kept, flown_s = _slowed(slowing, lasted, np.hypot(*leaving.T))
+        kept, flown_s = _compute_slowing(slowing, lasted, np.hypot(*leaving.T))
         change = arriving - leaving * kept[:, None]
         spun = np.abs(
             np.concatenate([rims_arriving[rows], rims_end[[number]]])
             - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]]) * kept
         )
-        moved = _off_path(place, leaving * flown_s[:, None])
+        moved = _compute_path_errors(place, leaving * flown_s[:, None])
         allowed = trace.dt_s * np.concatenate([[0.0], closing[own], [0.0]])
         gx, gy = (0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2
         pull = math.hypot(gx, gy)
@@ -170,31 +173,39 @@ def _flights(trace: Trace, until_s: float) -> Iterator[Array]:
         yield np.stack([np.full(len(lasted), number), time[:-1], *deviations, allowed[:-1] + allowed[1:]])
 
 
-def _slowed(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
+def _compute_slowing(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
     """Return the part of each speed left after some seconds, and the time in which unslowed discs would move as far."""
     if not slowing:
         return np.ones_like(lasted), lasted
     flights = list(zip(lasted.tolist(), speed.tolist(), strict=True))
-    kept, flown = (np.array([of(*flight) for flight in flights]) for of in (slowing.kept, slowing.flown))
+    kept, flown = (
+        np.array([of(*flight) for flight in flights])
+        for of in (slowing.compute_kept_fraction, slowing.compute_flown_time)
+    )
     return kept, flown
 
 
-def _turning_times(trace: Trace) -> Array:
+def _find_turn_times(trace: Trace) -> Array:
     """Return the effective times of impacts: NaN if unknown, reported times for a method without effective times."""
     times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
     return times
 
 
-def _turning_places(trace: Trace, turning: Array) -> Array:
+def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     """Return positions of the bodies of impacts when their paths turned, shape ``(2, m, 2)``; NaN if unknown."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
-    waited, before = np.broadcast_to(turning - state["time_s"], (2, len(turning))), velocities(trace.impacts, "before")
+    waited, before = (
+        np.broadcast_to(turning - state["time_s"], (2, len(turning))),
+        velocities(trace.impacts, "before"),
+    )
     slowing = Slowing.of(trace.scene)
     if slowing:  # only the velocity at the turn is known, so the flight is followed backwards
         speed = np.hypot(before[..., 0], before[..., 1])
-        waited = np.array([-_slowed(slowing, -lasted, fast)[1] for lasted, fast in zip(waited, speed, strict=True)])
+        waited = np.array(
+            [-_compute_slowing(slowing, -lasted, fast)[1] for lasted, fast in zip(waited, speed, strict=True)]
+        )
         if slowing.table_m_s2:  # a disc that has stopped does not reveal where it came from
             waited = np.where(speed > 0.0, waited, math.nan)
     flown = before * waited[..., None]
@@ -202,7 +213,7 @@ def _turning_places(trace: Trace, turning: Array) -> Array:
     return places
 
 
-def _off_path(place: Array, flown: Array) -> Array:
+def _compute_path_errors(place: Array, flown: Array) -> Array:
     """Return the distance of each known position from the position that the previous one predicts, shape ``(k, 2)``.
 
     Args:
@@ -222,17 +233,17 @@ def _off_path(place: Array, flown: Array) -> Array:
     return np.where((gaps[here] == gaps[anchor])[:, None], off, math.nan)
 
 
-def _stamps(trace: Trace) -> float:
+def _measure_stamp_error(trace: Trace) -> float:
     """Return the largest time by which a stamp is outside of the step that reported its contact, or of the run."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
         waited = stamp - trace.state_before["time_s"]
         outside = np.maximum(outside, np.maximum(-waited, waited - trace.dt_s))
-    return largest(outside[outside > 0.0].tolist(), default=0.0)
+    return find_largest(outside[outside > 0.0].tolist(), default=0.0)
 
 
-def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
+def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Return the largest velocity change perpendicular to the normal, over the speed, and its angle to the normal.
 
     The normal of a half-plane is known. For a finite wall and for two discs, the normal is the direction of the change
@@ -247,30 +258,32 @@ def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     for k in np.flatnonzero(impacts["second"] < 0).tolist():
         if isinstance(wall := trace.scene.walls[wall_index(int(impacts["second"][k]))], Wall):
             change[k], friction[k] = -size[k] * np.array(wall.normal), 0.0
-    normal = _unit_normals(trace)
-    along, across = np.sum(change * normal, axis=1), _cross(change, normal)
+    normal = _compute_unit_normals(trace)
+    along, across = np.sum(change * normal, axis=1), _compute_cross_products(change, normal)
     alone = (impacts["second"] >= 0) & (movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)])
-    pulled = np.where(alone, _pulled(trace, impacts["normal"]), 0.0)
+    pulled = np.where(alone, _compute_gravity_across(trace, impacts["normal"]), 0.0)
     off = np.where(along > 0.0, np.maximum(across - friction * along - pulled, 0.0), size)
-    off = np.where(np.isfinite(_turning_times(trace)), off, 0.0)
+    off = np.where(np.isfinite(_find_turn_times(trace)), off, 0.0)
     if not len(off):
         return 0.0, 0.0
     at = int(np.argmax(off))
     return float(off[at]) / scales.speed_m_s, math.atan2(float(across[at]), float(along[at]))
 
 
-def _unit_normals(trace: Trace) -> Array:
+def _compute_unit_normals(trace: Trace) -> Array:
     length = np.hypot(*trace.impacts["normal"].T)
     normal: Array = trace.impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
     return normal
 
 
-def _pulled(trace: Trace, normal: Array) -> Array:
+def _compute_gravity_across(trace: Trace, normal: Array) -> Array:
     """Return the largest velocity that gravity may add perpendicular to a contact's normal, metres a second."""
-    return _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
+    return _compute_cross_products(
+        np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal
+    ) * _compute_contact_durations(trace)
 
 
-def _momentum(trace: Trace) -> float:
+def _measure_momentum_error(trace: Trace) -> float:
     """Return the largest velocity change of two discs' centre of mass at an impact, metres a second.
 
     Velocity that gravity adds during the contact is allowed. Impacts that can't be separated are not checked.
@@ -278,16 +291,16 @@ def _momentum(trace: Trace) -> float:
     impacts = trace.impacts
     mass = trace.scene.arrays.mass_kg
     first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
-    asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_turning_times(trace))
+    asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_find_turn_times(trace))
     changes = velocities(impacts, "after") - velocities(impacts, "before")
     with np.errstate(invalid="ignore"):  # immovable discs are excluded
         share = 1.0 / (1.0 + second / first)  # the first mass over the sum
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
-    off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _lasted(trace)
-    return largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)
+    off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _compute_contact_durations(trace)
+    return find_largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)
 
 
-def _angular(trace: Trace) -> tuple[float, float, float]:
+def _measure_angular_error(trace: Trace) -> tuple[float, float, float]:
     """Return the largest change of angular momentum about a contact, its part beyond sampling, and the lever arm.
 
     An impulse at the contact has no moment about the contact. So friction changes the velocity of the first body
@@ -301,11 +314,11 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
     change, spun = after - before, rim_speeds(trace, "after") - rim_speeds(trace, "before")
-    normal = _unit_normals(trace)
+    normal = _compute_unit_normals(trace)
     tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     closing = np.hypot(*(before[1] - before[0]).T)
-    pulled = _pulled(trace, normal)
-    known, lasted = np.isfinite(_turning_times(trace)), _lasted(trace)
+    pulled = _compute_gravity_across(trace, normal)
+    known, lasted = np.isfinite(_find_turn_times(trace)), _compute_contact_durations(trace)
     if trace.scene.wall_rolling_resistance:
         known &= impacts["second"] >= 0
     # For a contact that acts in a single step, `lasted` is at most three steps.
@@ -331,16 +344,16 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
     return worst, most, arm
 
 
-def _lasted(trace: Trace) -> Array:
+def _compute_contact_durations(trace: Trace) -> Array:
     """Return the longest possible duration of each contact: twice the time from step start to turn, plus a step."""
     lasted = np.full(len(trace.impacts), trace.dt_s)
     if trace.state_before is not None:
-        waited = _turning_times(trace) - trace.state_before["time_s"]
+        waited = _find_turn_times(trace) - trace.state_before["time_s"]
         lasted += np.where(waited > 0.0, 2.0 * waited, 0.0)
     return lasted
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _compute_cross_products(a: Array, b: Array) -> Array:
     """Return the magnitude of the cross product of two rows of vectors, shape ``(m,)``."""
     size: Array = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     return size

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import AlignedRun
-from carom.comparator.grades import Grade, worst_grade
+from carom.comparator.grades import Grade, find_worst_grade
 from carom.comparator.measure.contact_intervals import (
     LAST,
     ContactQuality,
@@ -34,7 +34,7 @@ from carom.model.scene import Scene
 from carom.model.step_windows import States
 from carom.model.trace import Outcome, Trace, wall_index
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import pit_run
+from carom.solvers.pit.solve import start_pit_run
 
 Array = NDArray[np.float64]
 
@@ -107,29 +107,34 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         inside &= np.abs(looks.time_s[until] - time_s - 0.5 * dt_s) > dt_s
     if not inside.any():
         return None
-    whole = motion_at(reference, looks.time_s[until])
-    truth, slow = whole.part(inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+    whole = compute_states_at(reference, looks.time_s[until])
+    truth, slow = whole.select_rows(inside), RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
 
     def measure_states(states: States) -> tuple[ContactErrors, float, bool, ContactQuality, Ends]:
-        in_contact = states.part(inside)
+        in_contact = states.select_rows(inside)
         quality = measure_contact_quality(reference, truth, in_contact, dt_s)
         late = measure_late_ends(reference, whole, states, dt_s, end_s)
-        return _errors(reference, truth, in_contact), *_at_the_end(truth, in_contact, slow), quality, late
+        return (
+            _measure_errors(reference, truth, in_contact),
+            *_measure_final_motion(truth, in_contact, slow),
+            quality,
+            late,
+        )
 
-    own, rest_m_s, frozen, quality, late = measure_states(looks.part(until))
-    seen = looks.part(until).part(inside)
+    own, rest_m_s, frozen, quality, late = measure_states(looks.select_rows(until))
+    seen = looks.select_rows(until).select_rows(inside)
     pit, allowed, late_allowed, fast = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0), 0.0
     place = run.place_rounding * scales.reach_m
     if dt_s:
-        hopping = _states_of_pit(reference.scene, dt_s, tuple(whole.time_s.tolist()))
+        hopping = _compute_pit_states(reference.scene, dt_s, tuple(whole.time_s.tolist()))
         pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
-        allowed = _allowed(reference.scene, truth, dt_s, pit, len(struck_s))
-        late_allowed = _late_allowed(reference, pit_late, looks.time_s, dt_s)
+        allowed = _compute_allowed_errors(reference.scene, truth, dt_s, pit, len(struck_s))
+        late_allowed = _compute_allowed_lateness(reference, pit_late, looks.time_s, dt_s)
         # PIT never rests: its hops are higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
         # The limit of rounding is a hundredth of a step's displacement. A disc that never moves is not rounded at each
         # step.
-        way = dt_s * _longest(truth.velocity_m_s)
+        way = dt_s * _find_greatest_length(truth.velocity_m_s)
         place = min(place, THRESHOLDS.close * way if way else run.rounding * scales.reach_m)
     moves = rest_m_s > fast or quality.hop_m_s > fast
     wrong = moves or frozen or not all(math.isfinite(error) for error in own)
@@ -141,20 +146,20 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         own=own,
         pit=pit,
         allowed=allowed,
-        beyond_m=_beyond_an_integrator(truth, seen, dt_s),
-        momentum_m_s=_momentum_error(reference, seen),
+        beyond_m=_measure_error_beyond_half_step(truth, seen, dt_s),
+        momentum_m_s=_measure_momentum_error(reference, seen),
         rest_m_s=rest_m_s,
         frozen=frozen,
         kept=quality,
         late=late,
         late_allowed=late_allowed,
-        grade=Grade.WRONG if wrong else _grade(own, exact, allowed),
+        grade=Grade.WRONG if wrong else _grade_contact(own, exact, allowed),
     )
     in_time = score.ends_in_time or not dt_s
-    return score if in_time else replace(score, grade=worst_grade(score.grade, Grade.INACCURATE))
+    return score if in_time else replace(score, grade=find_worst_grade(score.grade, Grade.INACCURATE))
 
 
-def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
+def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
     """Return how late or early sampling lets bounces and slips end, in addition to PIT's own lateness.
 
     The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. Compared states may be
@@ -168,17 +173,19 @@ def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> E
     return Ends(apart_s + float(np.fmax(lost, abs(pit.bounces_s))), apart_s + float(np.fmax(lost, abs(pit.slips_s))))
 
 
-def _beyond_an_integrator(truth: States, seen: States, dt_s: float) -> float:
+def _measure_error_beyond_half_step(truth: States, seen: States, dt_s: float) -> float:
     """Return the position error without an integrator's half step, with the sign that makes the error smallest."""
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     off = seen.position_m - truth.position_m
-    return min(_longest(off - sign * half) for sign in (1.0, -1.0))
+    return min(_find_greatest_length(off - sign * half) for sign in (1.0, -1.0))
 
 
-def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int) -> ContactErrors:
+def _compute_allowed_errors(
+    scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int
+) -> ContactErrors:
     """Return the errors that sampling and an integrator's step explain, for a given number of impacts in contact."""
     arrays = scene.arrays
-    speed = _longest(truth.velocity_m_s)
+    speed = _find_greatest_length(truth.velocity_m_s)
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
     # With a coefficient above 1 a slip ends within the step, and then friction is no larger than needed.
     rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
@@ -187,7 +194,7 @@ def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impac
     return ContactErrors(max(pit.place_m, place), pit.velocity_m_s + fall + rubs, pit.rim_m_s + max(rubs, rims))
 
 
-def motion_at(trace: Trace, times_s: Array) -> States:
+def compute_states_at(trace: Trace, times_s: Array) -> States:
     """Return the states of a trace at ascending times, from its impacts and contact modes."""
     count = len(trace.scene.discs)
     place, velocity = np.zeros((2, len(times_s), count, 2))
@@ -195,12 +202,12 @@ def motion_at(trace: Trace, times_s: Array) -> States:
         since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact: the flight after it
         for row in np.flatnonzero(since).tolist():
             passed = float(times_s[row]) - flight.begin_s
-            place[row, flight.disc] = flight.at(float(times_s[row]))
+            place[row, flight.disc] = flight.position_at(float(times_s[row]))
             velocity[row, flight.disc] = flight.velocity_m_s + flight.pull_m_s2 * passed
-    return States(times_s, place, velocity, _spins_at(trace, times_s))
+    return States(times_s, place, velocity, _compute_spins_at(trace, times_s))
 
 
-def _spins_at(trace: Trace, times_s: Array) -> Array:
+def _compute_spins_at(trace: Trace, times_s: Array) -> Array:
     """Return the spins of the discs of a trace at ascending times, radians a second, shape ``(k, n)``."""
     found, rates = np.tile(trace.scene.arrays.spins, (len(times_s), 1)), np.zeros(len(trace.scene.discs))
     modes = [] if trace.modes is None else list(trace.modes[::-1])
@@ -221,26 +228,26 @@ def _spins_at(trace: Trace, times_s: Array) -> Array:
     return found
 
 
-def _longest(vectors: Array) -> float:
+def _find_greatest_length(vectors: Array) -> float:
     """Return the length of the longest of some vectors, shape ``(k, n, 2)``."""
     return float(np.max(np.hypot(vectors[..., 0], vectors[..., 1])))
 
 
-def _errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
+def _measure_errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
     spins = np.zeros(truth.position_m.shape[:2]) if seen.spin_rad_s is None else seen.spin_rad_s
     true_spins = np.zeros_like(spins) if truth.spin_rad_s is None else truth.spin_rad_s
     rims = reference.scene.arrays.radius_m * (spins - true_spins)
     return ContactErrors(
-        _longest(seen.position_m - truth.position_m),
-        _longest(seen.velocity_m_s - truth.velocity_m_s),
+        _find_greatest_length(seen.position_m - truth.position_m),
+        _find_greatest_length(seen.velocity_m_s - truth.velocity_m_s),
         float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0,
     )
 
 
 @lru_cache(maxsize=32)
-def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
+def _compute_pit_states(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
     """Return PIT's states at ascending times of frames, each after the frame's check for overlap."""
-    run = pit_run(scene, FrameClock(step_s=dt_s))
+    run = start_pit_run(scene, FrameClock(step_s=dt_s))
     places, velocities, spins = [], [], []
     for time_s in times_s:
         run.advance_frames(round(time_s / dt_s) + 1 - run.frames)
@@ -255,7 +262,7 @@ def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> Sta
     return States(np.array(times_s), np.array(places), np.array(velocities), np.array(spins))
 
 
-def _at_the_end(truth: States, seen: States, slow: float) -> tuple[float, bool]:
+def _measure_final_motion(truth: States, seen: States, slow: float) -> tuple[float, bool]:
     """Return the mean final speed of discs that should rest, and whether a disc that should move stands still."""
     true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, seen))
     rests = (true_speed == 0.0).all(axis=0)
@@ -266,7 +273,7 @@ def _at_the_end(truth: States, seen: States, slow: float) -> tuple[float, bool]:
     return rest, frozen
 
 
-def _momentum_error(reference: Trace, seen: States) -> float:
+def _measure_momentum_error(reference: Trace, seen: States) -> float:
     """Return the largest change of angular momentum about the wall that gravity does not explain."""
     scene, modes = reference.scene, reference.modes
     walls = scene.arrays.walls
@@ -283,9 +290,9 @@ def _momentum_error(reference: Trace, seen: States) -> float:
     return float(np.max(np.abs(seen.velocity_m_s[:, 0] @ along - ratio * seen.spin_rad_s[:, 0] - expected)))
 
 
-def _grade(own: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> Grade:
-    def within(part: float) -> bool:
+def _grade_contact(own: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> Grade:
+    def is_within(part: float) -> bool:
         return all(o <= part * a + e for o, a, e in zip(own, allowed, exact, strict=True))
 
     parts = {Grade.EXACT: 0.0, Grade.CLOSE: THRESHOLDS.close, Grade.SAMPLED: 1.0}
-    return next((grade for grade, part in parts.items() if within(part)), Grade.INACCURATE)
+    return next((grade for grade, part in parts.items() if is_within(part)), Grade.INACCURATE)

@@ -91,7 +91,7 @@ def measure_contact_quality(reference: Trace, truth: States, seen: States, dt_s:
         if inside[-1]:
             gaps.append(float(np.mean(gap[-LAST:])))
             hops.append(math.sqrt(float(np.mean(speed[-LAST:] ** 2))))
-    return ContactQuality(_largest_known(gaps), *(float(np.fmax.reduce(of)) for of in (depths, hops, left)))
+    return ContactQuality(_find_largest_known(gaps), *(float(np.fmax.reduce(of)) for of in (depths, hops, left)))
 
 
 def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:
@@ -110,7 +110,7 @@ def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float
         if touch.begin_s > 0.0:
             fast = RESTING_STEPS * math.hypot(gx, gy) * dt_s
             found = [np.abs(of.velocity_m_s[rows, touch.disc] @ touch.normal) for of in (truth, seen)]
-            bounces.append(_late(truth.time_s[rows], found[0], found[1], fast))
+            bounces.append(_measure_lateness(truth.time_s[rows], found[0], found[1], fast))
         friction = arrays.materials[wall_index(touch.wall)].friction
         if not friction or seen.spin_rad_s is None or truth.spin_rad_s is None:
             continue
@@ -121,16 +121,16 @@ def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float
             for of in (truth, seen)
             if of.spin_rad_s is not None
         ]
-        slips.append(_late(truth.time_s[rows], slip[0], slip[1], pressed * few))
-    return Ends(_largest_known(bounces), _largest_known(slips))
+        slips.append(_measure_lateness(truth.time_s[rows], slip[0], slip[1], pressed * few))
+    return Ends(_find_largest_known(bounces), _find_largest_known(slips))
 
 
-def _largest_known(values: list[float]) -> float:
+def _find_largest_known(values: list[float]) -> float:
     """Return the value of the largest magnitude; NaN where all are NaN."""
     return max(values, key=lambda value: -1.0 if math.isnan(value) else abs(value))
 
 
-def _late(times_s: Array, truth: Array, seen: Array, fast: float) -> float:
+def _measure_lateness(times_s: Array, truth: Array, seen: Array, fast: float) -> float:
     """Return the time by which the observed run's last fast state is later than the reference's."""
     last = [np.flatnonzero(speeds > fast) for speeds in (truth, seen)]
     at_s = [float(times_s[rows[-1]]) if len(rows) else 0.0 for rows in last]

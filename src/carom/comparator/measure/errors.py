@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.impact_matching import Alignment
-from carom.comparator.non_finite import finite_impacts
-from carom.comparator.scales import OwnScales, Scales, compute_own_scales, largest_of
+from carom.comparator.non_finite import find_finite_impacts
+from carom.comparator.scales import OwnScales, Scales, compute_own_scales, find_largest_in_array
 from carom.comparator.thresholds import THRESHOLDS
 from carom.core.impact_law import ContactFrictions, RoughBodies
 from carom.model.energy import kinetic_energy
@@ -77,7 +77,7 @@ class ImpactError:
 _IMPACT_ERRORS = tuple(one.name for one in fields(ImpactError) if one.name not in {"reference", "observed"})
 
 
-def _metric(name: str) -> float:
+def _declare_metric(name: str) -> float:
     """Declare a metric with its name in tables. The field's name contains the unit."""
     metric: float = field(metadata={"name": name})
     return metric
@@ -101,19 +101,19 @@ class Errors:
         final_spin: Largest error of a disc's final spin times its radius, over the scene's rim speed.
     """
 
-    time_s: float = _metric("time error")
-    reported_time_s: float = _metric("reported time")
-    velocity: float = _metric("velocity error")
-    spin: float = _metric("spin error")
-    along_normal: float = _metric("along the normal")
-    across_normal: float = _metric("across the normal")
-    restitution: float = _metric("restitution error")
-    direction_rad: float = _metric("direction error")
-    energy: float = _metric("energy error")
-    momentum: float = _metric("momentum error")
-    final_position: float = _metric("final position")
-    final_velocity: float = _metric("final velocity")
-    final_spin: float = _metric("final spin")
+    time_s: float = _declare_metric("time error")
+    reported_time_s: float = _declare_metric("reported time")
+    velocity: float = _declare_metric("velocity error")
+    spin: float = _declare_metric("spin error")
+    along_normal: float = _declare_metric("along the normal")
+    across_normal: float = _declare_metric("across the normal")
+    restitution: float = _declare_metric("restitution error")
+    direction_rad: float = _declare_metric("direction error")
+    energy: float = _declare_metric("energy error")
+    momentum: float = _declare_metric("momentum error")
+    final_position: float = _declare_metric("final position")
+    final_velocity: float = _declare_metric("final velocity")
+    final_spin: float = _declare_metric("final spin")
 
 
 _LARGEST_OF_IMPACTS = ("reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
@@ -154,26 +154,26 @@ class Measured:
         return compute_own_scales(self.reference)
 
 
-def measure(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Measured:
+def measure_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Measured:
     """Measure every error of an aligned trace. Final states are only measured if the whole run was aligned."""
     # Final states are comparable only if both runs end at the same time, to rounding.
     end_difference_s = abs(observed.end_time_s - reference.end_time_s)
     ends_together = alignment.is_whole_run and not end_difference_s > THRESHOLDS.rounding * scales.time_s
     momentum, ends = math.nan, np.full((3, len(reference.scene.discs)), math.nan)
     if ends_together:
-        momentum, ends = _momentum_error(reference, observed, scales), _end_errors(reference, observed)
+        momentum, ends = _measure_momentum_error(reference, observed, scales), _measure_end_errors(reference, observed)
     # If impacts conserve energy, the final energy is known even if the reference's final state is not reliable.
     is_energy_known = ends_together or not reference.scene.needs & _NOT_CONSERVED
-    errors = _impact_errors(reference, observed, alignment, scales)
+    errors = _measure_impact_errors(reference, observed, alignment, scales)
     restitution = errors["restitution_error"]
     return Measured(
         reference=reference,
         alignment=alignment,
         of_impacts=errors,
         largest=Errors(
-            **{name: largest_of(errors[name]) for name in ("time_s", *_LARGEST_OF_IMPACTS)},
-            restitution=largest_of(restitution[~np.isnan(restitution)]),
-            energy=_energy_error(reference, observed, scales) if is_energy_known else 0.0,
+            **{name: find_largest_in_array(errors[name]) for name in ("time_s", *_LARGEST_OF_IMPACTS)},
+            restitution=find_largest_in_array(restitution[~np.isnan(restitution)]),
+            energy=_measure_energy_error(reference, observed, scales) if is_energy_known else 0.0,
             momentum=momentum,
             final_position=float(np.max(ends[0])) / scales.length_m,
             final_velocity=float(np.max(ends[1])) / scales.speed_m_s,
@@ -202,7 +202,7 @@ def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
         return np.where(approach < 0.0, -((after[1] - after[0]) * normal).sum(axis=1) / approach, math.nan)
 
 
-def impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBodies], ContactFrictions]:
+def build_impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBodies], ContactFrictions]:
     """Return the first and the second body of each impact just before the impact, and their friction.
 
     Args:
@@ -217,12 +217,12 @@ def impact_bodies(trace: Trace, rims: Array) -> tuple[tuple[RoughBodies, RoughBo
     return (one, two), ContactFrictions(start.friction_of(second), sticking)
 
 
-def _infinite_if_nan(error: float) -> float:
+def _replace_nan_by_infinity(error: float) -> float:
     """Return the error, or infinity if it is NaN."""
     return math.inf if math.isnan(error) else error
 
 
-def _end_errors(reference: Trace, observed: Trace) -> Array:
+def _measure_end_errors(reference: Trace, observed: Trace) -> Array:
     """Return errors of each disc's final position, velocity and rim speed, shape ``(3, n)``; NaN if no disc spins."""
     place = np.hypot(*(observed.final_position_m - reference.final_position_m).T)
     velocity = np.hypot(*(observed.final_velocity_m_s - reference.final_velocity_m_s).T)
@@ -233,49 +233,53 @@ def _end_errors(reference: Trace, observed: Trace) -> Array:
     return np.stack([*(np.where(np.isnan(error), math.inf, error) for error in (place, velocity)), rim])
 
 
-def _energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
+def _measure_energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
     if scales.energy_j == 0.0:
         return 0.0
     found, expected = (
         kinetic_energy(reference.scene, trace.final_velocity_m_s, trace.final_spin_rad_s)
         for trace in (observed, reference)
     )
-    return _infinite_if_nan((found - expected) / scales.energy_j)
+    return _replace_nan_by_infinity((found - expected) / scales.energy_j)
 
 
-def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
+def _measure_momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
     start = reference.scene.arrays
     mass = np.where(start.movable, start.mass_kg, 0.0)
     if not mass.any():
         return 0.0
     difference = mass @ (observed.final_velocity_m_s - reference.final_velocity_m_s)
-    return _infinite_if_nan(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
+    return _replace_nan_by_infinity(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
 
 
-def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> dict[str, Array]:
+def _measure_impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> dict[str, Array]:
     """Return the errors of the matched impacts: the fields of `ImpactError` and its `time_s`."""
     if not alignment.matched:
         return dict.fromkeys(("time_s", *_IMPACT_ERRORS), np.zeros(0))
     r, o = np.array(alignment.matched, dtype=np.intp).T
     expected, found, known = reference.impacts[r], observed.impacts[o], ~unknown_velocities(observed)[:, o]
     effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
-    normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
+    normal, after, true_after = (
+        expected["normal"],
+        velocities(found, "after"),
+        velocities(expected, "after"),
+    )
     difference = np.where(known[:, :, None], after - true_after, 0.0)
     across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     restitution = compute_restitutions(velocities(found, "before"), after, found["normal"])
     restitution[~known.all(axis=0)] = math.nan
-    parts = (_largest_part(difference, normal), _largest_part(difference, across), larger_error(difference))
+    parts = (_find_largest_part(difference, normal), _find_largest_part(difference, across), larger_error(difference))
     columns = (
         found["time_s"] - expected["time_s"],
         effective - expected["time_s"],
         *(np.where(np.isnan(part), math.inf, part) / scales.speed_m_s for part in parts),
-        _spin_errors(reference, observed, r, o, known) / scales.rim_m_s,
-        np.where(known, _angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
-        _angles(found["normal"], normal, 0.0),
+        _measure_spin_errors(reference, observed, r, o, known) / scales.rim_m_s,
+        np.where(known, _compute_angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
+        _compute_angles(found["normal"], normal, 0.0),
         restitution,
         restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
     )
-    is_finite = finite_impacts(observed)[o]
+    is_finite = find_finite_impacts(observed)[o]
     errors = dict(zip(_IMPACT_ERRORS, np.where(is_finite, columns, math.inf), strict=True))
     reported, turned = errors["reported_time_s"], errors["effective_time_s"]
     return errors | {"time_s": np.where(np.isnan(turned), reported, turned)}
@@ -300,7 +304,7 @@ def unknown_velocities(trace: Trace) -> NDArray[np.bool_]:
     return found
 
 
-def _spin_errors(
+def _measure_spin_errors(
     reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp], known: NDArray[np.bool_]
 ) -> Array:
     """Return the largest rim-speed error after each matched impact, shape ``(m,)``; NaN if no disc spins."""
@@ -311,13 +315,13 @@ def _spin_errors(
     return np.where(np.isnan(errors), math.inf, errors)
 
 
-def _largest_part(difference: Array, direction: Array) -> Array:
+def _find_largest_part(difference: Array, direction: Array) -> Array:
     """Return the largest velocity difference of either body along a direction, shape ``(2, m, 2)`` to ``(m,)``."""
     parts: Array = np.abs(np.matmul(difference.transpose(1, 0, 2), direction[:, :, None])).max(axis=(1, 2))
     return parts
 
 
-def _angles(a: Array, b: Array, negligible: float) -> Array:
+def _compute_angles(a: Array, b: Array, negligible: float) -> Array:
     """Return angles between vectors, radians; 0 where a vector is at most `negligible` long and has no direction."""
     turned = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
     shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))

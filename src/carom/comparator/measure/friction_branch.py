@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carom.comparator.measure.errors import impact_bodies
-from carom.comparator.non_finite import finite_impacts
+from carom.comparator.measure.errors import build_impact_bodies
+from carom.comparator.non_finite import find_finite_impacts
 from carom.comparator.scales import Scales
-from carom.core.impact_law import branches
+from carom.core.impact_law import compute_branches
 from carom.model.trace import Trace, rim_speeds, velocities
 
 
@@ -41,13 +41,13 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
     if not trace.scene.arrays.rubs or not len(impacts):
         return WrongBranches()
     wall, before, after = impacts["second"] < 0, velocities(impacts, "before"), velocities(impacts, "after")
-    (one, two), contacts = impact_bodies(trace, rim_speeds(trace, "before"))
+    (one, two), contacts = build_impact_bodies(trace, rim_speeds(trace, "before"))
     normal = impacts["normal"] / np.hypot(*impacts["normal"].T)[:, None]
     tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     lightness = 1.0 / one.mass + 1.0 / two.mass
     changed = (before[0] - before[1]) - (after[0] - after[1])
     pushed, rubbed = (np.sum(changed * along, axis=1) / lightness for along in (normal, tangent))
-    both = branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
+    both = compute_branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
     holds = np.abs(both.sticking) < np.abs(both.sliding)
     other = np.where(holds, both.sliding, both.sticking)
     # The limit as an impulse: a velocity change over the bodies' inverse masses.
@@ -56,5 +56,5 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
     known = ~wall if trace.scene.wall_rolling_resistance else np.ones(len(impacts), dtype=np.bool_)
     if trace.effective_time_s is not None:
         known &= np.isfinite(trace.effective_time_s)
-    wrong &= known & finite_impacts(trace)
+    wrong &= known & find_finite_impacts(trace)
     return WrongBranches(*(tuple(np.flatnonzero(wrong & side).tolist()) for side in (holds, ~holds)))

@@ -18,9 +18,9 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.measure.errors import compute_restitutions, impact_bodies, larger_error
-from carom.comparator.non_finite import finite_impacts
-from carom.comparator.scales import Scales, median
+from carom.comparator.measure.errors import build_impact_bodies, compute_restitutions, larger_error
+from carom.comparator.non_finite import find_finite_impacts
+from carom.comparator.scales import Scales, compute_median
 from carom.comparator.slowing import Slowing
 from carom.comparator.stepwise.scene_bodies import NO_FEATURE, FiniteWall, SceneBodies
 from carom.core.impact_law import ContactFrictions, RoughBodies, resolve_rough_impact
@@ -73,15 +73,15 @@ class LocalErrors:
 
     def median(self, name: str) -> float:
         """Return the median magnitude of the error with this field name; NaN if there is none."""
-        known = self._known(name)
-        return median(known) if len(known) else math.nan
+        known = self._list_known(name)
+        return compute_median(known) if len(known) else math.nan
 
     def worst(self, name: str) -> float:
         """Return the largest magnitude of the error with this field name; NaN if there is none."""
-        known = self._known(name)
+        known = self._list_known(name)
         return float(np.max(known)) if len(known) else math.nan
 
-    def _known(self, name: str) -> Array:
+    def _list_known(self, name: str) -> Array:
         values: Array = np.abs(getattr(self, name))
         return values[~np.isnan(values)]
 
@@ -96,7 +96,7 @@ def find_own_states(trace: Trace) -> NDArray[np.void]:
         if k < len(states):
             begun = states["time_s"][k] = float(np.max([flight.begin_s for flight in flights]))
             for side, flight in zip(("first", "second"), flights, strict=False):  # a wall has no flight
-                states[f"position_{side}"][k] = flight.at(begun)
+                states[f"position_{side}"][k] = flight.position_at(begun)
     return states
 
 
@@ -110,9 +110,9 @@ class _Bodies:
         self.velocity = velocities(trace.impacts, "before")
         self.radius = start.radius_m[np.stack([trace.impacts["first"], np.maximum(second, 0)])]
         self.restitution = start.restitution_of(second)
-        self.bodies, self.contacts = impact_bodies(trace, rim_speeds(trace, "before") + _belt_speeds(trace))
+        self.bodies, self.contacts = build_impact_bodies(trace, rim_speeds(trace, "before") + _find_belt_speeds(trace))
 
-    def after(self, at: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
+    def compute_after(self, at: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
         """Return the velocities and rims after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
         if not len(at):
             return np.zeros((2, 0, 2)), np.zeros((2, 0))
@@ -121,7 +121,7 @@ class _Bodies:
         after = resolve_rough_impact(one, two, normal, self.restitution[at], contacts)
         return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
 
-    def energy(self, velocity: Array, rim: Array) -> Array:
+    def compute_energy(self, velocity: Array, rim: Array) -> Array:
         """Return the kinetic energies of the bodies at given velocities and rim speeds, joules, shape ``(m,)``."""
         numbers = np.array([(body.mass, body.inertia) for body in self.bodies])
         mass, inertia = np.where(np.isinf(numbers), 0.0, numbers).swapaxes(0, 1)
@@ -138,48 +138,52 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     start, bodies = state["time_s"], _Bodies(trace, state)
     (p1, p2), (v1, v2) = bodies.position, bodies.velocity
     # An impact with non-finite numbers has no local error; a verdict reports it.
-    known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
+    known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & find_finite_impacts(trace)
     known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
     for disc in turns:  # a driven path is not straight
         known &= (impacts["first"] != disc) & (impacts["second"] != disc)
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
-    wait[pairs] = _time_to_contact(bodies, pairs)
-    wait[walls], normal[walls] = _meetings_with_walls(trace, bodies, start, walls)
+    wait[pairs] = _compute_time_to_contact(bodies, pairs)
+    wait[walls], normal[walls] = _find_wall_meetings(trace, bodies, start, walls)
     # Overlapping bodies have met in the past, but not before the impact after which they moved on these paths.
-    wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn_times(trace) - start, 0.0)), wait)
+    wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_find_last_turn_times(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
     at = np.flatnonzero(happens & ~bodies.wall)
     normal[at] = (p2[at] + v2[at] * wait[at, None]) - (p1[at] + v1[at] * wait[at, None])
     normal[at] /= np.hypot(*normal[at].T)[:, None]
     after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
-    rim, expected_rim = rim_speeds(trace, "after") + _belt_speeds(trace), np.full((2, len(impacts)), math.nan)
+    rim, expected_rim = (
+        rim_speeds(trace, "after") + _find_belt_speeds(trace),
+        np.full((2, len(impacts)), math.nan),
+    )
     ok = np.flatnonzero(happens)
-    expected[:, ok], expected_rim[:, ok] = bodies.after(ok, normal[ok])
+    expected[:, ok], expected_rim[:, ok] = bodies.compute_after(ok, normal[ok])
     sampled, sampled_rim = _predict_pit(trace, bodies, start, wait, expected, expected_rim)
     instant = np.where(happens, start + wait, math.nan)
     restitution = compute_restitutions(bodies.velocity, after, normal) - bodies.restitution
 
-    def spin_error(difference: Array) -> Array:
+    def compute_spin_error(difference: Array) -> Array:
         error: Array = np.max(np.abs(difference), axis=0) / scales.rim_m_s  # keeps NaN
         return error if scene.turns else np.full_like(error, math.nan)
 
     return LocalErrors(
-        time_s=_turn_times(trace) - instant,
+        time_s=_find_turn_times(trace) - instant,
         velocity=larger_error(after - expected) / scales.speed_m_s,
-        spin=spin_error(rim - expected_rim),
+        spin=compute_spin_error(rim - expected_rim),
         restitution=np.where(happens, restitution, math.nan),
-        energy=(bodies.energy(after, rim) - bodies.energy(expected, expected_rim)) / (scales.energy_j or 1.0),
+        energy=(bodies.compute_energy(after, rim) - bodies.compute_energy(expected, expected_rim))
+        / (scales.energy_j or 1.0),
         sampling_velocity=larger_error(sampled - expected) / scales.speed_m_s,
         solver_velocity=larger_error(after - sampled) / scales.speed_m_s,
-        sampling_spin=spin_error(sampled_rim - expected_rim),
-        solver_spin=spin_error(rim - sampled_rim),
+        sampling_spin=compute_spin_error(sampled_rim - expected_rim),
+        solver_spin=compute_spin_error(rim - sampled_rim),
         spurious=tuple(np.flatnonzero(known & ~np.isfinite(wait)).tolist()),
     )
 
 
-def _belt_speeds(trace: Trace) -> Array:
+def _find_belt_speeds(trace: Trace) -> Array:
     """Return the surface speed that a conveyor wall adds, for both bodies of each impact."""
     start, second = trace.scene.arrays, trace.impacts["second"]
     speeds = np.zeros((2, len(second)))
@@ -188,19 +192,19 @@ def _belt_speeds(trace: Trace) -> Array:
     return speeds
 
 
-def _turn_times(trace: Trace) -> Array:
+def _find_turn_times(trace: Trace) -> Array:
     """Return the effective time of each impact if it is known, otherwise the reported time, seconds."""
     times: Array = trace.impacts["time_s"]
     effective = times if trace.effective_time_s is None else trace.effective_time_s
     return np.where(np.isfinite(effective), effective, times)
 
 
-def _last_turn_times(trace: Trace) -> Array:
+def _find_last_turn_times(trace: Trace) -> Array:
     """Return the time of either body's last impact before each impact, seconds; 0 if there is none."""
     latest = np.zeros(len(trace.scene.discs))
     result = np.zeros(len(trace.impacts))
     for k, (time, *pair) in enumerate(
-        zip(_turn_times(trace), trace.impacts["first"], trace.impacts["second"], strict=True)
+        zip(_find_turn_times(trace), trace.impacts["first"], trace.impacts["second"], strict=True)
     ):
         bodies = [body for body in pair if body >= 0]
         result[k] = np.max(latest[bodies])
@@ -208,7 +212,7 @@ def _last_turn_times(trace: Trace) -> Array:
     return result
 
 
-def _time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
+def _compute_time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
     """Return the seconds to contact on free paths: negative for overlapping bodies, infinite if bodies never meet."""
     if not len(at):
         return np.zeros(0)
@@ -221,8 +225,8 @@ def _time_to_contact(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
     return np.where((ahead == 0.0) & (c < 0.0), ago, ahead)
 
 
-def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return the seconds until discs meet walls on free paths, as `_time_to_contact` does, and the normals there."""
+def _find_wall_meetings(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Return the seconds until discs meet walls on free paths, and the normals there."""
     scene_bodies, wait, normal = SceneBodies(trace.scene), np.full(len(at), math.inf), np.zeros((len(at), 2))
     for row, k in enumerate(at.tolist()):
         number, radius, begin_s = (
@@ -234,17 +238,17 @@ def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDAr
             from_s = max(leg.begin_s, begin_s)
             velocity = bodies.velocity[0, k] - leg.velocity
             place = bodies.position[0, k] + bodies.velocity[0, k] * (from_s - begin_s) - leg.moved_at(from_s)
-            ahead, towards = _meeting_with_wall(scene_bodies.walls[number], place, velocity, radius)
+            ahead, towards = _find_wall_meeting(scene_bodies.walls[number], place, velocity, radius)
             if from_s + ahead < leg.end_s:
                 wait[row], normal[row] = from_s + ahead - begin_s, towards
                 break
     return wait, normal
 
 
-def _meeting_with_wall(
+def _find_wall_meeting(
     wall: HalfPlane | FiniteWall, place: Array, velocity: Array, radius: float
 ) -> tuple[float, Vector]:
-    """Return the seconds until a disc meets a wall at rest, as `_time_to_contact` does, and the normal to the wall."""
+    """Return the seconds until a disc meets a wall at rest, and the normal to the wall."""
     if isinstance(wall, tuple):
         into = np.array(wall[2:])
         speed, gap = float(velocity @ into), float((place - wall[:2]) @ into) - radius
@@ -284,15 +288,15 @@ def _predict_pit(
         leg = arrays.drive_of_wall(number).leg_at(time_s)
         velocity = bodies.velocity[0, k] - leg.velocity
         x, y = (bodies.position[0, k] + bodies.velocity[0, k] * steps[k] * dt_s - leg.moved_at(time_s)).tolist()
-        foot = wall.nearest(x, y)
+        foot = wall.find_nearest(x, y)
         towards, reach = np.array([foot.x - x, foot.y - y]), wall.half_width + float(bodies.radius[0, k])
         result[:, k], rims[:, k] = math.nan, math.nan
         if float(velocity @ towards) > 0.0 and 0.0 < math.hypot(*towards) <= reach * (1.0 + 2.0**-40):
             one = np.array([k])
-            result[:, one], rims[:, one] = bodies.after(one, towards[None] / math.hypot(*towards))
+            result[:, one], rims[:, one] = bodies.compute_after(one, towards[None] / math.hypot(*towards))
     at = np.flatnonzero(np.isfinite(steps) & ~bodies.wall)
     line = d[at] + u[at] * (steps[at] * dt_s)[:, None]
     reach = np.sum(bodies.radius[:, at], axis=0)
     found = (np.sum(line * u[at], axis=1) < 0.0) & (np.hypot(*line.T) <= reach * (1.0 + 2.0**-40))
-    result[:, at[found]], rims[:, at[found]] = bodies.after(at[found], line[found])
+    result[:, at[found]], rims[:, at[found]] = bodies.compute_after(at[found], line[found])
     return result, rims

@@ -13,7 +13,7 @@ from carom.comparator.comparison_range import Baseline
 from carom.comparator.impact_matching import Alignment
 from carom.comparator.measure.consistency import Consistency, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
-from carom.comparator.measure.errors import ImpactError, Measured, measure, unknown_velocities
+from carom.comparator.measure.errors import ImpactError, Measured, measure_errors, unknown_velocities
 from carom.comparator.measure.friction_branch import WrongBranches, find_wrong_branches
 from carom.comparator.measure.local_errors import LocalErrors, measure_local_errors
 from carom.comparator.measure.reported_impacts import ReportComparison, compare_reports_with_states
@@ -78,7 +78,7 @@ class MeasuredRun(AlignedRun):
             and not error.spin * scales.rim_m_s > self.rounding * own.rim_m_s[at]
         )
 
-    def end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
+    def compute_end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
         """Return the rounding errors of final positions, velocities and rim speeds, in the rows of `Measured.ends`.
 
         The rounding of a position grows with each step in narrow floats. Grade *exact* allows at most a hundredth of
@@ -97,11 +97,11 @@ class MeasuredRun(AlignedRun):
 def measure_run(aligned: AlignedRun) -> MeasuredRun:
     """Measure the errors of a run: against the reference, against its own states, and step by step."""
     reference, observed, pit, scales = aligned.reference, aligned.observed, aligned.pit, aligned.scales
-    measured = measure(reference, observed, aligned.alignment, scales)
+    measured = measure_errors(reference, observed, aligned.alignment, scales)
     sampled = against_pit = cost = None
     if pit is not None and aligned.pit_alignment is not None and aligned.against_pit is not None:
-        sampled = aligned.baseline.once(_measure_pit, scales, aligned.pit_alignment)
-        against_pit = measure(pit, observed, aligned.against_pit, scales)
+        sampled = aligned.baseline.compute_once(_measure_pit, scales, aligned.pit_alignment)
+        against_pit = measure_errors(pit, observed, aligned.against_pit, scales)
         cost = measure_sampling_cost(aligned, pit, sampled, measured)
     non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
     if reference.outcome is Outcome.CRUSHED:  # a crushed disc has no possible state afterwards
@@ -113,7 +113,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         aligned,
         measured=measured,
         impact_errors=measure_impact_errors(measured, scales, aligned.compared.impacts),
-        changes=aligned.baseline.once(_measure_changes, scales),
+        changes=aligned.baseline.compute_once(_measure_changes, scales),
         not_told_apart=tuple(np.flatnonzero(unknown_velocities(observed).any(axis=0)).tolist()),
         sampling=sampled,
         measured_against_pit=against_pit,
@@ -131,7 +131,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
 
 def _measure_pit(baseline: Baseline, scales: Scales, alignment: Alignment) -> Measured:
     assert baseline.pit is not None  # noqa: S101 - it has an alignment
-    return measure(baseline.reference, baseline.pit, alignment, scales)
+    return measure_errors(baseline.reference, baseline.pit, alignment, scales)
 
 
 def _measure_changes(baseline: Baseline, scales: Scales) -> NDArray[np.float64]:

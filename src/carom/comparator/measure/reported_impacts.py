@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace, body_name
-from carom.support.formatting import instant
+from carom.support.formatting import format_instant
 
 #: Largest distance in steps between a report and its window. Engines report a contact up to two steps before or after
 #: it acts, mostly at a step boundary. The half step makes the limit independent of rounding.
@@ -58,15 +58,15 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
     away_s = _AWAY_STEPS * trace.dt_s
     earliest, latest = windows["begin_s"] - away_s, windows["end_s"] + away_s
     rows: dict[_Bodies, list[int]] = defaultdict(list)
-    for row, bodies in enumerate(_bodies(truth.meetings)):
+    for row, bodies in enumerate(_list_bodies(truth.meetings)):
         rows[bodies].append(row)
     reports: dict[_Bodies, list[float]] = {bodies: [] for bodies in rows}
-    for time_s, bodies in zip(trace.impacts["time_s"].tolist(), _bodies(trace.impacts), strict=True):
+    for time_s, bodies in zip(trace.impacts["time_s"].tolist(), _list_bodies(trace.impacts), strict=True):
         if time_s <= until_s:
             reports.setdefault(bodies, []).append(time_s)
     held: dict[_Bodies, list[tuple[float, float]]] = defaultdict(list)
     if truth.rests is not None:
-        for row, bodies in zip(truth.rests.tolist(), _bodies(truth.rests), strict=True):
+        for row, bodies in zip(truth.rests.tolist(), _list_bodies(truth.rests), strict=True):
             held[bodies].append(row[2:])
     unshown: list[tuple[float, _Bodies]] = []
     unreported: list[tuple[float, _Bodies]] = []
@@ -78,9 +78,9 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
         # report. If each of two such matchings exists, a matching that does both exists (Mendelsohn and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
-        left, _ = _match(bound, lonely)
+        left, _ = _match_times(bound, lonely)
         unshown += [(time_s, bodies) for time_s in left]
-        _, open_spans = _match(sorted(times), [span for span in lonely if asked[span[2]]])
+        _, open_spans = _match_times(sorted(times), [span for span in lonely if asked[span[2]]])
         unreported += [(float(windows["begin_s"][row]), bodies) for _, _, row in open_spans]
     return ReportComparison(len(unshown), len(unreported), _format_first(unshown), _format_first(unreported))
 
@@ -91,7 +91,7 @@ def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: floa
     return after > 0 and time_s <= spans[after - 1][1] + away_s
 
 
-def _match(
+def _match_times(
     times: Sequence[float], spans: Sequence[tuple[float, float, int]]
 ) -> tuple[list[float], list[tuple[float, float, int]]]:
     """Match each time with the span that ends first, and return the unmatched times and spans."""
@@ -110,9 +110,9 @@ def _format_first(found: Sequence[tuple[float, _Bodies]]) -> str:
         return ""
     time_s, bodies = min(found)
     first, second = sorted(bodies, key=lambda body: (body < 0, body))  # a wall comes last
-    return f"at {instant(time_s)} between {body_name(first)} and {body_name(second)}"
+    return f"at {format_instant(time_s)} between {body_name(first)} and {body_name(second)}"
 
 
-def _bodies(rows: NDArray[np.void]) -> list[_Bodies]:
+def _list_bodies(rows: NDArray[np.void]) -> list[_Bodies]:
     pairs = zip(rows["first"].tolist(), rows["second"].tolist(), strict=True)
     return [(min(pair), max(pair)) for pair in pairs]

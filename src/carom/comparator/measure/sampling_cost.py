@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import AlignedRun
 from carom.comparator.impact_matching import ComparisonRange, match_impacts
-from carom.comparator.measure.errors import Measured, larger_error, measure
+from carom.comparator.measure.errors import Measured, larger_error, measure_errors
 from carom.comparator.non_finite import find_non_finite
-from carom.comparator.scales import Scales, compute_scales, largest
-from carom.comparator.shifted_scenes import even_phases, shifted_scenes
+from carom.comparator.scales import Scales, compute_scales, find_largest
+from carom.comparator.shifted_scenes import build_shifted_scenes, list_even_phases
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.model.scene import Scene
@@ -88,7 +88,7 @@ class SamplingCost:
         return cls(dt_s, errors, found, found_off_s, abs(worst.energy), place, velocity, spin, late_s)
 
     @classmethod
-    def worst(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
+    def combine(cls, costs: Sequence[SamplingCost]) -> SamplingCost:
         """Return the largest cost over several phases. The first item must be the cost at the scene's own phase."""
         errors, found, off_s = (
             np.maximum.accumulate(np.max([getattr(cost, name) for cost in costs], axis=0), axis=-1)
@@ -102,7 +102,7 @@ class SamplingCost:
         close = sum(
             cost.late_s <= part * cost.dt_s and bool(np.all(cost.errors <= part * errors + rounding)) for cost in costs
         )
-        late_s = largest(cost.late_s for cost in costs)
+        late_s = find_largest(cost.late_s for cost in costs)
         return cls(costs[0].dt_s, errors, found, off_s, energy, place, velocity, spin, late_s, len(costs), close)
 
 
@@ -119,13 +119,13 @@ def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, o
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
     costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]
     if not (pit.dt_s and impacts):
-        return SamplingCost.worst(costs)
-    costs += _costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
-    cost = SamplingCost.worst(costs)
+        return SamplingCost.combine(costs)
+    costs += _measure_costs_at_even_phases(reference.scene, pit.dt_s, impacts, cut)
+    cost = SamplingCost.combine(costs)
     if phases := _find_own_phases(own, cost, THRESHOLDS.ratio_known_of(aligned.observed.float_bits)):
-        costs += _costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
+        costs += _measure_costs_at_phases(reference.scene, pit.dt_s, impacts, cut, phases)
         # `close_phases` counts even phases only.
-        cost = replace(SamplingCost.worst(costs), phases=cost.phases, close_phases=cost.close_phases)
+        cost = replace(SamplingCost.combine(costs), phases=cost.phases, close_phases=cost.close_phases)
     return cost
 
 
@@ -169,13 +169,17 @@ def measure_changes(reference: Trace, scales: Scales) -> Array:
 
 
 @lru_cache(maxsize=KEPT)
-def _costs_at_even_phases(scene: Scene, dt_s: float, reliable_impacts: int, cut: bool) -> tuple[SamplingCost, ...]:
+def _measure_costs_at_even_phases(
+    scene: Scene, dt_s: float, reliable_impacts: int, cut: bool
+) -> tuple[SamplingCost, ...]:
     """Return the cost at each even phase except the first, which is the scene's own."""
-    return _costs_at_phases.__wrapped__(scene, dt_s, reliable_impacts, cut, even_phases(THRESHOLDS.phases)[1:])
+    return _measure_costs_at_phases.__wrapped__(
+        scene, dt_s, reliable_impacts, cut, list_even_phases(THRESHOLDS.phases)[1:]
+    )
 
 
 @lru_cache(maxsize=OWN_KEPT)
-def _costs_at_phases(
+def _measure_costs_at_phases(
     scene: Scene, dt_s: float, reliable_impacts: int, cut: bool, phases: tuple[float, ...]
 ) -> tuple[SamplingCost, ...]:
     """Return the cost at each given phase, except phases at which the shifted scene has other impacts.
@@ -185,7 +189,7 @@ def _costs_at_phases(
     reference = solve_pic(scene, max_impacts=reliable_impacts if cut else None)
     scales, costs = compute_scales(scene, reference), list[SamplingCost]()
     bodies = reference.impacts[["first", "second"]][:reliable_impacts]
-    for moved in shifted_scenes(reference, dt_s, phases):
+    for moved in build_shifted_scenes(reference, dt_s, phases):
         try:
             truth = solve_pic(moved, max_impacts=reliable_impacts + 1)
             pit = solve_pit(moved, frame_rate_hz=1.0 / dt_s)
@@ -198,7 +202,7 @@ def _costs_at_phases(
             continue
         whole = not cut and agreed == reliable_impacts == len(truth.impacts)
         until_s = math.inf if whole else float(truth.impacts["time_s"][agreed - 1])
-        found = measure(truth, pit, match_impacts(truth, pit, ComparisonRange(agreed, until_s)), scales)
+        found = measure_errors(truth, pit, match_impacts(truth, pit, ComparisonRange(agreed, until_s)), scales)
         errors = measure_impact_errors(found, scales, agreed)
         costs.append(SamplingCost.of(dt_s, np.pad(errors, ((0, 0), (0, reliable_impacts - agreed))), found))
     return tuple(costs)

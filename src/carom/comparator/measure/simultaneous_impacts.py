@@ -110,7 +110,7 @@ class ConventionMatch:
     matches: bool
 
 
-def first_group(reference: Trace) -> Group | None:
+def find_first_group(reference: Trace) -> Group | None:
     """Return the first shared instant of a reference; None if there is none."""
     if not reference.ambiguous:
         return None
@@ -121,9 +121,9 @@ def first_group(reference: Trace) -> Group | None:
     # Positions at the instant, and the flights that last until the instant.
     at_s, every = float(impacts["time_s"][begin]), reversed(list(free_flights(reference)))
     flights = {flight.disc: flight for flight in every if flight.impact >= begin and flight.end_s >= at_s}
-    position = np.array([flights[disc].at(time_s) for disc in range(len(scene.discs))])
+    position = np.array([flights[disc].position_at(time_s) for disc in range(len(scene.discs))])
     extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
-    contacts = list(_touching(scene, position, time_s, SAME * extent))
+    contacts = list(_find_touching_bodies(scene, position, time_s, SAME * extent))
     discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
     while True:  # add bodies that are reached through movable discs
         linked = {
@@ -140,11 +140,14 @@ def first_group(reference: Trace) -> Group | None:
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
     rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last write counts
     ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
-    motion = [(*flight.velocity_at(time_s), r * flight.damping.kept(time_s - flight.begin_s)) for flight, r in ended]
+    motion = [
+        (*flight.velocity_at(time_s), r * flight.damping.compute_kept_fraction(time_s - flight.begin_s))
+        for flight, r in ended
+    ]
     return Group(time_s, tuple(sorted(discs)), own, np.array(motion))
 
 
-def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
+def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
     """Return the distinct admissible outcomes of a shared instant; none if there are too many.
 
     Args:
@@ -168,14 +171,14 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
         seen.add(key)
         if len(seen) > MOST_STATES:
             return ()
-        active = [c for c in group.contacts if _closing(c, motion, row) > cell]
+        active = [c for c in group.contacts if _compute_closing_speed(c, motion, row) > cell]
         if not active:
             impacts_text = ", then ".join(path[:MOST_LISTED]) or "no impact"
             found.append(AdmissibleOutcome(impacts_text + ", and so on" * (len(path) > MOST_LISTED), motion))
         for contact in reversed(active):  # reversed, so that the stack returns low body numbers first
             struck = contact.second if contact.second >= 0 else body_name(contact.second)
-            stack.append((_struck(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
-    at_once = _at_once(scene, group, row, tolerance)
+            stack.append((_apply_impact(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
+    at_once = _solve_at_once(scene, group, row, tolerance)
     if at_once is not None and all(np.max(np.abs(at_once - o.motion_m_s)) > cell for o in found):
         found.append(AdmissibleOutcome("all at once", at_once))
     return tuple(found)
@@ -183,20 +186,22 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
 
 def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
     """Return the admissible outcome that a trace took at the first shared instant; None if all impacts are unique."""
-    group = first_group(reference)
+    group = find_first_group(reference)
     if group is None:
         return None
-    outcomes = admissible_outcomes(reference.scene, group, scales.speed_m_s)
+    outcomes = find_admissible_outcomes(reference.scene, group, scales.speed_m_s)
     if not outcomes:
         return ConventionMatch(group, (), None, math.nan, matches=False)
-    nearest, distance = _nearest(observed, group, outcomes, scales)
+    nearest, distance = _find_nearest_outcome(observed, group, outcomes, scales)
     # Sampling changes normals, so the distance of PIT at the same step is allowed.
-    allowed = 0.0 if sampling is None else _nearest(sampling, group, outcomes, scales)[1]
+    allowed = 0.0 if sampling is None else _find_nearest_outcome(sampling, group, outcomes, scales)[1]
     return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
 
 
-def _nearest(trace: Trace, group: Group, outcomes: Sequence[AdmissibleOutcome], scales: Scales) -> tuple[int, float]:
-    found = _motions_after(trace, group)
+def _find_nearest_outcome(
+    trace: Trace, group: Group, outcomes: Sequence[AdmissibleOutcome], scales: Scales
+) -> tuple[int, float]:
+    found = _find_motions_after(trace, group)
     distances = []
     for outcome in outcomes:
         x, y, rim = (found - outcome.motion_m_s).T
@@ -205,7 +210,7 @@ def _nearest(trace: Trace, group: Group, outcomes: Sequence[AdmissibleOutcome], 
     return best, distances[best]
 
 
-def _motions_after(trace: Trace, group: Group) -> Motions:
+def _find_motions_after(trace: Trace, group: Group) -> Motions:
     """Return the motions of the group's discs after their impacts at the shared instant and in the next steps."""
     motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
@@ -218,7 +223,7 @@ def _motions_after(trace: Trace, group: Group) -> Motions:
     return motion
 
 
-def _touching(
+def _find_touching_bodies(
     scene: Scene, position: NDArray[np.float64], time_s: float, tolerance_m: float
 ) -> Iterator[TouchingBodies]:
     radius = scene.arrays.radius_m
@@ -237,33 +242,33 @@ def _touching(
                     yield TouchingBodies(i, wall_body(number), (-wall.normal[0], -wall.normal[1]), leg.velocity)
                 continue
             x, y = seen.tolist()
-            for foot in wall.outline.feet_within(x, y, wall.half_width_m + float(radius[i]) + tolerance_m):
+            for foot in wall.outline.find_feet(x, y, wall.half_width_m + float(radius[i]) + tolerance_m):
                 distance = math.hypot(foot.x - x, foot.y - y)
                 normal = ((foot.x - x) / distance, (foot.y - y) / distance)
                 yield TouchingBodies(i, wall_body(number), normal, leg.velocity)
 
 
-def _closing(contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> float:
+def _compute_closing_speed(contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> float:
     first, second, normal, wall = contact
     other = motion[row[second], :2] if second >= 0 else np.array(wall)
     return float((motion[row[first], :2] - other) @ np.array(normal))
 
 
-def _inverse_masses(scene: Scene, contact: TouchingBodies) -> tuple[float, float]:
+def _inverse_masses_of(scene: Scene, contact: TouchingBodies) -> tuple[float, float]:
     first, second, *_ = contact
     return 1.0 / scene.discs[first].mass_kg, 1.0 / scene.discs[second].mass_kg if second >= 0 else 0.0
 
 
-def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> Motions:
+def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> Motions:
     """Return the motions after an impact of two bodies, by the law of impact with friction."""
     first, second, normal, wall_m_s = contact
     is_wall, start, after = second < 0, scene.arrays, motion.copy()
-    weights = dict(zip((first, second), _inverse_masses(scene, contact), strict=True))
+    weights = dict(zip((first, second), _inverse_masses_of(scene, contact), strict=True))
     if sum(weights.values()) == 0.0:
         return motion
     surface = start.materials[wall_index(second)] if is_wall else scene
     sides = [(first, -1.0)] if is_wall else [(first, -1.0), (second, 1.0)]
-    pressed = (1.0 + surface.restitution) * _closing(contact, motion, row) / sum(weights.values())
+    pressed = (1.0 + surface.restitution) * _compute_closing_speed(contact, motion, row) / sum(weights.values())
     for body, sign in sides:
         after[row[body], :2] += sign * (pressed * weights[body] * np.array(normal))
     law = ContactFriction(
@@ -291,14 +296,14 @@ def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[in
     return after
 
 
-def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
+def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
     """Solve for all impulses at once by trying each set of pushing contacts; None without a result.
 
     There is no result for more than `MOST_AT_ONCE` contacts, or with friction, where it is not unique (Baraff 1989).
     """
     if scene.arrays.rubs:
         return None
-    contacts = [c for c in group.contacts if sum(_inverse_masses(scene, c)) > 0.0]
+    contacts = [c for c in group.contacts if sum(_inverse_masses_of(scene, c)) > 0.0]
     if len(contacts) > MOST_AT_ONCE:
         return None
     jacobian = np.zeros((len(contacts), 2 * len(row)))
@@ -308,7 +313,7 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
         if second >= 0:
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
-    closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
+    closing = np.array([_compute_closing_speed(c, group.motion_m_s, row) for c in contacts])
     # Closing speeds after the impact are -e times the closing speeds before it. A contact that did not close before
     # must not close after.
     seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.grades import Grade
-from carom.comparator.scales import Scales, median
+from carom.comparator.scales import Scales, compute_median
 from carom.comparator.stepwise.judge_window import PASSED
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import pair_name
-from carom.support.formatting import instant
+from carom.support.formatting import format_instant
 
 Array = NDArray[np.float64]
 
@@ -168,7 +168,8 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     speed, rim = (np.where(scored[name] > 0.0, scored[name], 1.0) for name in ("speed", "rim"))
     velocity, spin = scored["velocity"] / speed, scored["spin"] / rim
     ratio = np.maximum(
-        _ratio(velocity, scored["price_velocity"] / speed, rounding), _ratio(spin, scored["price_spin"] / rim, rounding)
+        _compute_cost_ratio(velocity, scored["price_velocity"] / speed, rounding),
+        _compute_cost_ratio(spin, scored["price_spin"] / rim, rounding),
     )
     alone = scored[single & ~np.isnan(scored["late_steps"])]
     late = alone["late_steps"]
@@ -176,7 +177,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     early = late < -known
     missed = _drop_continuations(truth.meetings[truth.meetings["missed"]])
     due_s = np.where(np.isnan(missed["due_s"]), missed["begin_s"], missed["due_s"])
-    first_missed = "".join(f"at {instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
+    first_missed = "".join(f"at {format_instant(float(one['begin_s']))} between {pair_name(one)}" for one in missed[:1])
     invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
     # Positions are rounded at the start and at the end. The rounding of a velocity adds up over the length of the
@@ -203,16 +204,16 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         early=int(early.sum()),
         ahead=truth.ahead,
         entangled=int(scored["entangled"].sum()),
-        late_steps=_median_and_worst(late),
+        late_steps=_compute_median_and_worst(late),
         early_steps=float(np.max(-late[early], initial=0.0)),
         too_late=int(np.sum(late > alone["late_allowed"] + known)),
-        velocity=_median_and_worst(velocity[single]),
+        velocity=_compute_median_and_worst(velocity[single]),
         spin=float(np.max(spin[single], initial=0.0)),
-        ratio=_median_and_worst(ratio[single]),
+        ratio=_compute_median_and_worst(ratio[single]),
         worse_than_pit=int(np.sum(ratio[single] > 1.0 + THRESHOLDS.ratio_known_of(float_bits))),
         judged=int(single.sum()),
-        restitution=_median_and_worst(np.abs(restitution[~np.isnan(restitution)])),
-        energy=_unexplained_energy_j(scored) / scales.energy_j if scales.energy_j else 0.0,
+        restitution=_compute_median_and_worst(np.abs(restitution[~np.isnan(restitution)])),
+        energy=_compute_unexplained_energy(scored) / scales.energy_j if scales.energy_j else 0.0,
         slipped=slipped,
         drifts=truth.slip_counts[1],
         drift=float(np.max(truth.slips["moved_m"], initial=0.0)) / scales.length_m,
@@ -230,16 +231,16 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 
-def _ratio(error: Array, price: Array, rounding: float) -> Array:
+def _compute_cost_ratio(error: Array, price: Array, rounding: float) -> Array:
     """Return errors over costs of sampling: 0 for rounding errors, infinite if sampling costs nothing."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(error <= rounding, 0.0, np.where(price <= rounding, math.inf, error / price))
 
 
-def _median_and_worst(values: Array) -> tuple[float, float]:
+def _compute_median_and_worst(values: Array) -> tuple[float, float]:
     if not len(values):
         return (math.nan, math.nan)
-    return (median(values), float(np.max(values)))
+    return (compute_median(values), float(np.max(values)))
 
 
 def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
@@ -263,20 +264,22 @@ def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], 
     for row in turned:
         size = max(float(row["velocity"]), float(row["spin"])) / (float(row["rim"]) or 1.0)
         if size > PASSED:
-            found.append((float(row["begin_s"]), f"at {instant(float(row['begin_s']))}"))
+            found.append((float(row["begin_s"]), f"at {format_instant(float(row['begin_s']))}"))
         else:
             slipped = max(slipped, size)
     for row in truth.slips:
         size = max(float(row["velocity"]), float(row["rim"])) / (float(row["speed"]) or 1.0)
         if size > PASSED:
-            found.append((float(row["time_s"]), f"at {instant(float(row['time_s']))}, of disc {int(row['disc'])}"))
+            found.append(
+                (float(row["time_s"]), f"at {format_instant(float(row['time_s']))}, of disc {int(row['disc'])}")
+            )
         else:
             slipped = max(slipped, size)
     first_s, first = min(found, default=(None, ""))
     return len(found), (first, first_s), slipped
 
 
-def _unexplained_energy_j(scored: NDArray[np.void]) -> float:
+def _compute_unexplained_energy(scored: NDArray[np.void]) -> float:
     """Return the energy gained or lost beyond PIT's from the same states, joules."""
     gained = np.abs(scored["energy_j"])
     passed = scored["missed"] > 0

@@ -11,6 +11,6 @@ own state. `docs/theory/scoring.md` defines the measures. The modules, in the or
 5. `measure.stepwise_score` derives numbers and a grade.
 """
 
-from carom.comparator.stepwise.step_watch import StepWatch, local_truth
+from carom.comparator.stepwise.step_watch import StepWatch, compute_local_truth
 
-__all__ = ["StepWatch", "local_truth"]
+__all__ = ["StepWatch", "compute_local_truth"]

@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise.bodies import BodyStates
-from carom.comparator.stepwise.near_pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
+from carom.comparator.stepwise.near_pairs import (
+    MARGIN_STEPS,
+    NearPairs,
+    find_disc_pairs,
+    find_pairs_near_in_step,
+    find_wall_pairs,
+)
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS, RestHistory, find_resting_pairs
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
@@ -54,10 +60,10 @@ def find_activity(block: Block, rest: RestHistory) -> Activity:
     """Find the pairs that meet, push or rest in each step of a block, and record how deep resting pairs sink."""
     shape = block.turned.shape
     found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
-    steps = _steps_together(block)
+    steps = _choose_steps_together(block)
     for begin in range(0, len(block), steps):
         end = min(begin + steps, len(block))
-        together = [*disc_pairs(block, begin, end), *wall_pairs(block, begin, end)]
+        together = [*find_disc_pairs(block, begin, end), *find_wall_pairs(block, begin, end)]
         for relative in together:
             resting = find_resting_pairs(block, relative)
             _enter_active_pairs(block, relative, resting, found)
@@ -70,7 +76,7 @@ def find_activity(block: Block, rest: RestHistory) -> Activity:
     return found
 
 
-def _steps_together(block: Block) -> int:
+def _choose_steps_together(block: Block) -> int:
     """Return the number of steps that are handled together. The number is smaller if each pair is solved separately."""
     bodies = block.bodies
     bends = bodies.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in bodies.wall_drives)
@@ -84,7 +90,7 @@ def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found
     begin, steps = relative.begin, len(relative.wait)
     h = block.step_s[begin : begin + steps, None]
     gap, wait = relative.gap, relative.wait
-    first, second = relative.discs(block.bodies.n)
+    first, second = relative.list_discs(block.bodies.n)
     meets = (wait <= h) & ~resting
     turned = block.turned[begin : begin + steps]
     pushed = turned[:, first] | turned[:, second]
@@ -103,7 +109,7 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
     if not due or all(pair in active for near_pairs in together for pair in near_pairs.pairs):
         return
-    if _all_active(active, due, near := near_in(block, together, step)):
+    if _are_all_active(active, due, near := find_pairs_near_in_step(block, together, step)):
         return
     struck = (body for _, pair in due for body in pair if body in near)
     if not block.is_possible(step, {pair for body in struck for pair in near[body]}):
@@ -113,11 +119,13 @@ def _enter_consequences(block: Block, found: Activity, step: int, together: Sequ
         if pair not in active and closing > slow:
             active[pair] = time_s
             found.follows.add((step, pair))
-            if _all_active(active, due, near):
+            if _are_all_active(active, due, near):
                 break  # further impacts of the same pairs change nothing
 
 
-def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]) -> bool:
+def _are_all_active(
+    active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]
+) -> bool:
     """Whether all pairs that the due pairs can strike, directly or through other pairs, are already active."""
     bodies = [body for _, pair in due for body in pair if body in near]
     reached = set(bodies)
@@ -144,7 +152,7 @@ def _find_impacts(
     flown: dict[int, tuple[float, BodyStates]] = {}
     struck = defaultdict[int, int](int)
 
-    def at(time_s: float, pair: Pair) -> BodyStates:
+    def build_state(time_s: float, pair: Pair) -> BodyStates:
         both = BodyStates(bodies, {}, {}, {}, begun_s + time_s)
         for body in pair:
             if body < bodies.n:
@@ -162,31 +170,31 @@ def _find_impacts(
         time_s, pair, counts = heappop(events)
         if counts != (struck[pair[0]], struck[pair[1]]):
             continue  # this meeting is outdated, because one of the bodies has turned since
-        state = at(time_s, pair)
-        contact, falls_back = state.contact(pair), bodies.falls(pair[0]) != bodies.falls(pair[1])
+        state = build_state(time_s, pair)
+        contact, falls_back = state.measure_separation(pair), bodies.is_pulled(pair[0]) != bodies.is_pulled(pair[1])
         if falls_back and contact.closing <= 0.0:
             continue
-        state.strike(pair)
+        state.apply_impact(pair)
         found, at_once, last_s = found + 1, at_once + 1 if time_s == last_s else 1, time_s
         yield time_s, pair, contact.closing
-        turned = [body for body in pair if bodies.movable(body)]
+        turned = [body for body in pair if bodies.is_movable(body)]
         for body in turned:
             struck[body] += 1
-            flown[body] = (time_s, state.only((body,)))
-        if at_once > _AT_ONCE and not bodies.driven and _fastest_closing(block, flown) <= slow:
+            flown[body] = (time_s, state.select_discs((body,)))
+        if at_once > _AT_ONCE and not bodies.driven and _bound_closing_speed(block, flown) <= slow:
             return
         for other in {other for body in turned for other in near[body]}:
             if other != pair or falls_back:
-                meets_s = time_s + at(time_s, other).wait(other)
+                meets_s = time_s + build_state(time_s, other).compute_wait(other)
                 if meets_s <= seconds:
                     heappush(events, (meets_s, other, (struck[other[0]], struck[other[1]])))
 
 
-def _fastest_closing(block: Block, flown: Mapping[int, tuple[float, BodyStates]]) -> float:
+def _bound_closing_speed(block: Block, flown: Mapping[int, tuple[float, BodyStates]]) -> float:
     """Return an upper bound on the closing speed of some discs at one instant. No impact adds energy."""
     bodies, twice, lightest = block.bodies, 0.0, math.inf
     for body, (_, state) in flown.items():
-        if bodies.movable(body):
+        if bodies.is_movable(body):
             inverse, rim = bodies.inverse_inertia_ratio[body], bodies.radius[body] * state.spin[body]
             twice += bodies.mass[body] * (
                 math.hypot(*state.velocity[body]) ** 2 + (rim * rim / inverse if inverse else 0.0)

@@ -51,13 +51,13 @@ class BodyStates:
         self.velocity |= other.velocity
         self.spin |= other.spin
 
-    def only(self, bodies: Iterable[int]) -> BodyStates:
+    def select_discs(self, bodies: Iterable[int]) -> BodyStates:
         """Return the state of those bodies that are discs."""
         discs = [body for body in bodies if body < self.bodies.n]
         xy, velocity = ({disc: of[disc] for disc in discs} for of in (self.xy, self.velocity))
         return BodyStates(self.bodies, xy, velocity, {disc: self.spin[disc] for disc in discs}, self.time_s)
 
-    def of_body(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    def motion_of(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the position and velocity of a body. The position of a wall is its displacement since the start."""
         if body < self.bodies.n:
             return self.xy[body], self.velocity[body]
@@ -65,10 +65,10 @@ class BodyStates:
         leg = self.bodies.wall_drives[wall].leg_at(time_s * TOUCH)
         return leg.moved_at(time_s), leg.velocity
 
-    def _mover(self, disc: int, body: int) -> Mover:
+    def _build_mover(self, disc: int, body: int) -> Mover:
         """Return a disc relative to a wall."""
         wall = body - self.bodies.n
-        place = self.bodies.seen_from(wall, *self.xy[disc], self.time_s)
+        place = self.bodies.to_wall_frame(wall, *self.xy[disc], self.time_s)
         return Mover.at(
             place, self.velocity[disc], self.bodies.radius[disc], self.bodies.wall_velocity(wall, self.time_s)
         )
@@ -79,16 +79,19 @@ class BodyStates:
         # A scene has either gravity or slowing, so only one of them bends a path.
         for disc, (x, y) in self.xy.items():
             if bodies.disc_drives and (drive := bodies.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
-                self._drive_on(disc, drive, seconds)
+                self._advance_driven(disc, drive, seconds)
                 continue
             vx, vy = self.velocity[disc]
             flown, kept = seconds, 1.0
             if bodies.slows:
                 speed = math.hypot(vx, vy)
-                flown, kept = bodies.slowing.flown(seconds, speed), bodies.slowing.kept(seconds, speed)
+                flown, kept = (
+                    bodies.slowing.compute_flown_time(seconds, speed),
+                    bodies.slowing.compute_kept_fraction(seconds, speed),
+                )
             ax, ay = bodies.pulls[disc]
             if resting is not None and resting[0] == disc and resting[1] >= bodies.n:
-                _, nx, ny = bodies.side_of(resting[1] - bodies.n, x, y, self.time_s)
+                _, nx, ny = bodies.measure_wall_distance(resting[1] - bodies.n, x, y, self.time_s)
                 pull = min(ax * nx + ay * ny, 0.0)
                 ax, ay = ax - pull * nx, ay - pull * ny
             self.xy[disc] = (x + vx * flown + ax * half, y + vy * flown + ay * half)
@@ -96,28 +99,28 @@ class BodyStates:
             self.spin[disc] *= kept
         self.time_s += seconds
 
-    def later(self, seconds: float, resting: Pair | None = None) -> BodyStates:
+    def compute_later_state(self, seconds: float, resting: Pair | None = None) -> BodyStates:
         """Return the state some seconds later, moved by `fly`."""
         state = self.copy()
         state.fly(seconds, resting)
         return state
 
-    def _drive_on(self, disc: int, drive: Drive, seconds: float) -> None:
+    def _advance_driven(self, disc: int, drive: Drive, seconds: float) -> None:
         begin_s, end_s = self.time_s, self.time_s + seconds
         leg = drive.leg_at(end_s * TOUCH)
         was, now = drive.leg_at(begin_s * TOUCH).moved_at(begin_s), leg.moved_at(end_s)
         x, y = self.xy[disc]
         self.xy[disc], self.velocity[disc] = (x + now[0] - was[0], y + now[1] - was[1]), leg.velocity
 
-    def contact(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
+    def measure_separation(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
         """Return the separation of the bodies of a pair; for a finite wall at a feature, if given."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= bodies.n:
-            away, nx, ny = bodies.side_of(j - bodies.n, x, y, self.time_s)
+            away, nx, ny = bodies.measure_wall_distance(j - bodies.n, x, y, self.time_s)
             wall = bodies.walls[j - bodies.n]
             if feature != NO_FEATURE and isinstance(wall, FiniteWall):
-                nx, ny = wall.features.normal(feature, self._mover(i, j))
+                nx, ny = wall.features.normal(feature, self._build_mover(i, j))
             wx, wy = bodies.wall_velocity(j - bodies.n, self.time_s)
             return Separation(away - bodies.radius[i], (-nx, -ny), -((vx - wx) * nx + (vy - wy) * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
@@ -131,7 +134,7 @@ class BodyStates:
         closing = -(ux * normal[0] + uy * normal[1])
         return Separation(distance - bodies.radius[i] - bodies.radius[j], normal, closing)
 
-    def overlaps(self, pair: Pair) -> bool:
+    def are_overlapping(self, pair: Pair) -> bool:
         """Whether the bodies of a pair overlap or touch. At the instant of contact, rounding may leave a gap."""
         (i, j), bodies = pair, self.bodies
         x, y = self.xy[i]
@@ -139,54 +142,60 @@ class BodyStates:
         if j >= bodies.n:
             wall = bodies.walls[j - bodies.n]
             wide = 0.0 if isinstance(wall, tuple) else (TOUCH - 1.0) * wall.outline.half_width
-            return bodies.side_of(j - bodies.n, x, y, self.time_s)[0] <= reach + wide
+            return bodies.measure_wall_distance(j - bodies.n, x, y, self.time_s)[0] <= reach + wide
         ox, oy = self.xy[j]
         reach += bodies.radius[j] * TOUCH
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
 
-    def wait(self, pair: Pair, last: int = NO_FEATURE) -> float:
+    def compute_wait(self, pair: Pair, last: int = NO_FEATURE) -> float:
         """Return the seconds until the bodies of a pair meet; infinity for never, 0 if they overlap and close.
 
         `last` is the feature of a finite wall that the disc has just met.
         """
         if self.bodies.slowing.table_m_s2:
-            return self._wait_on_table(pair, last, None)
-        wait = self.bodies.slowing.damping.damped(self.undamped_wait(pair, last))
-        later = self.bodies.later_legs(pair, self.time_s)
-        return wait if not later or self.time_s + wait < later[0].begin_s else self.wait_later(pair)
+            return self._compute_wait_on_table(pair, last, None)
+        wait = self.bodies.slowing.damping.to_damped(self.compute_undamped_wait(pair, last))
+        later = self.bodies.list_later_legs(pair, self.time_s)
+        return wait if not later or self.time_s + wait < later[0].begin_s else self.compute_later_wait(pair)
 
-    def wait_later(self, pair: Pair) -> float:
+    def compute_later_wait(self, pair: Pair) -> float:
         """Return the seconds until the bodies of a pair meet on a later leg of a driven body."""
-        for leg in self.bodies.later_legs(pair, self.time_s):
-            there = self.later(leg.begin_s - self.time_s)
-            wait = there.undamped_wait(pair, NO_FEATURE)
+        for leg in self.bodies.list_later_legs(pair, self.time_s):
+            there = self.compute_later_state(leg.begin_s - self.time_s)
+            wait = there.compute_undamped_wait(pair, NO_FEATURE)
             if there.time_s + wait < leg.end_s:
                 self.met |= {pair: there.met[pair]} if pair in there.met else {}
                 return there.time_s + wait - self.time_s
         return math.inf
 
-    def wait_again(self, pair: Pair) -> float:
+    def compute_wait_again(self, pair: Pair) -> float:
         """Return the seconds until two bodies that have just met meet again if no third body turns one of them.
 
         This may happen on a later leg of a driven body, or on a table, which slows each body in its own direction.
         """
         if not self.bodies.slowing.table_m_s2:
-            return self.wait_later(pair)
-        return self._wait_on_table(pair, NO_FEATURE, max(0.0, -self.contact(pair).closing))
+            return self.compute_later_wait(pair)
+        return self._compute_wait_on_table(pair, NO_FEATURE, max(0.0, -self.measure_separation(pair).closing))
 
-    def _wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
+    def _compute_wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
         """Compute `wait` on a table, from one stop to the next. `leaving` is the separation speed after a meeting."""
-        (i, j), bodies, there, passed = pair, self.bodies, self.only(pair), 0.0
+        (i, j), bodies, there, passed = pair, self.bodies, self.select_discs(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
         # The two bodies stop before they meet. The margin of a hundredth is far above rounding.
-        if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * bodies.slowing.table_m_s2):
+        if 0.99 * self.measure_separation(pair).gap > sum(speed * speed for speed in speeds) / (
+            2.0 * bodies.slowing.table_m_s2
+        ):
             return math.inf
         while True:
-            stops = min(bodies.slowing.stops_s(math.hypot(*there.velocity[disc])) for disc in there.xy)
+            stops = min(bodies.slowing.compute_stop_time(math.hypot(*there.velocity[disc])) for disc in there.xy)
             (x, y), (vx, vy) = there.xy[i], there.velocity[i]
-            pull = bodies.slowed(i, there.velocity[i])
+            pull = bodies.compute_table_acceleration(i, there.velocity[i])
             if j < bodies.n:
-                (ox, oy), (ux, uy), other = there.xy[j], there.velocity[j], bodies.slowed(j, there.velocity[j])
+                (ox, oy), (ux, uy), other = (
+                    there.xy[j],
+                    there.velocity[j],
+                    bodies.compute_table_acceleration(j, there.velocity[j]),
+                )
                 one = (x - ox, y - oy, vx - ux, vy - uy, bodies.radius[i])
                 relative = (pull[0] - other[0], pull[1] - other[1])
                 wait = primitives.disc_fall_time(*one, 0.0, 0.0, bodies.radius[j], *relative, leaving)
@@ -194,7 +203,7 @@ class BodyStates:
                 wait = primitives.wall_fall_time(x, y, vx, vy, bodies.radius[i], wall, *pull)
             else:
                 disc = Mover.at((x, y), (vx, vy), bodies.radius[i])
-                wait = self._fall_wait(pair, wall, disc, pull, last)
+                wait = self._compute_fall_wait(pair, wall, disc, pull, last)
             if wait <= stops:
                 return passed + wait
             if stops == math.inf:
@@ -202,37 +211,37 @@ class BodyStates:
             there.fly(stops)
             passed, leaving, last = passed + stops, None, NO_FEATURE
 
-    def undamped_wait(self, pair: Pair, last: int) -> float:
+    def compute_undamped_wait(self, pair: Pair, last: int) -> float:
         """Compute `wait` without damping, as if a driven body of the pair kept its present velocity."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], bodies.radius[i]
         if j >= bodies.n:
             wall = bodies.walls[j - bodies.n]
             if not isinstance(wall, tuple):
-                return self._finite_wait(pair, wall, last)
-            x, y = bodies.seen_from(j - bodies.n, x, y, self.time_s)
+                return self._compute_finite_wall_wait(pair, wall, last)
+            x, y = bodies.to_wall_frame(j - bodies.n, x, y, self.time_s)
             wx, wy = bodies.wall_velocity(j - bodies.n, self.time_s)
             vx, vy = vx - wx, vy - wy
-            if not bodies.falls(i):
+            if not bodies.is_pulled(i):
                 return primitives.wall_time(x, y, vx, vy, radius, wall)
             return primitives.wall_fall_time(x, y, vx, vy, radius, wall, *bodies.gravity)
         (ox, oy), (ux, uy) = self.xy[j], self.velocity[j]
-        if bodies.falls(i) == bodies.falls(j):  # gravity moves both equally
+        if bodies.is_pulled(i) == bodies.is_pulled(j):  # gravity moves both equally
             return primitives.pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, bodies.radius[j])
-        if bodies.falls(i):
+        if bodies.is_pulled(i):
             return primitives.disc_fall_time(x, y, vx - ux, vy - uy, radius, ox, oy, bodies.radius[j], *bodies.gravity)
         return primitives.disc_fall_time(ox, oy, ux - vx, uy - vy, bodies.radius[j], x, y, radius, *bodies.gravity)
 
-    def _finite_wait(self, pair: Pair, wall: FiniteWall, last: int) -> float:
-        disc = self._mover(*pair)
-        if self.bodies.falls(pair[0]):
-            return self._fall_wait(pair, wall, disc, self.bodies.gravity, last)
+    def _compute_finite_wall_wait(self, pair: Pair, wall: FiniteWall, last: int) -> float:
+        disc = self._build_mover(*pair)
+        if self.bodies.is_pulled(pair[0]):
+            return self._compute_fall_wait(pair, wall, disc, self.bodies.gravity, last)
         wait, feature, _ = wall.features.first_touch(disc, last)
         if feature != NO_FEATURE:
             self.met[pair] = feature
         return wait
 
-    def _fall_wait(
+    def _compute_fall_wait(
         self, pair: Pair, wall: FiniteWall, disc: Mover, acceleration: tuple[float, float], last: int
     ) -> float:
         leaving = 0.0
@@ -244,13 +253,13 @@ class BodyStates:
             self.met[pair] = feature
         return wait
 
-    def strike(self, pair: Pair, feature: int = NO_FEATURE) -> None:
+    def apply_impact(self, pair: Pair, feature: int = NO_FEATURE) -> None:
         """Apply an impact of the bodies of a pair at their present positions. `feature` is as in `contact`."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         w_i = bodies.inverse_mass[i]
         if j >= bodies.n:
-            _, (mx, my), _ = self.contact(pair, feature)
+            _, (mx, my), _ = self.measure_separation(pair, feature)
             nx, ny = -mx, -my
             contact = bodies.contact_of(pair)
             wx, wy = bodies.wall_velocity(j - bodies.n, self.time_s)
@@ -258,7 +267,7 @@ class BodyStates:
             along = before[0] * nx + before[1] * ny
             if not along < 0.0:
                 return
-            pressed = -(1.0 + bodies.restitution(pair)) * along
+            pressed = -(1.0 + bodies.restitution_of(pair)) * along
             vx, vy = vx + pressed * nx, vy + pressed * ny
             if contact.friction > 0.0 or bodies.rolling_resistance > 0.0:
                 rim, y = bodies.radius[i] * self.spin[i], bodies.inverse_inertia_ratio[i]
@@ -295,18 +304,18 @@ class BodyStates:
         self.velocity[i] = (vx + w_i * px, vy + w_i * py)
         self.velocity[j] = (ux - w_j * px, uy - w_j * py)
 
-    def energy(self) -> float:
+    def compute_energy(self) -> float:
         """Return the kinetic energy of the movable discs, including rotation, joules."""
         bodies, energy = self.bodies, 0.0
         for disc, (vx, vy) in self.velocity.items():
-            if bodies.movable(disc):
+            if bodies.is_movable(disc):
                 rim, inverse = bodies.radius[disc] * self.spin[disc], bodies.inverse_inertia_ratio[disc]
                 energy += (
                     0.5 * bodies.mass[disc] * (vx * vx + vy * vy + (rim * rim / inverse if inverse > 0.0 else 0.0))
                 )
         return energy
 
-    def fastest(self) -> tuple[float, float]:
+    def find_greatest_speeds(self) -> tuple[float, float]:
         """Return the greatest speed of any disc, and the greatest speed of any disc or rim, metres a second."""
         speed = max(math.hypot(*velocity) for velocity in self.velocity.values())
         return speed, max(speed, *(abs(self.bodies.radius[disc] * spin) for disc, spin in self.spin.items()))

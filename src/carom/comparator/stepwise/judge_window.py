@@ -14,15 +14,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.slowing import nearest_s
+from carom.comparator.slowing import find_nearest_time
 from carom.comparator.stepwise.active_pairs import Activity
 from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
-from carom.comparator.stepwise.window import Difference, Window, relative
-from carom.comparator.stepwise.window_runs import sampled_run
+from carom.comparator.stepwise.window import Difference, Window, compute_relative_velocity
+from carom.comparator.stepwise.window_runs import simulate_pit
 from carom.comparator.thresholds import THRESHOLDS
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ class Comparison:
     pit_passed: Collection[Pair] = ()
 
 
-def judge(
+def judge_window(
     block: Block,
     chain: StepChain,
     activity: Activity,
@@ -86,19 +86,19 @@ def judge(
         ends: Whether the run ends with the block.
         speed_before: Greatest speed of the discs before the window, if the window continues a chain, metres a second.
     """
-    if not block.is_possible(chain.begin, block.bodies.pairs_of(chain.discs)):
+    if not block.is_possible(chain.begin, block.bodies.list_pairs(chain.discs)):
         return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0)  # nothing is due
     window = Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
         return _judge_nothing_due(window, judged)
-    found = window.nearest(window.now, window.truth, window.lasts, window.resting)
+    found = window.find_nearest_difference(window.now, window.truth, window.lasts, window.resting)
     judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
     # Pairs that overlap where a chain was cut were due earlier.
     known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
     judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     judged.entangled = _is_entangled(window, found)
-    judged.energy_j = _energy_gained(window, found, entangled=judged.entangled)
+    judged.energy_j = _compute_energy_gain(window, found, entangled=judged.entangled)
     rounding = block.agreement
     agrees = (
         found.velocity <= rounding * window.speed
@@ -109,9 +109,9 @@ def judge(
     missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
     is_last = ends and chain.end == len(block)
     if is_last:
-        missed = [pair for pair in missed if not _awaits_next_frame(window, pair)]
+        missed = [pair for pair in missed if not _is_due_at_next_frame(window, pair)]
     judged.missed, judged.passed = len(missed), missed
-    if is_last and not missed and _ends_in_contact(window):
+    if is_last and not missed and _has_contact_at_end(window):
         judged.open = True
     if not judged.open:
         _measure_lateness(window, judged, found, agrees=agrees)
@@ -119,7 +119,7 @@ def judge(
         if not (agrees or judged.entangled or judged.missed):  # in other windows, the cost of sampling is not needed
             _measure_sampling_cost(window, judged, found)
     also = {pair for pair in missed if not found_by_pit.get(pair, True)}
-    also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
+    also |= find_pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
     judged.pit_missed, judged.pit_passed = len(also), also
     for pair, steps in chain.pairs.items():
         for step in steps[::-1]:
@@ -130,7 +130,7 @@ def judge(
 
 def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
     """Judge a window in which PIC has no impact: bodies may turn without a cause, or a resting body may be held."""
-    velocity, spin, place = window.difference(window.now, window.free)
+    velocity, spin, place = window.compute_difference(window.now, window.free)
     bodies, chain = window.bodies, window.chain
     # A resting body is held if its velocity changed by at most the speed gained by falling in the window's steps.
     steps = chain.end - chain.begin + 0.5
@@ -140,7 +140,7 @@ def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
         kept = bodies.pull == 0.0 and not bodies.driven and not bodies.slowing.table_m_s2
-        judged.energy_j = window.now.energy() - window.free.energy() if kept else 0.0
+        judged.energy_j = window.now.compute_energy() - window.free.compute_energy() if kept else 0.0
     elif not held and window.meets_at_rest:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
     elif not held:
@@ -153,26 +153,26 @@ def _is_entangled(window: Window, found: Difference) -> bool:
     if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
         return True
     # A pair that begins in overlap was found late, or a third body pushed it.
-    starts = [window.start.contact(pair) for pair in window.chain.pairs]
+    starts = [window.start.measure_separation(pair) for pair in window.chain.pairs]
     return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
 
 
-def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> float:
+def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) -> float:
     """Return the energy gained against PIC; for an entangled window, against free flight.
 
     In an entangled window, a loss of energy counts only if all impacts are elastic.
     """
     if window.bodies.pull > 0.0:
         return 0.0
-    now = window.now.energy()
+    now = window.now.compute_energy()
     if not entangled:
-        return now - found.truth.energy()
+        return now - found.truth.compute_energy()
     if window.bodies.driven or window.bodies.slowing.table_m_s2:  # on a table, another path loses another energy
         return 0.0
-    gained = now - window.free.energy()
+    gained = now - window.free.compute_energy()
     bodies = window.bodies
     lossless = all(
-        bodies.restitution(pair) == 1.0 and bodies.contact_of(pair).friction == 0.0 for pair in window.chain.pairs
+        bodies.restitution_of(pair) == 1.0 and bodies.contact_of(pair).friction == 0.0 for pair in window.chain.pairs
     )
     return gained if lossless else max(gained, 0.0)
 
@@ -190,16 +190,16 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     i, j = pair
     discs = (i, j) if j < bodies.n else (i,)
     one, other = block.state(own[0], discs), block.state(last + 1, discs)
-    before, after = one.contact(pair), other.contact(pair)
+    before, after = one.measure_separation(pair), other.measure_separation(pair)
     times = block.states.time_s
     lasted = float(times[last + 1] - times[own[0]])
-    was, now = relative(one.later(lasted), pair), relative(other, pair)
+    was, now = compute_relative_velocity(one.compute_later_state(lasted), pair), compute_relative_velocity(other, pair)
     size = math.hypot(*was)
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
         return False  # the pair is so slow that it may rest
     if before.closing <= PASSED * speed_before:
         return False  # a rest of an impact, from a cut chain, counts as a velocity error
-    closed = before.closing * bodies.slowing.damping.kept(lasted)
+    closed = before.closing * bodies.slowing.damping.compute_kept_fraction(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
     repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
@@ -215,32 +215,32 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
 def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     """Whether a body of a pair kept its velocity in the window, although PIC has an impact that changes it."""
     block, chain, bodies = window.block, window.chain, window.bodies
-    idle = [body for body in pair if bodies.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
+    idle = [body for body in pair if bodies.is_movable(body) and not block.turned[chain.begin : chain.end, body].any()]
     meets = any(
         met.pair == pair and met.contact.closing > 1e-3 * size and met.time_s < window.lasts for met in window.truth
     )
     if not idle or not meets:
         return False
-    end = window.truth[-1].after.later(max(window.lasts - window.truth[-1].time_s, 0.0))
+    end = window.truth[-1].after.compute_later_state(max(window.lasts - window.truth[-1].time_s, 0.0))
     return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
 
 
-def _awaits_next_frame(window: Window, pair: Pair) -> bool:
+def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
     """Whether a pair was due in the run's last step, so that a frame after the end would find it."""
     own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
-    return own == [window.chain.end - 1] and _closes(window, pair)
+    return own == [window.chain.end - 1] and _is_closing(window, pair)
 
 
-def _ends_in_contact(window: Window) -> bool:
+def _has_contact_at_end(window: Window) -> bool:
     """Whether the run ended in the middle of a contact."""
     if window.chain.end - window.chain.begin > 3:
         return False
-    return any(_closes(window, met.pair) for met in window.truth)
+    return any(_is_closing(window, met.pair) for met in window.truth)
 
 
-def _closes(window: Window, pair: Pair) -> bool:
+def _is_closing(window: Window, pair: Pair) -> bool:
     """Whether the bodies of a pair overlap at the window's end and are still closing."""
-    contact = window.now.contact(pair)
+    contact = window.now.measure_separation(pair)
     return contact.gap <= 0.0 and contact.closing > window.still
 
 
@@ -251,67 +251,67 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     judged.late_known = window.touching / closing / dt_s
     # A run checks for contact at the end of a step. A polygon reaches the contact later than a bent path, by half of
     # the bend in a step.
-    bends = bodies.pull + bodies.slowing.bends(window.speed)
+    bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:
         judged.late_steps = 0.0
     elif not judged.entangled and found.impacts <= 1 and judged.missed == 0:
-        judged.late_steps = (_turn_s(window, first.pair) - first.time_s) / dt_s
+        judged.late_steps = (_find_turn_time(window, first.pair) - first.time_s) / dt_s
     if judged.entangled or judged.missed or len(window.truth) != 1 or bodies.pull > 0.0:
         return
     contact = bodies.contact_of(first.pair)
-    was, now = relative(window.free, first.pair), relative(window.now, first.pair)
+    was, now = compute_relative_velocity(window.free, first.pair), compute_relative_velocity(window.now, first.pair)
     if bodies.slowing.table_m_s2:  # on a table, velocities have no common factor, so compare at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
-        was = relative(window.start.later(turned_s), first.pair)
-        now = relative(window.now.later(turned_s - window.lasts), first.pair)
+        was = compute_relative_velocity(window.start.compute_later_state(turned_s), first.pair)
+        now = compute_relative_velocity(window.now.compute_later_state(turned_s - window.lasts), first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # the run's own normal
         closed = was[0] * normal[0] + was[1] * normal[1]
         if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
-            judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - bodies.restitution(first.pair)
+            judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - bodies.restitution_of(first.pair)
 
 
-def _turn_s(window: Window, pair: Pair) -> float:
+def _find_turn_time(window: Window, pair: Pair) -> float:
     """Return the seconds from the window's start until the free paths before and after the impact are nearest."""
     lasts = window.lasts
 
-    def apart(state: BodyStates) -> tuple[float, float]:
-        (x, y), (ox, oy) = (state.of_body(body)[0] for body in pair)
+    def compute_offset(state: BodyStates) -> tuple[float, float]:
+        (x, y), (ox, oy) = (state.motion_of(body)[0] for body in pair)
         return (ox - x, oy - y)
 
-    was, now = relative(window.free, pair), relative(window.now, pair)
+    was, now = compute_relative_velocity(window.free, pair), compute_relative_velocity(window.now, pair)
     if window.bodies.slowing.table_m_s2:
-        return _turn_on_table_s(window, pair)
+        return _find_turn_time_on_table(window, pair)
     slope = (was[0] - now[0], was[1] - now[1])
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
     # The time before the window's end is the distance of the two paths there, over their relative velocity. With
     # damping, paths are straight in undamped time.
-    there, here = apart(window.free), apart(window.now)
+    there, here = compute_offset(window.free), compute_offset(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
-    return lasts + window.bodies.slowing.damping.damped(-ago_s)
+    return lasts + window.bodies.slowing.damping.to_damped(-ago_s)
 
 
-def _turn_on_table_s(window: Window, pair: Pair) -> float:
-    """Compute `_turn_s` on a table, where both paths bend."""
+def _find_turn_time_on_table(window: Window, pair: Pair) -> float:
+    """Compute `_find_turn_time` on a table, where both paths bend."""
 
-    def apart(time_s: float) -> tuple[Array, Array]:
+    def compute_offset(time_s: float) -> tuple[Array, Array]:
         (p, u), (q, v) = (
-            _between(state.only(pair).later(seconds), pair)
+            _compute_relative_motion(state.select_discs(pair).compute_later_state(seconds), pair)
             for state, seconds in ((window.start, time_s), (window.now, time_s - window.lasts))
         )
         return p - q, u - v
 
-    return nearest_s(apart, window.lasts)
+    return find_nearest_time(compute_offset, window.lasts)
 
 
-def _between(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
+def _compute_relative_motion(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
     """Return position and velocity of the second body relative to the first."""
-    (p, u), (q, v) = (state.of_body(body) for body in pair)
+    (p, u), (q, v) = (state.motion_of(body) for body in pair)
     return np.subtract(q, p), np.subtract(v, u)
 
 
@@ -327,23 +327,23 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
     # Errors refer to the window's end, like the run's errors. Damping multiplies all velocities by the same factor; a
     # table does not.
     slowing, measured_s = window.bodies.slowing, until_s
-    kept = slowing.damping.kept(window.lasts - until_s)
+    kept = slowing.damping.compute_kept_fraction(window.lasts - until_s)
     if slowing.table_m_s2:
         measured_s = window.lasts
     flown: dict[int, BodyStates] = {}
     costs: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}
     for first_s in looks:
-        met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
+        met = simulate_pit(window.start, window.pairs, until_s, dt_s, first_s)
         begun, since_s = (met[-1].after, met[-1].time_s) if met else (window.start, 0.0)
-        end = begun.later(measured_s - since_s)
-        off = window.nearest(end, until_there, measured_s, None, flown)
-        cost = (off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2)
+        end = begun.compute_later_state(measured_s - since_s)
+        off = window.find_nearest_difference(end, until_there, measured_s, None, flown)
+        cost = (off.velocity * kept, off.spin * kept, abs(end.compute_energy() - off.truth.compute_energy()) * kept**2)
         costs[len(met) >= min(need, len(until_there))].append(cost)
     columns = zip(*(costs[True] or costs[False]), strict=True)  # only phases that find the impacts, if there are any
     judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
 
 
-def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
+def find_pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
     """Return the pairs that PIT misses from the state at a window's start, with frames at the run's step boundaries."""
     if not pairs:
         return set()
@@ -355,5 +355,5 @@ def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -
     first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
     seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s
     start = block.state(chain.begin, chain.discs)
-    met = sampled_run(start, block.bodies.pairs_of(chain.discs), seconds, dt_s, first_s)
+    met = simulate_pit(start, block.bodies.list_pairs(chain.discs), seconds, dt_s, first_s)
     return set(pairs) - {one.pair for one in met}

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
-from carom.model.broad_phase import near_pairs, near_walls
-from carom.model.disc_arrays import STANDS, wall_lengths
+from carom.model.broad_phase import find_near_pairs, find_near_walls
+from carom.model.disc_arrays import STANDS, list_wall_lengths
 from carom.model.prescribed_motion import Drive
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ class NearPairs:
         """The pairs."""
         return list(zip(self.first.tolist(), self.second.tolist(), strict=True))
 
-    def discs(self, count: int) -> tuple[Bodies, Bodies]:
+    def list_discs(self, count: int) -> tuple[Bodies, Bodies]:
         """Return the discs of each pair in a scene of `count` discs.
 
         For a pair with a wall, both numbers are the disc's.
@@ -65,7 +65,7 @@ class NearPairs:
         return self.first, np.where(self.second < count, self.second, self.first)
 
 
-def near_in(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
+def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
     """Return, for each movable body, the pairs that are so near at the start of a step that they may meet in it.
 
     A third body may strike one of them and pass on its speed within the step.
@@ -76,21 +76,21 @@ def near_in(block: Block, together: Sequence[NearPairs], step: int) -> dict[int,
     ahead += RESTING_GAP * block.scene.arrays.radius_m
     near: dict[int, list[Pair]] = defaultdict(list)
     for relative in together:
-        one, other = relative.discs(bodies.n)
+        one, other = relative.list_discs(bodies.n)
         reach = ahead[one] + np.where(one != other, ahead[other], 0.0)
         for column in np.flatnonzero(relative.gap[step - relative.begin] <= reach).tolist():
             pair = relative.pairs[column]
-            for body in filter(bodies.movable, pair):
+            for body in filter(bodies.is_movable, pair):
                 near[body].append(pair)
     return near
 
 
-def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
+def find_disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
     """Yield the pairs of discs that are near in some steps."""
     arrays, bodies = block.scene.arrays, block.bodies
-    centre, reach = _reach(block, begin, end)
+    centre, reach = _bound_paths(block, begin, end)
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
-    for first, second in near_pairs(centre, reach, arrays.movable):
+    for first, second in find_near_pairs(centre, reach, arrays.movable):
         if not len(first):
             continue
         d, u = p[:, second] - p[:, first], v[:, second] - v[:, first]
@@ -108,7 +108,7 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
             root = b[:-1] ** 2 - a * c
             wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
-            wait = bodies.slowing.damping.all_damped(wait)
+            wait = bodies.slowing.damping.to_damped_array(wait)
         wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
         wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= still), np.inf, np.maximum(wait, 0.0))
         bent = np.flatnonzero((pulled > 0.0) | (bodies.slowing.table_m_s2 > 0.0))
@@ -117,27 +117,29 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         yield near
 
 
-def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
+def find_wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
     """Yield the discs and walls that are near in some steps."""
     moving = defaultdict[Drive, list[int]](list)
     for k, drive in enumerate(block.bodies.wall_drives):
         moving[drive].append(k)
     for drive, numbers in moving.items():
-        yield from _pairs_with_walls(block, begin, end, drive, numbers)
+        yield from _find_pairs_with_walls(block, begin, end, drive, numbers)
 
 
-def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of_it: list[int]) -> Iterator[NearPairs]:
+def _find_pairs_with_walls(
+    block: Block, begin: int, end: int, drive: Drive, walls_of_it: list[int]
+) -> Iterator[NearPairs]:
     """Yield the near pairs of discs and walls in some steps, for walls that move on the same path."""
     arrays, bodies = block.scene.arrays, block.bodies
-    centre, reach = _reach(block, begin, end, drive)
-    p, v = _seen(block, begin, end, drive)
+    centre, reach = _bound_paths(block, begin, end, drive)
+    p, v = _compute_relative_motion(block, begin, end, drive)
     speeds = block.own_speed[begin:end] + drive.fastest
     bends = len(drive.legs) > 1 or bodies.slowing.table_m_s2 > 0.0
     one_by_one = [k for k in walls_of_it if bends or not isinstance(arrays.walls[k], tuple)]
-    yield from _found_one_by_one(block, begin, end, centre, reach, one_by_one)
+    yield from _find_one_by_one(block, begin, end, centre, reach, one_by_one)
     numbers = np.array([k for k in walls_of_it if k not in one_by_one], dtype=np.intp)
     walls = np.array([arrays.walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
-    for disc, wall in near_walls(centre, reach, arrays.movable, walls):
+    for disc, wall in find_near_walls(centre, reach, arrays.movable, walls):
         if not len(disc):
             continue
         plane = walls[wall]
@@ -149,7 +151,7 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
         touching, still = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
         g, s = gap[:-1], speed[:-1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            straight = bodies.slowing.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
+            straight = bodies.slowing.damping.to_damped_array(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
             # The root at which the gap closes, computed without cancellation.
@@ -162,7 +164,7 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
         yield NearPairs(begin, disc, bodies.n + numbers[wall], gap, -speed, wait, pulled, touching, still)
 
 
-def _found_one_by_one(
+def _find_one_by_one(
     block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
 ) -> Iterator[NearPairs]:
     """Yield each near pair of two discs, or of a disc and one of the given walls, in some steps."""
@@ -170,20 +172,24 @@ def _found_one_by_one(
     for k in numbers:
         wall = arrays.walls[k]
         speeds = block.own_speed[begin:end] + bodies.wall_drives[k].fastest
-        far = block.place_unit * max(map(abs, wall_lengths(wall)))
+        far = block.place_unit * max(map(abs, list_wall_lengths(wall)))
         for i in np.flatnonzero(arrays.movable).tolist():
             x, y = centre[i].tolist()
-            away = (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3] if isinstance(wall, tuple) else wall.gap(x, y, 0.0)
+            away = (
+                (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3]
+                if isinstance(wall, tuple)
+                else wall.compute_gap(x, y, 0.0)
+            )
             if away > float(reach[i]):
                 continue
             pair = (i, bodies.n + k)
-            met = [block.state(step, (i,)).contact(pair) for step in range(begin, end + 1)]
+            met = [block.state(step, (i,)).measure_separation(pair) for step in range(begin, end + 1)]
             gap, closing = (np.array([[getattr(one, name)] for one in met]) for name in ("gap", "closing"))
             touching, still = block.place_rounding[begin:end, [i]] + far, block.unit * speeds[:, [i]]
             wait = np.full((end - begin, 1), np.inf)
             near = gap[:-1, 0] < (1.0 + MARGIN_STEPS) * 2.0 * speeds[:, i] * block.step_s[begin:end]
             for row in np.flatnonzero(near).tolist():
-                wait[row, 0] = block.state(begin + row, (i,)).wait(pair)
+                wait[row, 0] = block.state(begin + row, (i,)).compute_wait(pair)
             touches = gap[:-1] <= touching
             wait = np.where(touches & (closing[:-1] > still), 0.0, wait)
             wait = np.where(touches & (closing[:-1] <= still) & (wait == 0.0), np.inf, wait)
@@ -191,7 +197,7 @@ def _found_one_by_one(
             yield NearPairs(begin, np.array([i]), np.array([bodies.n + k]), gap, closing, wait, pulled, touching, still)
 
 
-def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
+def _compute_relative_motion(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
     """Return positions and velocities of discs in some steps, relative to a wall that moves on a path."""
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
     if drive.stands:
@@ -201,9 +207,9 @@ def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Arra
     return p - np.array(moved)[:, None], v - np.array(speed)[:, None]
 
 
-def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
+def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
     """Return a circle around each disc's relative path. If two discs may meet or push, their circles overlap."""
-    p, _ = _seen(block, begin, end, drive)
+    p, _ = _compute_relative_motion(block, begin, end, drive)
     own_speed = block.own_speed[begin:end] + drive.fastest
     low, high = np.min(p, axis=0), np.max(p, axis=0)
     longest = float(np.max(block.step_s[begin:end]))
@@ -225,4 +231,4 @@ def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -
         near.wait[:, column] = np.inf
         close = near.gap[:-1, column] < (1.0 + MARGIN_STEPS) * 2.0 * fast * block.step_s[steps]
         for row in np.flatnonzero(close).tolist():
-            near.wait[row, column] = block.state(near.begin + row, (i, j)).wait((i, j))
+            near.wait[row, column] = block.state(near.begin + row, (i, j)).compute_wait((i, j))

@@ -10,8 +10,8 @@ import numpy as np
 from carom.comparator.slowing import Slowing
 from carom.core import primitives
 from carom.core.impact_law import ContactFriction
-from carom.core.input_rows import feature_row
-from carom.core.wall_features import features_of
+from carom.core.input_rows import build_feature_row
+from carom.core.wall_features import build_features
 from carom.model.chain_geometry import Outline
 from carom.model.disc_arrays import HalfPlane
 from carom.model.prescribed_motion import Course
@@ -39,7 +39,9 @@ class FiniteWall:
 
     def __init__(self, outline: Outline) -> None:
         self.outline = outline
-        self.features = primitives.WallFeatures([feature_row(part.feature, 0) for part in features_of(outline)])
+        self.features = primitives.WallFeatures(
+            [build_feature_row(part.feature, 0) for part in build_features(outline)]
+        )
 
 
 class SceneBodies:
@@ -70,7 +72,7 @@ class SceneBodies:
         self._stand = [drive.stands for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
-        self.pulls = [scene.gravity_m_s2 if self.falls(disc) else (0.0, 0.0) for disc in range(self.n)]
+        self.pulls = [scene.gravity_m_s2 if self.is_pulled(disc) else (0.0, 0.0) for disc in range(self.n)]
         #: Rounding scale of velocities on a table, metres a second: a slow disc was faster earlier.
         self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
         self.rolling_resistance = scene.wall_rolling_resistance
@@ -82,7 +84,7 @@ class SceneBodies:
         ]
         self.turns = bool(arrays.turns)
 
-    def movable(self, body: int) -> bool:
+    def is_movable(self, body: int) -> bool:
         """Whether a body is a disc that impacts can move."""
         return self._moves[body]
 
@@ -90,19 +92,19 @@ class SceneBodies:
         """Whether the scene prescribes the motion of a body."""
         return body in self.disc_drives if body < self.n else not self._stand[body - self.n]
 
-    def falls(self, body: int) -> bool:
+    def is_pulled(self, body: int) -> bool:
         """Whether gravity acts on a body."""
-        return self.pull > 0.0 and self.movable(body)
+        return self.pull > 0.0 and self.is_movable(body)
 
-    def slowed(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
+    def compute_table_acceleration(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
         """Return the acceleration of a disc with some velocity by the table, against the velocity; 0 at rest."""
         speed = math.hypot(*velocity)
-        if not (speed and self.movable(body)):
+        if not (speed and self.is_movable(body)):
             return 0.0, 0.0
         a = -self.slowing.table_m_s2
         return a * (velocity[0] / speed), a * (velocity[1] / speed)
 
-    def restitution(self, pair: Pair) -> float:
+    def restitution_of(self, pair: Pair) -> float:
         """Return the coefficient of restitution of two bodies."""
         return self.wall_restitutions[pair[1] - self.n] if pair[1] >= self.n else self.disc_restitution
 
@@ -110,24 +112,24 @@ class SceneBodies:
         """Return the friction between two bodies."""
         return self.wall_contacts[pair[1] - self.n] if pair[1] >= self.n else self.disc_contact
 
-    def side_of(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
+    def measure_wall_distance(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
         """Return the distance of a point from wall number `wall`, and the unit normal from the point to the wall.
 
         A point on the line of a finite wall has no normal. For such a point, (0, 0) is returned, so that the closing
         speed is 0, as in PIT. `time_s` gives the position of a driven wall.
         """
         shape = self.walls[wall]
-        x, y = self.seen_from(wall, x, y, time_s)
+        x, y = self.to_wall_frame(wall, x, y, time_s)
         if isinstance(shape, tuple):
             qx, qy, nx, ny = shape
             return (x - qx) * nx + (y - qy) * ny, nx, ny
-        foot = shape.outline.nearest(x, y)
+        foot = shape.outline.find_nearest(x, y)
         dx, dy = x - foot.x, y - foot.y
         distance = math.sqrt(dx * dx + dy * dy)
         nx, ny = (dx / distance, dy / distance) if distance > 0.0 else (0.0, 0.0)
         return distance - shape.outline.half_width, nx, ny
 
-    def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
+    def to_wall_frame(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
         """Return a point relative to a wall's displacement since the start."""
         if self._stand[wall]:
             return x, y
@@ -138,7 +140,7 @@ class SceneBodies:
         """Return the velocity of a wall at a time. A leg counts as begun if it begins at this time up to rounding."""
         return self.wall_drives[wall].velocity_at(time_s * TOUCH)
 
-    def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
+    def list_later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
         """Return the legs of a driven body of a pair that begin after `time_s`."""
         if not self._has_legs:
             return ()
@@ -151,12 +153,12 @@ class SceneBodies:
         """Return the contact distance of a pair: from centre to centre, or from centre to wall."""
         return self.radius[pair[0]] + (self.radius[pair[1]] if pair[1] < self.n else 0.0)
 
-    def pairs_of(self, bodies: Sequence[int]) -> list[Pair]:
+    def list_pairs(self, bodies: Sequence[int]) -> list[Pair]:
         """Return all pairs of some discs with each other and with walls, unless both bodies are immovable."""
         walls = range(self.n, self.n + len(self.walls))
         return [
             (i, j)
             for k, i in enumerate(bodies)
             for j in (*bodies[k + 1 :], *walls)
-            if self.movable(i) or self.movable(j)
+            if self.is_movable(i) or self.is_movable(j)
         ]

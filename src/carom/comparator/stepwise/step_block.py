@@ -81,7 +81,10 @@ class Block:
         h = np.diff(states.time_s)[:, None]
         p, v = states.position_m, states.velocity_m_s
         speed = np.hypot(*np.moveaxis(v, 2, 0))
-        kept, flown_s = bodies.slowing.all_kept(h, speed[:-1]), bodies.slowing.all_flown(h, speed[:-1])
+        kept, flown_s = (
+            bodies.slowing.compute_kept_fractions(h, speed[:-1]),
+            bodies.slowing.compute_flown_times(h, speed[:-1]),
+        )
         radius = scene.arrays.radius_m
         pull = np.where(scene.arrays.movable[:, None], np.array(bodies.gravity), 0.0)
         fallen = pull * h[..., None]
@@ -131,16 +134,16 @@ class Block:
             float(self.states.time_s[step]),
         )
 
-    def answers_ahead(self, step: int, disc: int) -> bool:
+    def has_early_turn(self, step: int, disc: int) -> bool:
         """Whether a disc closes on a near body before a step and separates from it after the step."""
         everyone = [disc, *(other for other in range(self.bodies.n) if other != disc)]
         before, after = self.state(step, everyone), self.state(step + 1, everyone)
-        for pair in self.bodies.pairs_of(everyone):
+        for pair in self.bodies.list_pairs(everyone):
             if pair[0] != disc:
                 break  # the pairs of `disc` come first
-            contact = before.contact(pair)
+            contact = before.measure_separation(pair)
             near = contact.closing > 0.0 and contact.gap <= _AHEAD_GAP * self.bodies.reach(pair)
-            if near and after.contact(pair).closing <= 0.0:
+            if near and after.measure_separation(pair).closing <= 0.0:
                 return True
         return False
 
@@ -161,9 +164,9 @@ class Block:
         state = self.state(step, sorted({body for pair in pairs for body in pair if body < bodies.n}))
         sides: dict[int, list[tuple[bool, float, float, float]]] = defaultdict(list)
         for pair in pairs:
-            gap, (nx, ny), _ = state.contact(pair)
-            disc, other, sign = (pair[0], pair[1], 1.0) if not bodies.movable(pair[1]) else (pair[1], pair[0], -1.0)
-            if not bodies.movable(other):
+            gap, (nx, ny), _ = state.measure_separation(pair)
+            disc, other, sign = (pair[0], pair[1], 1.0) if not bodies.is_movable(pair[1]) else (pair[1], pair[0], -1.0)
+            if not bodies.is_movable(other):
                 sides[disc].append((bodies.is_driven(other), gap, sign * nx, sign * ny))
         return not any(
             one_gap + other_gap < 0.0

@@ -35,7 +35,7 @@ class StepChain:
     continues: bool = False
     goes_on: bool = False
 
-    def later(self, steps: int) -> StepChain:
+    def shift_steps(self, steps: int) -> StepChain:
         """Return the chain with its step numbers increased by `steps`."""
         pairs = {pair: tuple(step + steps for step in active) for pair, active in self.pairs.items()}
         return replace(self, begin=self.begin + steps, end=self.end + steps, pairs=pairs)
@@ -77,17 +77,17 @@ class Chains:
         """First step whose chain may still change."""
         return max(self._next + 1 - LONGEST, 0)
 
-    def held(self) -> list[StepChain]:
+    def list_open_chains(self) -> list[StepChain]:
         """Return the chains that may still grow, as they are."""
         return list(self._held)
 
-    def pass_to(self, step: int) -> None:
+    def skip_to(self, step: int) -> None:
         """Continue at a step. If steps before it were not added, no pair is active in them."""
         self._next = step
 
     def add(self, step: int, active: Iterable[Pair]) -> None:
         """Add the active pairs of the next step."""
-        self.pass_to(step + 1)
+        self.skip_to(step + 1)
         pairs = list(active)
         self._settled += [chain for chain in self._held if chain.end < self.settled_to]
         self._held = [chain for chain in self._held if chain.end >= self.settled_to]
@@ -100,7 +100,7 @@ class Chains:
         }
         cut = set[StepChain]()
         while True:
-            groups = self._grouped(step, pairs, {pair: chain for pair, chain in last.items() if chain not in cut})
+            groups = self._build_groups(step, pairs, {pair: chain for pair, chain in last.items() if chain not in cut})
             too_long = {
                 chain for group in groups if group.is_too_long(cut) for chain in group.chains if chain.end == step
             }
@@ -111,7 +111,8 @@ class Chains:
         held = [chain for chain in self._held if chain not in taken]
         self._held = [replace(chain, goes_on=True) if chain in cut else chain for chain in held]
         self._held += [
-            group.joined(self._bodies, continues=any(last.get(pair) in cut for pair in group.pairs)) for group in groups
+            group.build_chain(self._bodies, continues=any(last.get(pair) in cut for pair in group.pairs))
+            for group in groups
         ]
 
     def take_settled(self, *, ends: bool = False) -> list[StepChain]:
@@ -120,9 +121,9 @@ class Chains:
         self._held, self._settled = [chain for chain in self._held if chain not in done], []
         return sorted(done, key=lambda chain: (chain.end, chain.begin, chain.discs))
 
-    def _grouped(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:
+    def _build_groups(self, step: int, pairs: list[Pair], last: Mapping[Pair, StepChain]) -> list[_Group]:
         """Return the groups of pairs and chains that become one chain in a step if each chain in `last` continues."""
-        movable, groups = self._bodies.movable, Groups()
+        movable, groups = self._bodies.is_movable, Groups()
         for pair in pairs:
             for body in filter(movable, pair):
                 groups.join(pair, body)
@@ -142,7 +143,7 @@ class Chains:
             settled = True
             # A disc belongs to one chain at a time.
             for group in found.values():
-                begin, discs = group.begin, group.discs(movable)
+                begin, discs = group.begin, group.find_discs(movable)
                 held: list[Hashable] = [disc for disc in discs if groups.find(disc) != groups.find(group.pairs[0])]
                 held += (
                     chain
@@ -170,7 +171,7 @@ class _Group:
         """First step of the joined chain."""
         return min((chain.begin for chain in self.chains), default=self.step)
 
-    def discs(self, movable: Callable[[int], bool]) -> set[int]:
+    def find_discs(self, movable: Callable[[int], bool]) -> set[int]:
         """Return the movable discs of the joined chain."""
         discs = {body for pair in self.pairs for body in pair}.union(*(chain.discs for chain in self.chains))
         return set(filter(movable, discs))
@@ -179,7 +180,7 @@ class _Group:
         """Whether the joined chain has too many steps, or includes a chain that was cut."""
         return self.step + 1 - self.begin > LONGEST or any(chain.goes_on or chain in cut for chain in self.chains)
 
-    def joined(self, bodies: SceneBodies, *, continues: bool) -> StepChain:
+    def build_chain(self, bodies: SceneBodies, *, continues: bool) -> StepChain:
         """Return the joined chain.
 
         A joined chain continues a cut chain if `continues` is set or its first chain does so.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.stepwise.active_pairs import Activity, find_activity
-from carom.comparator.stepwise.judge_window import PASSED, Comparison, judge, pairs_missed_by_pit
+from carom.comparator.stepwise.judge_window import PASSED, Comparison, find_pairs_missed_by_pit, judge_window
 from carom.comparator.stepwise.resting_pairs import RestHistory
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 from carom.comparator.stepwise.step_block import Block
@@ -41,7 +41,7 @@ _MOST_FINISHED = 16
 _ROW = [name for name in WINDOW_DTYPE.names or () if name not in {"begin_s", "end_s"}]
 
 
-def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 64) -> LocalTruth:
+def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 64) -> LocalTruth:
     """Compare each step of a run with PIC from the run's own state at its start.
 
     Args:
@@ -51,7 +51,7 @@ def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 
         float_bits: Width of the floats that the method declares to compute in.
     """
     watch = StepWatch(scene, dt_s, float_bits)
-    watch.add(states.part(slice(1, None)))
+    watch.add(states.select_rows(slice(1, None)))
     return watch.finish()
 
 
@@ -93,7 +93,7 @@ class StepWatch:
     def add(self, states: States) -> None:
         """Add the states at the ends of steps, or of pieces of steps, in order."""
         if not (lasts := states.time_s > np.append(self._until_s, states.time_s)[:-1]).all():  # drop empty pieces
-            states = states.part(lasts)
+            states = states.select_rows(lasts)
         if not len(states):
             return
         if self._bodies.turns is (states.spin_rad_s is None):
@@ -138,13 +138,13 @@ class StepWatch:
             polygon=self._polygon,
             rests=np.array(
                 sorted(
-                    (i, self._body_number(j), *span) for (i, j), spans in self._rest.held_s.items() for span in spans
+                    (i, self._to_body_number(j), *span) for (i, j), spans in self._rest.held_s.items() for span in spans
                 ),
                 REST_DTYPE,
             ),
         )
 
-    def _body_number(self, j: int) -> int:
+    def _to_body_number(self, j: int) -> int:
         """Return the body number that traces use for the second body of a pair."""
         return j if j < self._bodies.n else wall_body(j - self._bodies.n)
 
@@ -157,26 +157,26 @@ class StepWatch:
             for step in sorted(step for step in activity.due if step >= self._taken - self._gone):
                 self._chains.add(self._gone + step, activity.due[step])
             self._taken = self._gone + len(block)
-            self._chains.pass_to(self._taken)
-            finished = [chain.later(-self._gone) for chain in self._chains.take_settled(ends=ends)]
+            self._chains.skip_to(self._taken)
+            finished = [chain.shift_steps(-self._gone) for chain in self._chains.take_settled(ends=ends)]
             # If a disc is slow after a window by cancellation, it still has the rounding of the speeds in the window.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 discs = list(chain.discs)
                 before = float(self._scale[discs].max()) if chain.continues else 0.0
-                known = self._found_before_by_pit(block, chain)
-                judged = judge(block, chain, activity, known, ends=ends, speed_before=before)
+                known = self._record_found_by_pit(block, chain)
+                judged = judge_window(block, chain, activity, known, ends=ends, speed_before=before)
                 self._record(block, chain, judged)
                 scale[chain.end :, discs] = self._scale[discs] = max(before, judged.speed)
-            held = [chain.later(-self._gone) for chain in self._chains.held()]
+            held = [chain.shift_steps(-self._gone) for chain in self._chains.list_open_chains()]
             flown = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
             self._check_free_flight(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))
         self._flown = self._gone + flown.stop
         done = min([flown.stop, *(chain.begin for chain in held)])
         self._gone += done
-        self._states = [states.part(slice(done, None))]
+        self._states = [states.select_rows(slice(done, None))]
 
-    def _found_before_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
+    def _record_found_by_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
         """Return whether PIT finds the pairs of a chain from the chain's first state; record it for a cut chain.
 
         The decision is made at the beginning of the chain only. Later the bodies overlap, so PIT would find them.
@@ -187,7 +187,7 @@ class StepWatch:
         for pair in chain.pairs:
             self._found_by_pit.pop(pair, None)
         if chain.goes_on:
-            missed = pairs_missed_by_pit(block, chain, [pair for pair in chain.pairs if pair not in known])
+            missed = find_pairs_missed_by_pit(block, chain, [pair for pair in chain.pairs if pair not in known])
             self._found_by_pit |= {pair: known.get(pair, pair not in missed) for pair in chain.pairs}
         return known
 
@@ -197,7 +197,7 @@ class StepWatch:
         for (i, j), steps in chain.pairs.items():
             due_s, steps_s = judged.due_s.get((i, j), math.nan), (times[steps[0]], times[steps[-1] + 1])
             passed, pit_passed = ((i, j) in found for found in (judged.passed, judged.pit_passed))
-            self._meetings.append((number, i, self._body_number(j), *steps_s, due_s, passed, pit_passed))
+            self._meetings.append((number, i, self._to_body_number(j), *steps_s, due_s, passed, pit_passed))
 
     def _check_free_flight(
         self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array
@@ -209,7 +209,7 @@ class StepWatch:
         free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
         # Gravity or slowing bends paths.
-        bends = np.hypot(*block.pull.T) + self._bodies.slowing.bends(block.own_speed)
+        bends = np.hypot(*block.pull.T) + self._bodies.slowing.compute_deceleration(block.own_speed)
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h
@@ -224,7 +224,7 @@ class StepWatch:
         relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
         spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
         for step, disc in np.argwhere(turned & (np.maximum(relative, spinning) > PASSED)).tolist():
-            if block.answers_ahead(step, disc):
+            if block.has_early_turn(step, disc):
                 turned[step, disc] = False
                 self._ahead += 1
         beyond = np.where(moved, block.moved_by - allowed, 0.0)

@@ -12,7 +12,7 @@ from carom.comparator.stepwise.near_pairs import MARGIN_STEPS
 from carom.comparator.stepwise.scene_bodies import Pair
 from carom.comparator.stepwise.step_block import Block
 from carom.comparator.stepwise.step_chains import StepChain
-from carom.comparator.stepwise.window_runs import Met, exact_run
+from carom.comparator.stepwise.window_runs import Met, simulate_pic
 
 #: In a window, PIC lets a disc rest if its closing speed is at most the speed gained by falling for this fraction of a
 #: step.
@@ -45,20 +45,22 @@ class Window:
         seconds = self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s
         # An impact may double a speed, and a chain of impacts is short.
         reach = 4.0 * (fastest + self.bodies.fastest_wall) * seconds + self.bodies.pull * seconds**2
-        self.pairs = [pair for pair in self.bodies.pairs_of(discs) if self.start.contact(pair).gap <= reach]
+        self.pairs = [
+            pair for pair in self.bodies.list_pairs(discs) if self.start.measure_separation(pair).gap <= reach
+        ]
         is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
         # Because of rounding, PIC may find an impact at the window's end slightly later than the run does.
         beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
-        self.truth, self.resting = exact_run(
+        self.truth, self.resting = simulate_pic(
             self.start, self.pairs, self.lasts + beyond, _RESTING * self.bodies.pull * block.dt_s
         )
-        self.free = self.start.later(self.lasts)
+        self.free = self.start.compute_later_state(self.lasts)
         states = [self.start, self.now, *(met.after for met in self.truth)]
-        speeds = [state.fastest() for state in states]
+        speeds = [state.find_greatest_speeds() for state in states]
         self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
         self.still = block.unit * self.speed
 
-    def difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
+    def compute_difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
         """Return the largest differences of two states in velocities, rim speeds and positions."""
         return (
             max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
@@ -66,7 +68,7 @@ class Window:
             max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
         )
 
-    def nearest(
+    def find_nearest_difference(
         self,
         state: BodyStates,
         truth: Sequence[Met],
@@ -81,12 +83,12 @@ class Window:
         best: Difference | None = None
         flown = {} if flown is None else flown
         for count in range(len(truth), -1, -1):
-            if count < len(truth) and not self.lies_ahead(state, truth[count]):
+            if count < len(truth) and not self.is_ahead(state, truth[count]):
                 break  # nor with fewer impacts
             if count not in flown:
                 begun, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
-                flown[count] = begun.later(seconds - since_s, resting if count == len(truth) else None)
-            velocity, spin, place = self.difference(state, flown[count])
+                flown[count] = begun.compute_later_state(seconds - since_s, resting if count == len(truth) else None)
+            velocity, spin, place = self.compute_difference(state, flown[count])
             if best is None or velocity + spin < best.velocity + best.spin - self.still:
                 best = Difference(velocity, spin, place, count, flown[count])
         assert best is not None  # noqa: S101 - the count of all impacts is always tried
@@ -97,14 +99,14 @@ class Window:
         """Whether a resting disc meets another disc. PIC's run from a single state ends when a disc rests."""
         return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
 
-    def lies_ahead(self, state: BodyStates, met: Met) -> bool:
+    def is_ahead(self, state: BodyStates, met: Met) -> bool:
         """Whether a pair will still meet in a state: apart and closing, on the side on which PIC lets them meet."""
-        contact = state.contact(met.pair)
+        contact = state.measure_separation(met.pair)
         along = contact.normal[0] * met.contact.normal[0] + contact.normal[1] * met.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
 
 
-def relative(state: BodyStates, pair: Pair) -> tuple[float, float]:
+def compute_relative_velocity(state: BodyStates, pair: Pair) -> tuple[float, float]:
     """Return the velocity of the second body relative to the first."""
-    (ux, uy), (vx, vy) = (state.of_body(body)[1] for body in pair)
+    (ux, uy), (vx, vy) = (state.motion_of(body)[1] for body in pair)
     return (vx - ux, vy - uy)

@@ -23,7 +23,7 @@ class Met:
     after: BodyStates
 
 
-def exact_run(
+def simulate_pic(
     start: BodyStates, pairs: Sequence[Pair], seconds: float, resting_speed: float
 ) -> tuple[list[Met], Pair | None]:
     """Return PIC's impacts from a state, and the pair that came to rest (or None).
@@ -33,7 +33,7 @@ def exact_run(
     `resting_speed` (metres a second) or less. This ends the run.
     """
     state, now_s, met = start.copy(), 0.0, list[Met]()
-    waits = {pair: state.wait(pair) for pair in pairs}
+    waits = {pair: state.compute_wait(pair) for pair in pairs}
     while waits and len(met) < MOST_IMPACTS:
         pair = min(waits, key=waits.__getitem__)
         at_s = waits[pair]
@@ -42,24 +42,24 @@ def exact_run(
         state.fly(max(at_s - now_s, 0.0))
         now_s = max(at_s, now_s)
         feature, bodies = state.met.get(pair, NO_FEATURE), state.bodies
-        contact = state.contact(pair, feature)
-        falls_back = bodies.falls(pair[0]) != bodies.falls(pair[1])
+        contact = state.measure_separation(pair, feature)
+        falls_back = bodies.is_pulled(pair[0]) != bodies.is_pulled(pair[1])
         if falls_back and contact.closing <= resting_speed:
             return met, pair
-        state.strike(pair, feature)
+        state.apply_impact(pair, feature)
         met.append(Met(now_s, pair, contact, state.copy()))
-        struck = {body for body in pair if bodies.movable(body)}
+        struck = {body for body in pair if bodies.is_movable(body)}
         bends = pair[1] >= bodies.n and not isinstance(bodies.walls[pair[1] - bodies.n], tuple)
         for other in waits:
             if other == pair and bends:
-                waits[other] = now_s + state.wait(other, state.met[pair])
+                waits[other] = now_s + state.compute_wait(other, state.met[pair])
             elif struck.intersection(other):
                 again = other == pair and not falls_back
-                waits[other] = now_s + (state.wait_again(other) if again else state.wait(other))
+                waits[other] = now_s + (state.compute_wait_again(other) if again else state.compute_wait(other))
     return met, None
 
 
-def sampled_run(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
+def simulate_pit(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
     """Return PIT's impacts from a state, with the first frame `first_s` later and then one per step."""
     state, now_s, met = start.copy(), 0.0, list[Met]()
     looks = math.floor((seconds - first_s) / dt_s * TOUCH) + 1 if first_s <= seconds else 0
@@ -67,7 +67,7 @@ def sampled_run(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: 
         state.fly(first_s + look * dt_s - now_s)
         now_s = first_s + look * dt_s
         for pair in pairs:
-            if state.overlaps(pair) and (contact := state.contact(pair)).closing > 0.0:
-                state.strike(pair)
+            if state.are_overlapping(pair) and (contact := state.measure_separation(pair)).closing > 0.0:
+                state.apply_impact(pair)
                 met.append(Met(now_s, pair, contact, state.copy()))
     return met

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from carom.comparator.measure.consistency import Deviation
 from carom.comparator.measure.measured_run import MeasuredRun
 from carom.comparator.verdict import Finding, Verdict
-from carom.support.formatting import instant, number, seconds, steps
+from carom.support.formatting import format_instant, format_number, format_seconds, format_steps
 
 #: If the lever arm of friction differs from the radius by less than this fraction, their quotient is 1 to four digits.
 #: So the difference is shown instead.
@@ -21,19 +21,19 @@ def report_drifts(run: MeasuredRun) -> Iterator[Finding]:
     if own is None:
         return
     if own.strayed > run.place_rounding:
-        reason = f"by up to {number(own.position.size, 3)} of the largest radius, {_format_since(own.position)}"
+        reason = f"by up to {format_number(own.position.size, 3)} of the largest radius, {_format_since(own.position)}"
         if own.strayed_excess > run.place_rounding:
-            reason += f"; {number(own.excess.size, 3)} more than the overlap gained in a step explains"
+            reason += f"; {format_number(own.excess.size, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.DRIFTS, reason)
     if own.angular > run.rounding:
-        reason = f"by up to {number(own.angular, 3)} of the scene's rim speed"
+        reason = f"by up to {format_number(own.angular, 3)} of the scene's rim speed"
         if math.isfinite(own.arm):
-            at, off = f"{number(own.arm, 4)} times its radius", own.arm - 1.0
+            at, off = f"{format_number(own.arm, 4)} times its radius", own.arm - 1.0
             if abs(off) < _NEAR_THE_RIM:
-                at = f"{number(abs(off), 3)} of its radius {'outside' if off > 0.0 else 'inside'} its rim"
+                at = f"{format_number(abs(off), 3)} of its radius {'outside' if off > 0.0 else 'inside'} its rim"
             reason += f"; friction turns a disc as if it acted at {at}"
         if own.angular_excess > run.rounding:
-            reason += f"; {number(own.angular_excess, 3)} more than the overlap gained in a step explains"
+            reason += f"; {format_number(own.angular_excess, 3)} more than the overlap gained in a step explains"
         yield Finding(Verdict.ANGULAR, reason)
 
 
@@ -49,22 +49,25 @@ def report_contradictions(run: MeasuredRun) -> Iterator[Finding]:
         (Verdict.MOMENTUM, own.momentum, f"{speed}, in the velocity of the two discs' centre of mass"),
     ):
         if not size <= rounding:
-            yield Finding(verdict, f"by up to {number(size, 3)} {reason}")
+            yield Finding(verdict, f"by up to {format_number(size, 3)} {reason}")
     if not own.stamp_s <= rounding * run.scales.time_s:
         yield Finding(Verdict.WRONG_STAMP, f"by up to {format_seconds_and_steps(own.stamp_s, run)}")
     if not own.across <= rounding:
         yield Finding(
-            Verdict.WRONG_NORMAL, f"by up to {number(degrees, 3)} degrees from the direction of the velocity change"
+            Verdict.WRONG_NORMAL,
+            f"by up to {format_number(degrees, 3)} degrees from the direction of the velocity change",
         )
     if not own.normal_length <= rounding:
-        yield Finding(Verdict.WRONG_NORMAL, f"their length differs from 1 by up to {number(own.normal_length, 3)}")
+        yield Finding(
+            Verdict.WRONG_NORMAL, f"their length differs from 1 by up to {format_number(own.normal_length, 3)}"
+        )
 
 
 def _format_since(slip: Deviation) -> str:
-    return f"disc {slip.disc} after {instant(slip.since_s)}"
+    return f"disc {slip.disc} after {format_instant(slip.since_s)}"
 
 
 def format_seconds_and_steps(time_s: float, run: MeasuredRun) -> str:
     """Format a time in seconds and, if the run has steps, in steps."""
     dt_s = run.observed.dt_s
-    return seconds(time_s) + (f", {steps(time_s, dt_s)}" if dt_s else "")
+    return format_seconds(time_s) + (f", {format_steps(time_s, dt_s)}" if dt_s else "")

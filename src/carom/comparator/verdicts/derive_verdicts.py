@@ -13,7 +13,7 @@ from carom.comparator.align import MOST_EDITS
 from carom.comparator.grades import Grade
 from carom.comparator.measure.contact import ContactErrors, ContactScore
 from carom.comparator.measure.measured_run import MeasuredRun
-from carom.comparator.scales import largest
+from carom.comparator.scales import find_largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.contradictions import format_seconds_and_steps, report_contradictions, report_drifts
@@ -26,7 +26,7 @@ from carom.comparator.verdicts.stepwise_verdicts import (
     report_sinking,
 )
 from carom.model.trace import Outcome, pair_name
-from carom.support.formatting import instant, metres, number, seconds
+from carom.support.formatting import format_instant, format_metres, format_number, format_seconds
 
 #: What a disc does in the end if it neither rests nor slides nor rolls, by outcome of the reference.
 _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
@@ -75,8 +75,8 @@ def _report_nothing_compared(judged: JudgedRun) -> Iterator[Finding]:
         times = judged.reference.impacts["time_s"]
         beyond = "the scene has no impact"
         if len(times):
-            beyond = f"the first impact, at {instant(times[0])}, is beyond the horizon"
-        yield Finding(Verdict.NOTHING_COMPARED, f"{instant(judged.compared.until_s)}; {beyond}")
+            beyond = f"the first impact, at {format_instant(times[0])}, is beyond the horizon"
+        yield Finding(Verdict.NOTHING_COMPARED, f"{format_instant(judged.compared.until_s)}; {beyond}")
 
 
 def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
@@ -84,16 +84,16 @@ def _report_nothing_wrong(judged: JudgedRun) -> Iterator[Finding]:
     compared, local, contact = judged.compared, judged.local_truth, judged.contact
     if not compared.impacts and compared.is_whole_run:
         steps = "; every step agrees with free flight to rounding" if local is not None and local.agrees_alone else ""
-        yield Finding(Verdict.NO_IMPACT, f"{instant(judged.scales.time_s)} of free flight{steps}")
+        yield Finding(Verdict.NO_IMPACT, f"{format_instant(judged.scales.time_s)} of free flight{steps}")
         return
     floats = "" if judged.observed.float_bits >= 64 else f", in {judged.observed.float_bits}-bit floats"
     unknown = "".join(f"; unknown: {finding.reason}" for finding in _report_unknown_velocities(judged))
-    until = "" if compared.is_whole_run else f" up to {instant(compared.until_s)}"
+    until = "" if compared.is_whole_run else f" up to {format_instant(compared.until_s)}"
     reason = f"{len(judged.measured.errors)} of {compared.impacts} impacts found{until}{floats}{unknown}"
     if not (compared.is_whole_run or judged.reference.outcome is Outcome.CRUSHED or local is None):
         reason += "; every step to the end agrees with PIC from its own state"
     if contact is not None:
-        reason += f"; {contact.looks} states from {instant(contact.begin_s)} on follow Coulomb's law"
+        reason += f"; {contact.looks} states from {format_instant(contact.begin_s)} on follow Coulomb's law"
     yield Finding(Verdict.CONFORMS, reason)
 
 
@@ -104,7 +104,7 @@ def _report_rest(judged: JudgedRun) -> Iterator[Finding]:
         if reference.outcome is Outcome.CRUSHED:
             beyond = "nothing is compared"
         ending = _OTHER_ENDINGS.get(reference.outcome, "")
-        yield Finding(Verdict.RESTED, f"at {instant(reference.contact_s)}{ending}; after that {beyond}")
+        yield Finding(Verdict.RESTED, f"at {format_instant(reference.contact_s)}{ending}; after that {beyond}")
 
 
 def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
@@ -113,16 +113,17 @@ def _report_convention(judged: JudgedRun) -> Iterator[Finding]:
         return
     reason = (
         f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another impact at the "
-        f"same instant, the first at {instant(match.group.time_s)}"
+        f"same instant, the first at {format_instant(match.group.time_s)}"
     )
     count = len(match.outcomes)
     if match.nearest is None:
         reason += "; there are too many admissible outcomes to list"
     else:
         which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
-        matched = f"{which}, to {number(match.distance)} of the speed"
+        matched = f"{which}, to {format_number(match.distance)} of the speed"
         missed = (
-            f"none of the {count} admissible outcomes; the run differs by {number(match.distance, 3)} of the speed "
+            f"none of the {count} admissible outcomes; the run differs by {format_number(match.distance, 3)} of the "
+            "speed "
             f"from {which}"
         )
         reason += f"; matches {matched if match.matches else missed}"
@@ -136,10 +137,10 @@ def _report_ending(judged: JudgedRun) -> Iterator[Finding]:
     observed = judged.observed
     if judged.is_cut_short:
         note = f": {observed.notes[0]}" if observed.notes else ""
-        yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {instant(observed.end_time_s)}")
+        yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {format_instant(observed.end_time_s)}")
     elif judged.has_other_ending:
         reference = judged.reference
-        yield Finding(Verdict.WENT_ON, f"{reference.outcome.value}, at {instant(reference.end_time_s)}")
+        yield Finding(Verdict.WENT_ON, f"{reference.outcome.value}, at {format_instant(reference.end_time_s)}")
 
 
 def _report_hits(judged: JudgedRun) -> Iterator[Finding]:
@@ -153,13 +154,13 @@ def _report_hits(judged: JudgedRun) -> Iterator[Finding]:
     if undecided := alignment.undecided:
         first_s = expected["time_s"][undecided[0]]
         yield Finding(
-            Verdict.UNDECIDED, f"{len(undecided)} of {reliable_impacts} impacts, the first at {instant(first_s)}"
+            Verdict.UNDECIDED, f"{len(undecided)} of {reliable_impacts} impacts, the first at {format_instant(first_s)}"
         )
 
 
 def _format_first(indices: Sequence[int], impacts: NDArray[np.void]) -> str:
     first = impacts[indices[0]]
-    return f"the first at {instant(first['time_s'])} between {pair_name(first)}"
+    return f"the first at {format_instant(first['time_s'])} between {pair_name(first)}"
 
 
 def _report_order(judged: JudgedRun) -> Iterator[Finding]:
@@ -171,7 +172,7 @@ def _report_order(judged: JudgedRun) -> Iterator[Finding]:
         Verdict.WRONG_ORDER,
         f"{len(judged.inverted)} pairs of impacts inverted, edit distance {edits}; the impact of "
         f"{pair_name(impacts[a])} must be before that of {pair_name(impacts[b])}, "
-        f"{seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} apart",
+        f"{format_seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} apart",
     )
 
 
@@ -180,7 +181,7 @@ def _report_timing(judged: JudgedRun) -> Iterator[Finding]:
     swapped = {index for pair in judged.inverted for index in pair}
     errors = [error.time_s for error in judged.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
-        worst = largest((sign * error for error in errors if sign * error > 0.0), default=0.0)
+        worst = find_largest((sign * error for error in errors if sign * error > 0.0), default=0.0)
         if worst > judged.rounding_s:
             yield Finding(verdict, f"by up to {format_seconds_and_steps(worst, judged)}")
 
@@ -190,20 +191,22 @@ def _report_velocities(judged: JudgedRun) -> Iterator[Finding]:
     off = [e for e in judged.measured.errors if not e.velocity * scales.speed_m_s <= judged.rounding * own[e.reference]]
     worst = max(off, key=lambda error: error.velocity, default=None)
     if worst is not None:
-        reason = f"by up to {number(worst.velocity, 3)} of the scene's speed"
+        reason = f"by up to {format_number(worst.velocity, 3)} of the scene's speed"
         if own[worst.reference] < 0.5 * scales.speed_m_s:
             part = worst.velocity * scales.speed_m_s / own[worst.reference]
-            reason += f", or {number(part, 3)} of the greatest speed that led to the impact"
+            reason += f", or {format_number(part, 3)} of the greatest speed that led to the impact"
         if worst.normal_rad > judged.rounding:
-            reason += f", at an impact whose normal is wrong by {number(math.degrees(worst.normal_rad), 3)} degrees"
+            reason += (
+                f", at an impact whose normal is wrong by {format_number(math.degrees(worst.normal_rad), 3)} degrees"
+            )
         yield Finding(Verdict.WRONG_VELOCITY, reason)
     turned, energy = judged.measured.largest.direction_rad, judged.measured.largest.energy
     if turned > THRESHOLDS.direction_rad:
-        yield Finding(Verdict.WRONG_DIRECTION, f"by up to {number(math.degrees(turned), 3)} degrees")
+        yield Finding(Verdict.WRONG_DIRECTION, f"by up to {format_number(math.degrees(turned), 3)} degrees")
     falls = any(judged.reference.scene.gravity_m_s2)  # with gravity, kinetic energy is not conserved
     if abs(energy) > THRESHOLDS.energy and not falls:
         verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
-        yield Finding(verdict, f"{number(abs(energy), 3)} of the energy at the start")
+        yield Finding(verdict, f"{format_number(abs(energy), 3)} of the energy at the start")
 
 
 def _report_unknown_velocities(judged: JudgedRun) -> Iterator[Finding]:
@@ -221,7 +224,7 @@ def _report_spins(judged: JudgedRun) -> Iterator[Finding]:
     off = [e.spin for e in judged.measured.errors if e.spin * scales.rim_m_s > judged.rounding * own[e.reference]]
     if off:
         worst = max(off)
-        yield Finding(Verdict.WRONG_SPIN, f"by up to {number(worst, 3)} of the scene's rim speed")
+        yield Finding(Verdict.WRONG_SPIN, f"by up to {format_number(worst, 3)} of the scene's rim speed")
     for verdict, wrong in ((Verdict.SLID, judged.branches.slid), (Verdict.STUCK, judged.branches.stuck)):
         if wrong:
             yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_format_first(wrong, impacts)}")
@@ -231,7 +234,7 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
     """Report errors of the final state, if the reference has a unique final state and no impact is undecided."""
     if judged.convention is not None or judged.alignment.undecided:
         return
-    beyond = judged.measured.ends > judged.end_rounding(judged.measured, exactly=True)
+    beyond = judged.measured.ends > judged.compute_end_rounding(judged.measured, exactly=True)
     worst = judged.measured.largest
     rules = (
         (Verdict.MISPLACED, worst.final_position, "the largest radius"),
@@ -240,36 +243,41 @@ def _report_end_state(judged: JudgedRun) -> Iterator[Finding]:
     )
     for row, (verdict, error, scale) in zip(beyond, rules, strict=True):
         if np.any(row):
-            yield Finding(verdict, f"by up to {number(error, 3)} of {scale}")
+            yield Finding(verdict, f"by up to {format_number(error, 3)} of {scale}")
 
 
 def _format_contact(score: ContactScore) -> str:
     """Describe the errors of a run in contact, as the reason of a verdict."""
 
     def describe(errors: ContactErrors) -> str:
-        rim = f" and {number(errors.rim_m_s, 3)} m/s at the rim" if errors.rim_m_s else ""
-        return f"{metres(errors.place_m)}, {number(errors.velocity_m_s, 3)} m/s{rim}"
+        rim = f" and {format_number(errors.rim_m_s, 3)} m/s at the rim" if errors.rim_m_s else ""
+        return f"{format_metres(errors.place_m)}, {format_number(errors.velocity_m_s, 3)} m/s{rim}"
 
     pit = f"; PIT by {describe(score.pit)}" if score.pit is not None else ""
     wrong = "; a disc that should move stands still" if score.frozen else ""
     if score.beyond_m < 0.5 * score.own.place_m:
-        wrong += f"; an integrator's half step, v dt / 2, explains all but {metres(score.beyond_m)}"
+        wrong += f"; an integrator's half step, v dt / 2, explains all but {format_metres(score.beyond_m)}"
     place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
     if abs(score.kept.gap_m) > place:
         wrong += (
-            f"; a disc is held {metres(abs(score.kept.gap_m))} {'off' if score.kept.gap_m > 0.0 else 'inside'} its wall"
+            f"; a disc is held {format_metres(abs(score.kept.gap_m))} {'off' if score.kept.gap_m > 0.0 else 'inside'} "
+            "its wall"
         )
     if score.rest_m_s > speed:
-        wrong += f"; discs that should rest move at {number(score.rest_m_s, 3)} m/s on average"
+        wrong += f"; discs that should rest move at {format_number(score.rest_m_s, 3)} m/s on average"
     if score.kept.hop_m_s > speed:
-        part = f", taking off in {number(100.0 * score.kept.take_offs)} % of the states" if score.kept.take_offs else ""
-        wrong += f"; a disc hops at {number(score.kept.hop_m_s, 3)} m/s in contact{part}"
+        part = (
+            f", taking off in {format_number(100.0 * score.kept.take_offs)} % of the states"
+            if score.kept.take_offs
+            else ""
+        )
+        wrong += f"; a disc hops at {format_number(score.kept.hop_m_s, 3)} m/s in contact{part}"
     for what, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
         if abs(late_s) > most_s:
-            wrong += f"; {what} end {seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
+            wrong += f"; {what} end {format_seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
     if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
         wrong += (
             "; angular momentum about the wall, which friction can't change, is off by "
-            f"{number(score.momentum_m_s, 3)} m/s"
+            f"{format_number(score.momentum_m_s, 3)} m/s"
         )
-    return f"from {instant(score.begin_s)} on by up to {describe(score.own)}{wrong}{pit}"
+    return f"from {format_instant(score.begin_s)} on by up to {describe(score.own)}{wrong}{pit}"

@@ -49,7 +49,7 @@ class JudgedRun(MeasuredRun):
         ):
             return False
         if self.compared.is_whole_run:
-            return bool(np.all(self.measured.ends[:2] <= self.end_rounding(self.measured, exactly=True)[:2]))
+            return bool(np.all(self.measured.ends[:2] <= self.compute_end_rounding(self.measured, exactly=True)[:2]))
         # Before a horizon, each disc's last impact replaces its final state, because errors propagate.
         latest: dict[int, float] = {}
         for error in self.measured.errors:

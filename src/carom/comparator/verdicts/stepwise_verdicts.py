@@ -10,7 +10,7 @@ from carom.comparator.measure.stepwise_score import LocalScore
 from carom.comparator.slowing import Slowing
 from carom.comparator.verdict import Finding, Verdict
 from carom.comparator.verdicts.judged_run import JudgedRun
-from carom.support.formatting import instant, metres, number
+from carom.support.formatting import format_instant, format_metres, format_number
 
 
 def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
@@ -20,11 +20,11 @@ def report_divergence(judged: JudgedRun) -> Iterator[Finding]:
         return
     pit = ""
     if judged.sampling is not None:
-        pit = " (PIT's not)" if judged.pit_parted_s is None else f" (PIT's at {instant(judged.pit_parted_s)})"
+        pit = " (PIT's not)" if judged.pit_parted_s is None else f" (PIT's at {format_instant(judged.pit_parted_s)})"
     alignment = judged.alignment
     yield Finding(
         Verdict.PARTED,
-        f"at {instant(judged.parted_s)}{pit}; it lacks {len(alignment.missed)} of {judged.compared.impacts} "
+        f"at {format_instant(judged.parted_s)}{pit}; it lacks {len(alignment.missed)} of {judged.compared.impacts} "
         f"impacts and has {len(alignment.spurious)} others; {_describe_steps(local)}",
     )
 
@@ -58,7 +58,7 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
     local = judged.local_truth
     if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
         held = f"{'faster than' if local.sinks else 'as'} a fall from rest in each step explains"
-        yield Finding(Verdict.SINKS, f"by up to {number(local.sunk_radii, 3)} of the contact distance, {held}")
+        yield Finding(Verdict.SINKS, f"by up to {format_number(local.sunk_radii, 3)} of the contact distance, {held}")
 
 
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
@@ -67,8 +67,8 @@ def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
     if local is None or not local.polygon:
         return
     slowing = Slowing.of(scene)
-    bends = slowing.bends(judged.scales.speed_m_s) if slowing else math.hypot(*scene.gravity_m_s2)
-    off = metres(0.5 * bends * dt_s * dt_s)
+    bends = slowing.compute_deceleration(judged.scales.speed_m_s) if slowing else math.hypot(*scene.gravity_m_s2)
+    off = format_metres(0.5 * bends * dt_s * dt_s)
     if slowing:
         bend = "c |v|" if scene.damping_per_s else "a"
         size = f"half of {bend} dt^2 off its path, {off} at the scene's speed"
@@ -93,51 +93,52 @@ def report_bad_steps(judged: JudgedRun, *, has_findings: bool) -> Iterator[Findi
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
     is_shown = judged.compared.is_whole_run and has_findings and not judged.has_diverged_before_miss
     if local.grade is Grade.INACCURATE and not is_shown:
-        yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
+        yield Finding(Verdict.WORSE_STEPS, "; ".join(_describe_faults(local)))
     agrees = judged.compared.is_whole_run and local.agrees_alone
     if local.grade in (Grade.CLOSE, Grade.SAMPLED) and not (has_findings or agrees):
-        yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
+        yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_describe_costs(local)))
 
 
-def _costs(local: LocalScore) -> Iterator[str]:
+def _describe_costs(local: LocalScore) -> Iterator[str]:
     """Yield errors of steps that sampling explains, each with its numbers."""
     if local.judged:
         yield (
-            f"velocities after {local.judged} separate impacts are off by up to {number(local.velocity[1], 3)} of "
-            f"their bodies' speed, {number(local.ratio[1], 3)} of PIT's error"
+            f"velocities after {local.judged} separate impacts are off by up to "
+            f"{format_number(local.velocity[1], 3)} of "
+            f"their bodies' speed, {format_number(local.ratio[1], 3)} of PIT's error"
         )
     if local.late_steps[1] > 0.0:
-        yield f"impacts are late by up to {number(local.late_steps[1], 3)} steps"
+        yield f"impacts are late by up to {format_number(local.late_steps[1], 3)} steps"
     if local.entangled:
         yield f"{local.entangled} windows contain several impacts"
     if local.missed:
         yield f"{local.missed} impacts are missed that PIT misses from the same states"
 
 
-def _faults(local: LocalScore) -> Iterator[str]:
+def _describe_faults(local: LocalScore) -> Iterator[str]:
     """Yield faults that make the steps of a run inaccurate, each with its numbers."""
     judged = f"of {local.judged} separate impacts"
     if local.worse_than_pit:
         free = math.isinf(local.ratio[1])
-        worst = "some although PIT has no error" if free else f"up to {number(local.ratio[1], 4)} times as large"
+        worst = "some although PIT has no error" if free else f"up to {format_number(local.ratio[1], 4)} times as large"
         typical = local.restitution[0]
-        off = f", restitution off by {number(typical, 3)} at the median" if typical > 0.0 else ""
+        off = f", restitution off by {format_number(typical, 3)} at the median" if typical > 0.0 else ""
         yield f"{local.worse_than_pit} {judged} have larger errors than PIT, {worst}{off}"
     if local.early:
-        yield f"{local.early} {judged} are early by up to {number(local.early_steps, 3)} steps"
+        yield f"{local.early} {judged} are early by up to {format_number(local.early_steps, 3)} steps"
     if local.ahead:
         yield (
             f"{local.ahead} times a disc changes its velocity more than two steps before the impact, because of the "
             "engine's contact margin"
         )
     if local.too_late:
-        yield f"{local.too_late} {judged} are later than a step, by up to {number(local.late_steps[1], 3)} steps"
+        yield f"{local.too_late} {judged} are later than a step, by up to {format_number(local.late_steps[1], 3)} steps"
     if local.drifts:
-        drift = number(local.drift, 3)
+        drift = format_number(local.drift, 3)
         yield f"positions do not follow from velocities in {local.drifts} steps, by up to {drift} radii"
     if local.slipped > local.rounding:
-        yield f"velocities change with no other body near, by a fraction of up to {number(local.slipped, 3)}"
+        yield f"velocities change with no other body near, by a fraction of up to {format_number(local.slipped, 3)}"
     if local.energy > local.energy_rounding:
-        yield f"{number(local.energy, 3)} of the energy is gained or lost that PIT's steps do not gain or lose"
+        yield f"{format_number(local.energy, 3)} of the energy is gained or lost that PIT's steps do not gain or lose"
     if local.sinks:
         yield "a disc sinks into what it rests on"

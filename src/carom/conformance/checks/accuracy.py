@@ -17,16 +17,16 @@ import numpy as np
 from carom.catalogue import all_scenes
 from carom.comparator import ImpactError, Score
 from carom.conformance.adapter_under_test import Subject
-from carom.conformance.checks.common import numbers
+from carom.conformance.checks.common import format_vector
 from carom.conformance.violation import Violation, require
 from carom.model.trace import Outcome, Trace, body_name
-from carom.support.formatting import instant, number, seconds, steps
+from carom.support.formatting import format_instant, format_number, format_seconds, format_steps
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
     """The engine finds every impact that PIT finds at this step, and invents none beyond a promised margin."""
     setup, trace, score, pit = subject.score(profile, name)
-    margin = subject.margin(profile, name)
+    margin = subject.compute_margin_score(profile, name)
     others = [pit] if margin is None else [pit, margin]
     known = all_scenes()[name].known.impacts
     found = "; ".join((trace.outcome.value, *trace.notes))
@@ -38,12 +38,12 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
         impact = known[missed[0]]
         raise Violation(
             f"{len(missed)} of {len(known)} impacts are missed",
-            expected=f"{_at(impact.first, impact.second, impact.time_s)}, as PIT finds at this step",
-            found=f"{len(trace.impacts)} impacts: {_listed(trace)}",
+            expected=f"{_format_impact(impact.first, impact.second, impact.time_s)}, as PIT finds at this step",
+            found=f"{len(trace.impacts)} impacts: {_format_impacts(trace)}",
             setup=setup,
         )
     if len(score.spurious) > max(len(other.spurious) for other in others):
-        what, one = f"{len(score.spurious)} impacts are invented", _row_at(trace.impacts[score.spurious[0]])
+        what, one = f"{len(score.spurious)} impacts are invented", _format_impact_row(trace.impacts[score.spurious[0]])
         raise Violation(what, expected=f"{len(known)} impacts", found=f"an impact of {one}", setup=setup)
 
 
@@ -62,18 +62,22 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     if subject.adapter.profiles[profile].located:
         sampled_s = early_s = 0.0
     rounding_s = subject.rounding * setup.scene.duration_s
-    margin = {error.reference: error.time_s for error in _finite(subject.margin(profile, name), "time_s")}
-    for error in sorted(_compared(score, pit), key=lambda error: -abs(error.time_s)):
+    margin = {
+        error.reference: error.time_s
+        for error in _list_finite_errors(subject.compute_margin_score(profile, name), "time_s")
+    }
+    for error in sorted(_list_compared_errors(score, pit), key=lambda error: -abs(error.time_s)):
         # Errors of successive impacts add up.
         shifted_s = margin.get(error.reference, 0.0)
         late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
         impact = all_scenes()[name].known.impacts[error.reference]
         require(
             min(-early_s, shifted_s) - rounding_s <= error.time_s <= late_s + rounding_s,
-            f"the impact of {_bodies(impact.first, impact.second)} is at the wrong time",
-            f"{number(impact.time_s, 9)} s, or up to {seconds(late_s)} later ({steps(late_s, setup.dt_s)})"
-            + (f" or {seconds(-shifted_s)} earlier" if shifted_s < 0 else ""),
-            f"{number(impact.time_s + error.time_s, 9)} s ({steps(error.time_s, setup.dt_s)} off)",
+            f"the impact of {_format_bodies(impact.first, impact.second)} is at the wrong time",
+            f"{format_number(impact.time_s, 9)} s, or up to {format_seconds(late_s)} later "
+            f"({format_steps(late_s, setup.dt_s)})"
+            + (f" or {format_seconds(-shifted_s)} earlier" if shifted_s < 0 else ""),
+            f"{format_number(impact.time_s + error.time_s, 9)} s ({format_steps(error.time_s, setup.dt_s)} off)",
             setup,
         )
 
@@ -87,21 +91,21 @@ class _Allowed(NamedTuple):
     rounding: float
     end: float
 
-    def of(self, impact: int) -> float:
+    def compute_limit(self, impact: int) -> float:
         return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self.rounding
 
 
-def _allowed(subject: Subject, profile: str, name: str, kind: str) -> _Allowed:
+def _compute_allowed_errors(subject: Subject, profile: str, name: str, kind: str) -> _Allowed:
     """Return the allowed errors of a kind after each impact and at the end."""
-    described, margin = subject.adapter.profiles[profile], subject.margin(profile, name)
+    described, margin = subject.adapter.profiles[profile], subject.compute_margin_score(profile, name)
     *_, pit = subject.score(profile, name)
     promise, final = described.accuracy.velocity, f"final_{kind}"
-    paid = [] if described.located else [getattr(error, kind) for error in _finite(pit, kind)]
+    paid = [] if described.located else [getattr(error, kind) for error in _list_finite_errors(pit, kind)]
     ends = [0.0 if described.located else getattr(pit.total, final), getattr(margin.total, final) if margin else 0.0]
     return _Allowed(
         max(paid, default=0.0),
         promise,
-        {error.reference: getattr(error, kind) for error in _finite(margin, kind)},
+        {error.reference: getattr(error, kind) for error in _list_finite_errors(margin, kind)},
         subject.rounding,
         max(ends) + promise + subject.rounding,
     )
@@ -111,29 +115,31 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     """Errors of velocities, after impacts and at the end, are at most PIT's at this step plus the promise."""
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.speed_m_s
-    allowed = _allowed(subject, profile, name, "velocity")
-    for error in sorted(_compared(score, pit), key=lambda error: -error.velocity):
-        turned, most = allowed.margin.get(error.reference, 0.0), allowed.of(error.reference)
+    allowed = _compute_allowed_errors(subject, profile, name, "velocity")
+    for error in sorted(_list_compared_errors(score, pit), key=lambda error: -error.velocity):
+        turned, most = allowed.margin.get(error.reference, 0.0), allowed.compute_limit(error.reference)
         impact, row = known.impacts[error.reference], trace.impacts[error.observed]
         known_fields = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         wanted, got = (
             [getattr(impact, field) for field in known_fields],
             [row[field].tolist() for field in known_fields],
         )
-        sampled, promised, margin = (number(part, 3) for part in (allowed.sampled, allowed.promise, turned))
+        sampled, promised, margin = (format_number(part, 3) for part in (allowed.sampled, allowed.promise, turned))
         why = f"PIT's error {sampled}, declared {promised}, margin {margin}, each times {speed:g} m/s"
         require(
             error.velocity <= most,
-            f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong velocities",
-            f"{_all(wanted)} m/s to {number(most * speed, 3)} m/s ({why})",
-            f"{_all(got)} m/s, off by {number(error.velocity * speed, 3)} m/s",
+            f"the impact of {_format_impact(impact.first, impact.second, impact.time_s)} leaves wrong velocities",
+            f"{_format_vectors(wanted)} m/s to {format_number(most * speed, 3)} m/s ({why})",
+            f"{_format_vectors(got)} m/s, off by {format_number(error.velocity * speed, 3)} m/s",
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return  # paths differ after a missed impact
     off = score.total.final_velocity
-    expected = f"{_all(known.final_velocity_m_s or ())} m/s to {number(allowed.end * speed, 3)} m/s"
-    found = f"{_all(trace.final_velocity_m_s.tolist())} m/s, off by up to {number(off * speed, 3)} m/s"
+    expected = f"{_format_vectors(known.final_velocity_m_s or ())} m/s to {format_number(allowed.end * speed, 3)} m/s"
+    found = (
+        f"{_format_vectors(trace.final_velocity_m_s.tolist())} m/s, off by up to {format_number(off * speed, 3)} m/s"
+    )
     require(off <= allowed.end, "discs end with wrong velocities", expected, found, setup)
 
 
@@ -141,54 +147,57 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     """Errors of spins, after impacts and at the end, are at most PIT's at this step plus the promise."""
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.rim_m_s
-    allowed = _allowed(subject, profile, name, "spin")
-    why = f"PIT's error {number(allowed.sampled, 3)}, declared {number(allowed.promise, 3)}"
-    for error in sorted(_compared(score, pit), key=lambda error: -error.spin):
-        most, impact = allowed.of(error.reference), known.impacts[error.reference]
+    allowed = _compute_allowed_errors(subject, profile, name, "spin")
+    why = f"PIT's error {format_number(allowed.sampled, 3)}, declared {format_number(allowed.promise, 3)}"
+    for error in sorted(_list_compared_errors(score, pit), key=lambda error: -error.spin):
+        most, impact = allowed.compute_limit(error.reference), known.impacts[error.reference]
         known_spins = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
         got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
         require(
             error.spin <= most,  # false for NaN
-            f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong spins",
-            f"{numbers(known_spins)} rad/s, rim speeds to {number(most * speed, 3)} m/s ({why})",
-            f"{numbers(got)} rad/s, rim speeds off by {number(error.spin * speed, 3)} m/s",
+            f"the impact of {_format_impact(impact.first, impact.second, impact.time_s)} leaves wrong spins",
+            f"{format_vector(known_spins)} rad/s, rim speeds to {format_number(most * speed, 3)} m/s ({why})",
+            f"{format_vector(got)} rad/s, rim speeds off by {format_number(error.spin * speed, 3)} m/s",
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return
     found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
-    wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rim speeds to {number(allowed.end * speed, 3)} m/s"
+    wanted = (
+        f"{format_vector(known.final_spin_rad_s or ())} rad/s, rim speeds to {format_number(allowed.end * speed, 3)} "
+        "m/s"
+    )
     right = score.total.final_spin <= allowed.end
-    require(right, "discs end with wrong spins", wanted, f"{numbers(found)} rad/s", setup)
+    require(right, "discs end with wrong spins", wanted, f"{format_vector(found)} rad/s", setup)
 
 
-def _compared(score: Score, pit: Score) -> list[ImpactError]:
+def _list_compared_errors(score: Score, pit: Score) -> list[ImpactError]:
     """Return the impacts that PIT also finds, so that the cost of sampling is known."""
     common = {error.reference for error in pit.errors}
     return [error for error in score.errors if error.reference in common]
 
 
-def _finite(score: Score | None, field: str) -> list[ImpactError]:
+def _list_finite_errors(score: Score | None, field: str) -> list[ImpactError]:
     """Return the impacts whose error in a field is finite; an empty list without a score."""
     return [error for error in score.errors if math.isfinite(getattr(error, field))] if score else []
 
 
-def _bodies(first: int, second: int) -> str:
+def _format_bodies(first: int, second: int) -> str:
     return f"{body_name(first)} and {body_name(second)}"
 
 
-def _at(first: int, second: int, time_s: float) -> str:
-    return f"{_bodies(first, second)} at {instant(time_s)}"
+def _format_impact(first: int, second: int, time_s: float) -> str:
+    return f"{_format_bodies(first, second)} at {format_instant(time_s)}"
 
 
-def _row_at(row: np.void) -> str:
-    return _at(int(row["first"]), int(row["second"]), row["time_s"])
+def _format_impact_row(row: np.void) -> str:
+    return _format_impact(int(row["first"]), int(row["second"]), row["time_s"])
 
 
-def _all(velocities: Sequence[Sequence[float]]) -> str:
-    return " and ".join(map(numbers, velocities))
+def _format_vectors(velocities: Sequence[Sequence[float]]) -> str:
+    return " and ".join(map(format_vector, velocities))
 
 
-def _listed(trace: Trace) -> str:
-    shown = ", ".join(map(_row_at, trace.impacts[:4])) or "none"
+def _format_impacts(trace: Trace) -> str:
+    shown = ", ".join(map(_format_impact_row, trace.impacts[:4])) or "none"
     return shown + (", ..." if len(trace.impacts) > 4 else "")

@@ -7,13 +7,13 @@ from collections.abc import Callable
 
 from carom.conformance import suite_scenes as scenes
 from carom.conformance.adapter_under_test import Subject
-from carom.conformance.checks.common import declared, end_with_velocities, numbers, supported
+from carom.conformance.checks.common import end_with_velocities, format_vector, require_declared, require_supported
 from carom.conformance.probes import Raised
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Capabilities
 from carom.engines.api.checks import COMBINE_RULES, MANTISSA_BITS
 from carom.model.scene import Scene
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
 #: Largest tested coordinates and speeds for an engine without a declared limit. These values are a thousand times those
@@ -39,7 +39,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
         raise NotApplicable(f"restitution is declared to be {low:g} only")
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
-    setup = supported(subject, scenes.bounce_and_pair(e, wall_e, wall=can.walls))
+    setup = require_supported(subject, scenes.build_bounce_and_pair(e, wall_e, wall=can.walls))
     # The total momentum 1 * 1 - 2 * 2 = -3 is conserved, and the closing speed of 3 m/s is multiplied by e.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
@@ -47,7 +47,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
 
 def immovable_stays(subject: Subject, order: str) -> None:
     """A disc bounces off an immovable one with its velocity reversed, in either order of the two."""
-    setup = supported(subject, scenes.post(first=order == "first"))
+    setup = require_supported(subject, scenes.build_post(first=order == "first"))
     expected = [(-3.0, 0.0), (0.0, 0.0)]
     end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
     fixed = 0 if order == "first" else 1
@@ -57,7 +57,7 @@ def immovable_stays(subject: Subject, order: str) -> None:
 
 def posts_stand_still(subject: Subject) -> None:
     """Overlapping immovable discs stay at rest without contacts."""
-    setup = supported(subject, scenes.posts())
+    setup = require_supported(subject, scenes.build_posts())
     end = subject.watch(setup).seen[-1]
     moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
     still = not moved and all(contact.impulse_n_s == 0 for contact in end.contacts)
@@ -67,13 +67,13 @@ def posts_stand_still(subject: Subject) -> None:
 
 def falls_as_declared(subject: Subject) -> None:
     """A falling disc has the velocity g t."""
-    setup = supported(subject, scenes.fall())
+    setup = require_supported(subject, scenes.build_fall())
     end_with_velocities(subject, setup, [(1.0, -8.0 * setup.scene.duration_s)], "gravity")
 
 
 def slows_as_declared(subject: Subject) -> None:
     """Velocity and spin of a free damped disc decrease as exp(-c t), to within the error of one step."""
-    setup = supported(subject, scenes.slowing(spins=subject.capabilities().spin))
+    setup = require_supported(subject, scenes.build_damped_disc(spins=subject.capabilities().spin))
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
     step = scene.damping_per_s * setup.dt_s
@@ -83,13 +83,15 @@ def slows_as_declared(subject: Subject) -> None:
     if disc.spin_rad_s:
         found.append(math.nan if end.spin_rad_s is None else end.spin_rad_s[0] / disc.spin_rad_s)
     slowed = all(least - subject.rounding <= kept <= most + subject.rounding for kept in found)
-    expected = f"{number(least, 6)} to {number(most, 6)} times its velocity" + " and its spin" * bool(disc.spin_rad_s)
-    require(slowed, "a disc is not damped at the scene's rate", expected, numbers(found), setup)
+    expected = f"{format_number(least, 6)} to {format_number(most, 6)} times its velocity" + " and its spin" * bool(
+        disc.spin_rad_s
+    )
+    require(slowed, "a disc is not damped at the scene's rate", expected, format_vector(found), setup)
 
 
 def rolls_as_declared(subject: Subject) -> None:
     """A disc that rolls with rolling resistance decelerates by c g/(1 + k), to within the error of one step."""
-    setup = supported(subject, scenes.rolling())
+    setup = require_supported(subject, scenes.build_rolling_disc())
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     rate = scene.wall_rolling_resistance * math.hypot(*scene.gravity_m_s2) / (1.0 + scene.discs[0].inertia_factor)
     expected, found = 1.0 - rate * scene.duration_s, float(end.velocity_m_s[0, 0])
@@ -99,25 +101,25 @@ def rolls_as_declared(subject: Subject) -> None:
     require(
         right,
         wrong,
-        f"{number(expected, 6)} m/s to {number(rate * setup.dt_s + promise)}",
-        f"{number(found, 6)} m/s",
+        f"{format_number(expected, 6)} m/s to {format_number(rate * setup.dt_s + promise)}",
+        f"{format_number(found, 6)} m/s",
         setup,
     )
 
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
     """A disc on a table slows by the table's deceleration, to within the error of one step."""
-    setup = supported(subject, scenes.sliding_on_a_table())
+    setup = require_supported(subject, scenes.build_sliding_disc())
     scene, (u, v) = setup.scene, subject.watch(setup).seen[-1].velocity_m_s[0].tolist()
     left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
     allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
     wrong = "a disc on a table does not slow by the table's deceleration"
-    wanted = f"{numbers(expected)} m/s to {number(allowed)}"
-    require(math.dist((u, v), expected) <= allowed, wrong, wanted, f"{numbers((u, v))} m/s", setup)
+    wanted = f"{format_vector(expected)} m/s to {format_number(allowed)}"
+    require(math.dist((u, v), expected) <= allowed, wrong, wanted, f"{format_vector((u, v))} m/s", setup)
 
 
-def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = scenes.DT_S) -> None:
+def _require_velocity_transfer(subject: Subject, scene: Scene, where: str, dt_s: float = scenes.DT_S) -> None:
     """Check the impact of a disc on an equal disc at rest, which takes over its velocity."""
     speed = scene.discs[0].velocity_m_s[0]
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], where)
@@ -126,7 +128,9 @@ def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = scenes
 def fast_as_declared(subject: Subject) -> None:
     """At the greatest declared speed, a disc passes its velocity on to an equal one, with equally scaled steps."""
     speed = min(subject.capabilities().max_speed_m_s, FAST_M_S)
-    _hands_over(subject, scenes.approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed)
+    _require_velocity_transfer(
+        subject, scenes.build_approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed
+    )
 
 
 def far_as_declared(subject: Subject) -> None:
@@ -135,19 +139,21 @@ def far_as_declared(subject: Subject) -> None:
     # Beyond this coordinate, rounding exceeds a thousandth of the disc's radius in any engine.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
     coordinate = min(can.max_coordinate_m, FAR_M, finest)
-    _hands_over(subject, scenes.approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin")
+    _require_velocity_transfer(
+        subject, scenes.build_approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin"
+    )
 
 
 def moves_as_declared(subject: Subject) -> None:
     """A disc that moves by the greatest declared distance per step ends at the right position."""
     can = subject.capabilities()
     speed = min(can.max_move_m / scenes.DT_S, can.max_speed_m_s, FAST_M_S)
-    setup = Setup(scenes.alone(speed_m_s=speed))
+    setup = Setup(scenes.build_single_disc(speed_m_s=speed))
     end = end_with_velocities(subject, setup, [(speed, 0.0)], f"at {speed * scenes.DT_S:g} m per step")
     wanted, found = speed * setup.scene.duration_s, float(end.position_m[0][0])
     what = f"a disc that moves {speed * scenes.DT_S:g} m per step ends at a wrong position"
     there = abs(found - wanted) <= subject.rounding * wanted
-    require(there, what, f"{number(wanted, 10)} m", f"{number(found, 10)} m", setup)
+    require(there, what, f"{format_number(wanted, 10)} m", f"{format_number(found, 10)} m", setup)
 
 
 def small_as_declared(subject: Subject) -> None:
@@ -155,135 +161,149 @@ def small_as_declared(subject: Subject) -> None:
     radius = subject.capabilities().min_radius_m or SMALL_M
     # Scale lengths by 2 r, and times and speeds by the square root of 2 r. This keeps accelerations.
     root = math.sqrt(2 * radius)
-    scene = scenes.approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
-    _hands_over(subject, scene, f"radius {radius:g} m", scenes.DT_S * root)
+    scene = scenes.build_approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
+    _require_velocity_transfer(subject, scene, f"radius {radius:g} m", scenes.DT_S * root)
 
 
 def large_as_declared(subject: Subject) -> None:
     """At the greatest declared radius, a disc passes its velocity on to an equal one."""
     can = subject.capabilities()
     radius = min(can.max_radius_m, FAR_M, can.max_coordinate_m / 4)
-    _hands_over(subject, scenes.approach(radius_m=radius), f"radius {radius:g} m")
+    _require_velocity_transfer(subject, scenes.build_approach(radius_m=radius), f"radius {radius:g} m")
 
 
 def slow_as_declared(subject: Subject) -> None:
     """At twice the declared threshold of inelastic contacts, a disc passes its velocity on to an equal one."""
     speed = 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S
-    _hands_over(subject, scenes.approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed)
+    _require_velocity_transfer(
+        subject, scenes.build_approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed
+    )
 
 
 def detects_continuously(subject: Subject) -> None:
     """A disc that would pass through another one in a step hits it at every phase."""
-    declared(subject, "continuous_detection")
+    require_declared(subject, "continuous_detection")
     for k in range(PHASES):
-        setup = Setup(scenes.bullet(k / PHASES), dt_s=1 / 60)
+        setup = Setup(scenes.build_bullet(k / PHASES), dt_s=1 / 60)
         struck = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
         what = "a fast disc passes through another, although continuous detection is declared"
         expected = "an impact that accelerates disc 1, to 50 m/s by conservation of momentum and energy"
-        require(struck > 0, what, expected, f"{number(struck, 6)} m/s", setup)
+        require(struck > 0, what, expected, f"{format_number(struck, 6)} m/s", setup)
 
 
-def _twice(limit: float, what: str) -> Scene | None:
+def _build_scene_at_twice(limit: float, what: str) -> Scene | None:
     """Return a disc at twice an upper limit; None for values above 1e150, whose squares overflow."""
-    return None if 2 * limit > 1e150 else scenes.alone(**{what: 2 * limit})
+    return None if 2 * limit > 1e150 else scenes.build_single_disc(**{what: 2 * limit})
 
 
-def _half(limit: float, what: str) -> Scene | None:
-    return None if limit == 0 else scenes.alone(**{what: limit / 2})
+def _build_scene_at_half(limit: float, what: str) -> Scene | None:
+    return None if limit == 0 else scenes.build_single_disc(**{what: limit / 2})
 
 
-def _beyond_move(can: Capabilities) -> Scene | None:
+def _build_fast_scene(can: Capabilities) -> Scene | None:
     speed = 2 * can.max_move_m / scenes.DT_S
-    return None if speed > can.max_speed_m_s or math.isinf(speed) else scenes.alone(speed_m_s=speed)
+    return None if speed > can.max_speed_m_s or math.isinf(speed) else scenes.build_single_disc(speed_m_s=speed)
 
 
-def _spinning_beyond(can: Capabilities, limit: float, other: float) -> Scene | None:
+def _build_spinning_scene(can: Capabilities, limit: float, other: float) -> Scene | None:
     """Return a disc whose spin exceeds one limit but not the other, so that the message names this limit."""
-    return scenes.spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
+    return scenes.build_spinning_disc(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
 
 
-def _some_friction(can: Capabilities) -> tuple[float, float]:
+def _choose_friction(can: Capabilities) -> tuple[float, float]:
     return (min(0.1, can.friction[1]), min(0.1, can.friction[1]))
 
 
-def _giving_back(can: Capabilities) -> Scene:
-    return scenes.rubbing(can, *_some_friction(can)).model_copy(update={"tangential_restitution": 0.5})
+def _build_sticking_scene(can: Capabilities) -> Scene:
+    return scenes.build_rubbing(can, *_choose_friction(can)).model_copy(update={"tangential_restitution": 0.5})
 
 
-def _bouncing(restitution: float) -> Scene:
-    return scenes.bounce_and_pair(restitution, restitution, wall=False)
+def _build_bouncing_scene(restitution: float) -> Scene:
+    return scenes.build_bounce_and_pair(restitution, restitution, wall=False)
 
 
-def _uncombined(can: Capabilities) -> Scene | None:
+def _build_uncombined_scene(can: Capabilities) -> Scene | None:
     """Return a scene with a wall restitution that the declared combination rule excludes; None if there is none."""
     low, high = can.restitution
     least, greatest = COMBINE_RULES[can.restitution_combine](pair := (low + high) / 2, high)
     beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)
-    return None if beyond is None or not can.walls else scenes.bounce_and_pair(pair, beyond, wall=True)
+    return None if beyond is None or not can.walls else scenes.build_bounce_and_pair(pair, beyond, wall=True)
 
 
 #: For each capability: its field, and a function that returns a scene which needs more than is declared, or None. The
 #: scene of a capability that is True or False is only used if the capability is False.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
-    "walls": ("walls", lambda _: scenes.walled_box()),
-    "segments": ("segments", lambda can: scenes.either_side(can.restitution[1])),
-    "arcs": ("arcs", lambda can: scenes.in_and_out(can.restitution[1])),
-    "circles from outside": ("posts", lambda can: None if can.arcs else scenes.at_a_circle(can.restitution[1])),
-    "wall materials": ("wall_materials", lambda _: scenes.two_walls(1.0, 0.5)),
-    "immovable discs": ("immovable_discs", lambda _: scenes.post()),
-    "driven walls": ("driven_walls", lambda can: scenes.paddle(can.restitution[1])),
-    "driven discs": ("driven_discs", lambda can: scenes.mallet(can.restitution[1])),
-    "legs": ("legs", lambda can: scenes.starting_paddle(can.restitution[1])),
-    "belts": ("belts", lambda can: scenes.belt(min(0.25, can.friction[1]), can.restitution[1])),
-    "belts of edges": ("edge_belts", lambda can: scenes.edge_belt(min(0.25, can.friction[1]), can.restitution[1])),
-    "gravity": ("gravity", lambda _: scenes.fall()),
-    "damping": ("damping", lambda _: scenes.slowing(spins=False)),
-    "rolling resistance": ("rolling_resistance", lambda _: scenes.rolling()),
-    "table friction": ("table_friction", lambda _: scenes.sliding_on_a_table()),
+    "walls": ("walls", lambda _: scenes.build_walled_box()),
+    "segments": ("segments", lambda can: scenes.build_two_sided_edge(can.restitution[1])),
+    "arcs": ("arcs", lambda can: scenes.build_two_sided_circle(can.restitution[1])),
+    "circles from outside": (
+        "posts",
+        lambda can: None if can.arcs else scenes.build_outside_circle(can.restitution[1]),
+    ),
+    "wall materials": ("wall_materials", lambda _: scenes.build_two_walls(1.0, 0.5)),
+    "immovable discs": ("immovable_discs", lambda _: scenes.build_post()),
+    "driven walls": ("driven_walls", lambda can: scenes.build_paddle(can.restitution[1])),
+    "driven discs": ("driven_discs", lambda can: scenes.build_mallet(can.restitution[1])),
+    "legs": ("legs", lambda can: scenes.build_starting_paddle(can.restitution[1])),
+    "belts": ("belts", lambda can: scenes.build_belt(min(0.25, can.friction[1]), can.restitution[1])),
+    "belts of edges": (
+        "edge_belts",
+        lambda can: scenes.build_edge_belt(min(0.25, can.friction[1]), can.restitution[1]),
+    ),
+    "gravity": ("gravity", lambda _: scenes.build_fall()),
+    "damping": ("damping", lambda _: scenes.build_damped_disc(spins=False)),
+    "rolling resistance": ("rolling_resistance", lambda _: scenes.build_rolling_disc()),
+    "table friction": ("table_friction", lambda _: scenes.build_sliding_disc()),
     "restitution below the range": (
         "restitution",
-        lambda can: _bouncing(can.restitution[0] / 2) if can.restitution[0] else None,
+        lambda can: _build_bouncing_scene(can.restitution[0] / 2) if can.restitution[0] else None,
     ),
     "restitution above the range": (
         "restitution",
-        lambda can: None if can.restitution[1] == 1 else _bouncing((1 + can.restitution[1]) / 2),
+        lambda can: None if can.restitution[1] == 1 else _build_bouncing_scene((1 + can.restitution[1]) / 2),
     ),
-    "restitution of walls": ("restitution_combine", _uncombined),
-    "spin": ("spin", lambda _: scenes.spinning(1.0)),
+    "restitution of walls": ("restitution_combine", _build_uncombined_scene),
+    "spin": ("spin", lambda _: scenes.build_spinning_disc(1.0)),
     "fast spin": (
         "max_spin_rad_s",
-        lambda can: _spinning_beyond(can, can.max_spin_rad_s, can.max_turn_rad / scenes.DT_S),
+        lambda can: _build_spinning_scene(can, can.max_spin_rad_s, can.max_turn_rad / scenes.DT_S),
     ),
-    "turn": ("max_turn_rad", lambda can: _spinning_beyond(can, can.max_turn_rad / scenes.DT_S, can.max_spin_rad_s)),
+    "turn": (
+        "max_turn_rad",
+        lambda can: _build_spinning_scene(can, can.max_turn_rad / scenes.DT_S, can.max_spin_rad_s),
+    ),
     "small inertia": (
         "min_inertia_factor",
         lambda can: (
-            scenes.rubbing(can, *_some_friction(can), can.min_inertia_factor / 2)
+            scenes.build_rubbing(can, *_choose_friction(can), can.min_inertia_factor / 2)
             if can.friction[1] and can.min_inertia_factor
             else None
         ),
     ),
-    "friction": ("friction", lambda can: None if can.friction[1] else scenes.rubbing(can, 0.1, 0.1)),
+    "friction": ("friction", lambda can: None if can.friction[1] else scenes.build_rubbing(can, 0.1, 0.1)),
     "friction below the range": (
         "friction",
-        lambda can: scenes.rubbing(can, can.friction[0] / 2, can.friction[0] / 2) if can.friction[0] else None,
+        lambda can: scenes.build_rubbing(can, can.friction[0] / 2, can.friction[0] / 2) if can.friction[0] else None,
     ),
     "friction above the range": (
         "friction",
         lambda can: (
-            scenes.rubbing(can, 2 * can.friction[1], 2 * can.friction[1])
+            scenes.build_rubbing(can, 2 * can.friction[1], 2 * can.friction[1])
             if 0 < 2 * can.friction[1] <= LARGEST
             else None
         ),
     ),
-    "tangential restitution": ("tangential_restitution", lambda can: _giving_back(can) if can.friction[1] else None),
-    "speed": ("max_speed_m_s", lambda can: _twice(can.max_speed_m_s, "speed_m_s")),
-    "coordinate": ("max_coordinate_m", lambda can: _twice(can.max_coordinate_m, "x_m")),
-    "move": ("max_move_m", _beyond_move),
-    "small radius": ("min_radius_m", lambda can: _half(can.min_radius_m, "radius_m")),
-    "large radius": ("max_radius_m", lambda can: _twice(can.max_radius_m, "radius_m")),
-    "light mass": ("min_mass_kg", lambda can: _half(can.min_mass_kg, "mass_kg")),
-    "heavy mass": ("max_mass_kg", lambda can: _twice(can.max_mass_kg, "mass_kg")),
+    "tangential restitution": (
+        "tangential_restitution",
+        lambda can: _build_sticking_scene(can) if can.friction[1] else None,
+    ),
+    "speed": ("max_speed_m_s", lambda can: _build_scene_at_twice(can.max_speed_m_s, "speed_m_s")),
+    "coordinate": ("max_coordinate_m", lambda can: _build_scene_at_twice(can.max_coordinate_m, "x_m")),
+    "move": ("max_move_m", _build_fast_scene),
+    "small radius": ("min_radius_m", lambda can: _build_scene_at_half(can.min_radius_m, "radius_m")),
+    "large radius": ("max_radius_m", lambda can: _build_scene_at_twice(can.max_radius_m, "radius_m")),
+    "light mass": ("min_mass_kg", lambda can: _build_scene_at_half(can.min_mass_kg, "mass_kg")),
+    "heavy mass": ("max_mass_kg", lambda can: _build_scene_at_twice(can.max_mass_kg, "mass_kg")),
 }
 
 
@@ -299,7 +319,7 @@ def refuses(subject: Subject, what: str) -> None:
     expected = f"prepare() to raise an AdapterError, because the adapter declares {declared}"
     answer = subject.try_to_watch(setup)
     if not isinstance(answer, Raised):
-        ends = " ".join(numbers(velocity) for velocity in answer.seen[-1].velocity_m_s.tolist()[:3])
+        ends = " ".join(format_vector(velocity) for velocity in answer.seen[-1].velocity_m_s.tolist()[:3])
         found = f"a run to the end of the scene, with velocities {ends} m/s"
         raise Violation(f"{beyond} is run", expected=expected, found=found, setup=setup)
     clear = answer.where == "prepare" and answer.deliberate

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from carom.conformance.adapter_under_test import Subject, greatest_speed
+from carom.conformance.adapter_under_test import Subject, find_greatest_speed
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Capabilities, Observation
 from carom.model.scene import Scene
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 
-def declared(subject: Subject, field: str) -> Capabilities:
+def require_declared(subject: Subject, field: str) -> Capabilities:
     """Return an adapter's capabilities if the capability `field` is declared.
 
     Raises:
@@ -24,14 +24,14 @@ def declared(subject: Subject, field: str) -> Capabilities:
     return can
 
 
-def supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
+def require_supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
     """Return the setup of a check's scene.
 
     Raises:
         NotApplicable: The declared capabilities exclude the scene.
     """
     setup = Setup(scene, profile)
-    if reason := subject.unsupported(setup):
+    if reason := subject.find_unsupported_reason(setup):
         raise NotApplicable(reason)
     return setup
 
@@ -48,15 +48,15 @@ def end_with_velocities(
     """
     end = subject.watch(setup).seen[-1]
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
-    allowed = (subject.rounding + promise) * greatest_speed(setup.scene)
+    allowed = (subject.rounding + promise) * find_greatest_speed(setup.scene)
     for i, (wanted, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):
         error = math.dist(wanted, found)
-        off = f"{numbers(found)} m/s, off by {number(error, 3)}"
+        off = f"{format_vector(found)} m/s, off by {format_number(error, 3)}"
         wrong = f"{what}: disc {i} ends with a wrong velocity"
-        require(error <= allowed, wrong, f"{numbers(wanted)} m/s to {number(allowed)}", off, setup)
+        require(error <= allowed, wrong, f"{format_vector(wanted)} m/s to {format_number(allowed)}", off, setup)
     return end
 
 
-def numbers(vector: Sequence[float]) -> str:
+def format_vector(vector: Sequence[float]) -> str:
     """Format a vector as (x, y), as short as possible."""
-    return f"({', '.join(f'{number(x, 10)}' for x in vector)})"
+    return f"({', '.join(f'{format_number(x, 10)}' for x in vector)})"

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from carom.conformance.adapter_under_test import Subject
-from carom.conformance.checks.common import declared
+from carom.conformance.checks.common import require_declared
 from carom.conformance.checks.settings import UNKNOWN
 from carom.conformance.probes import Raised
-from carom.conformance.suite_scenes import approach, crowd
+from carom.conformance.suite_scenes import build_approach, build_crowd
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.engines.api import Observation
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 #: Number of worlds in a leak check, including warm-up. The smallest world (an idle pymunk space) takes 10 kB, so 180
 #: unreleased worlds leak 1.8 MB.
@@ -27,29 +27,29 @@ ROUNDS = 10
 
 def repeats_to_the_bit(subject: Subject, profile: str) -> None:
     """If determinism is declared, a repeated run is bit-identical, even after worlds with other settings."""
-    declared(subject, "deterministic")
-    setup = Setup(crowd(), profile)
-    first = subject.seen(setup).seen
+    require_declared(subject, "deterministic")
+    setup = Setup(build_crowd(), profile)
+    first = subject.watch_cached(setup).seen
     for other in ("default", "tuned"):
         if other != profile:
-            subject.watch(Setup(crowd(), other))
+            subject.watch(Setup(build_crowd(), other))
     again = subject.watch(setup).seen
     _require_same(setup, first, again, "two runs of one scene differ, although determinism is declared")
 
 
 def looking_changes_nothing(subject: Subject, profile: str) -> None:
     """Observing twice after each step gives the same run as observing once."""
-    declared(subject, "deterministic")
-    setup = Setup(crowd(), profile)
-    once, twice = subject.seen(setup).seen, subject.watch(setup, looks=2).seen
+    require_declared(subject, "deterministic")
+    setup = Setup(build_crowd(), profile)
+    once, twice = subject.watch_cached(setup).seen, subject.watch(setup, looks=2).seen
     _require_same(setup, once, twice, "a second observe() changes the run")
 
 
 def steps_singly_or_together(subject: Subject, profile: str) -> None:
     """All steps in one call, as in timing, end with the same bits as single steps with observations."""
-    declared(subject, "deterministic")
-    setup = Setup(crowd(), profile)
-    watched, at_once = subject.seen(setup).seen[-1], subject.watch(setup, looks=0).seen[-1]
+    require_declared(subject, "deterministic")
+    setup = Setup(build_crowd(), profile)
+    watched, at_once = subject.watch_cached(setup).seen[-1], subject.watch(setup, looks=0).seen[-1]
     for field in ("position_m", "velocity_m_s"):
         wanted, found = getattr(watched, field), getattr(at_once, field)
         what = "advance(n) ends in another state than n times advance(1) and observe()"
@@ -59,8 +59,8 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
 
 def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
     """Steps that are tried and undone, and queries of contacts, do not change the run."""
-    declared(subject, "deterministic")
-    setup = Setup(approach(), profile)
+    require_declared(subject, "deterministic")
+    setup = Setup(build_approach(), profile)
     runs = []
     for disturbed in (False, True):
         answer = subject.try_to_watch(setup, cut=True, disturbed=disturbed)
@@ -78,28 +78,28 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
 
 def keeps_what_it_showed(subject: Subject, profile: str) -> None:
     """Later steps do not change an observation, so its arrays are not views of the engine's memory."""
-    setup = Setup(crowd(), profile)
-    altered = subject.seen(setup).altered
+    setup = Setup(build_crowd(), profile)
+    altered = subject.watch_cached(setup).altered
     what, found = "later steps change an observation", f"observation {altered} changed"
     require(altered is None, what, "arrays of its own", found, setup)
 
 
 def is_silent_and_tidy(subject: Subject) -> None:
     """Starting the engine and running a scene with each profile prints nothing and leaves no files."""
-    with subject.another() as fresh:
+    with subject.create_fresh_copy() as fresh:
         for profile in subject.adapter.profiles:
-            setup = Setup(crowd(), profile)
+            setup = Setup(build_crowd(), profile)
             fresh.watch(setup)
-        printed, files = fresh.printed().strip(), fresh.files()
+        printed, files = fresh.read_output().strip(), fresh.list_files()
     require(not printed, "the engine prints", "nothing on stdout or stderr", repr(printed[:200]), setup)
     require(not files, "the engine leaves files in the working folder", "none", ", ".join(files), setup)
 
 
 def closes_after_errors(subject: Subject) -> None:
     """A world that is closed before its first step, or refused, does not change later runs."""
-    setup = Setup(crowd())
-    clean = subject.seen(setup).seen
-    subject.growth_bytes(setup, 2, step=False)
+    setup = Setup(build_crowd())
+    clean = subject.watch_cached(setup).seen
+    subject.measure_growth(setup, 2, step=False)
     subject.try_to_watch(setup, {UNKNOWN: 1})
     after = subject.watch(setup).seen
     if subject.capabilities().deterministic:
@@ -108,9 +108,9 @@ def closes_after_errors(subject: Subject) -> None:
 
 def lets_go_of_worlds(subject: Subject) -> None:
     """200 worlds that are created, stepped and closed leak less memory than 200 small worlds take."""
-    setup, least = Setup(approach()), math.inf
+    setup, least = Setup(build_approach()), math.inf
     for _ in range(ROUNDS):
-        grown = subject.growth_bytes(setup, WORLDS)
+        grown = subject.measure_growth(setup, WORLDS)
         if grown is None:
             raise NotApplicable("the resident memory of a process is read from /proc, which does not exist here")
         least = min(least, grown)
@@ -118,7 +118,9 @@ def lets_go_of_worlds(subject: Subject) -> None:
             return
     expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds, in at least one of {ROUNDS} rounds"
     what = "close() does not release the engine's memory"
-    raise Violation(what, expected=expected, found=f"at least {number(least / 1e6, 3)} MB in every round", setup=setup)
+    raise Violation(
+        what, expected=expected, found=f"at least {format_number(least / 1e6, 3)} MB in every round", setup=setup
+    )
 
 
 def _require_same(setup: Setup, wanted: Sequence[Observation], found: Sequence[Observation], what: str) -> None:

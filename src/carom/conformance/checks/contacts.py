@@ -9,26 +9,26 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.conformance.adapter_under_test import Subject, greatest_speed, masses
-from carom.conformance.checks.common import numbers
-from carom.conformance.suite_scenes import mixed_contacts
+from carom.conformance.adapter_under_test import Subject, find_greatest_speed, list_masses
+from carom.conformance.checks.common import format_vector
+from carom.conformance.suite_scenes import build_mixed_contacts
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Contact, ContactTimes, Observation, Stamp
 from carom.model.trace import wall_index
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 Array = NDArray[np.float64]
 
 
-def _setup(subject: Subject, profile: str) -> Setup:
+def _build_setup(subject: Subject, profile: str) -> Setup:
     can = subject.capabilities(profile)
     low, high = can.restitution
     # Use a restitution well below 1 if the declared range allows, so that discs separate while they still overlap.
-    return Setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
+    return Setup(build_mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
-def _steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
-    seen = subject.seen(setup).seen
+def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
+    seen = subject.watch_cached(setup).seen
     acted = any(contact.impulse_n_s != 0 for now in seen for contact in now.contacts)
     require(acted, "no contact is reported", "an impact of disc 0 and disc 1", "none", setup)
     for step, (before, after) in enumerate(pairwise(seen), start=1):
@@ -40,9 +40,9 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
     An impulse is 0 or more. An impulse of 0 has no effect.
     """
-    setup = _setup(subject, profile)
+    setup = _build_setup(subject, profile)
     discs, walls = len(setup.scene.discs), len(setup.scene.walls)
-    for step, before, after in _steps(subject, setup):
+    for step, before, after in _watch_steps(subject, setup):
         for contact in after.contacts:
             first, second = contact.first, contact.second
             sound = 0 <= first < discs and (first < second < discs or -walls <= second < 0)
@@ -51,10 +51,10 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
             length = math.hypot(*contact.normal)
             what = f"the normal of a contact in step {step} is not a unit vector"
             require(abs(length - 1) <= subject.rounding, what, 1, f"length {length!r}", setup)
-            towards = _line(setup, before, contact)
+            towards = _compute_direction(setup, before, contact)
             what = f"the normal of a contact in step {step} does not point from its first body to its second"
             along = float(np.dot(towards, contact.normal)) > 0
-            require(along, what, f"along {numbers(towards)}", numbers(contact.normal), setup)
+            require(along, what, f"along {format_vector(towards)}", format_vector(contact.normal), setup)
             sound = contact.impulse_n_s is None or contact.impulse_n_s >= 0
             what = f"the impulse of a contact in step {step} is negative"
             require(sound, what, "0 or more, or None", contact.impulse_n_s, setup)
@@ -64,29 +64,35 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
     """The time of a contact is within the step that reports it: at its start or end, if that is declared."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
-    setup, stamp = _setup(subject, profile), subject.capabilities(profile).stamp
+    setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp
     rounding_s = subject.rounding * setup.scene.duration_s
-    for step, _, after in _steps(subject, setup):
+    for step, _, after in _watch_steps(subject, setup):
         for contact in after.contacts:
             begin, end = (step - 1) * setup.dt_s, step * setup.dt_s
             what = f"a contact of disc {contact.first} in step {step} has a time outside that step"
             sound = begin - rounding_s <= contact.time_s <= end + rounding_s
-            require(sound, what, f"{number(begin, 9)} to {number(end, 9)} s", f"{number(contact.time_s, 9)} s", setup)
+            require(
+                sound,
+                what,
+                f"{format_number(begin, 9)} to {format_number(end, 9)} s",
+                f"{format_number(contact.time_s, 9)} s",
+                setup,
+            )
             declared = {Stamp.START: begin, Stamp.END: end}.get(stamp, contact.time_s)
             what = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
             sound = abs(contact.time_s - declared) <= rounding_s
-            require(sound, what, f"{number(declared, 9)} s", f"{number(contact.time_s, 9)} s", setup)
+            require(sound, what, f"{format_number(declared, 9)} s", f"{format_number(contact.time_s, 9)} s", setup)
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
     """No velocity changes without a contact. Reported impulses equal the change of momentum."""
-    setup = _setup(subject, profile)
-    allowed = subject.rounding * greatest_speed(setup.scene)
-    for step, before, after in _steps(subject, setup):
+    setup = _build_setup(subject, profile)
+    allowed = subject.rounding * find_greatest_speed(setup.scene)
+    for step, before, after in _watch_steps(subject, setup):
         change = after.velocity_m_s - before.velocity_m_s
         acting, touched = acting_contacts(after)
         for body, size in enumerate(np.hypot(*change.T).tolist()):
-            by = number(size, 3)
+            by = format_number(size, 3)
             what = f"the velocity of disc {body} changes by {by} m/s in step {step}, but no contact is reported"
             require(size <= allowed or body in touched, what, "a contact with an impulse", acting, setup)
         if all(contact.impulse_n_s is not None for contact in acting):
@@ -101,7 +107,7 @@ def acting_contacts(seen: Observation) -> tuple[list[Contact], set[int]]:
 
 def require_explained(setup: Setup, change: Array, acting: list[Contact], allowed: float, step: int) -> None:
     """Compare a step's changes of velocity with the reported impulses, normal and tangential."""
-    mass, reported = masses(setup.scene), np.zeros_like(change)
+    mass, reported = list_masses(setup.scene), np.zeros_like(change)
     for contact in acting:
         along, across = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
         nx, ny = contact.normal
@@ -111,11 +117,14 @@ def require_explained(setup: Setup, change: Array, acting: list[Contact], allowe
                 reported[body] += sign * impulse / mass[body]
     for body, (wanted, found) in enumerate(zip(change.tolist(), reported.tolist(), strict=True)):
         what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
-        expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses for {numbers(found)} m/s"
+        expected, worth = (
+            f"{format_vector(wanted)} m/s to {format_number(allowed)}",
+            f"impulses for {format_vector(found)} m/s",
+        )
         require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
 
 
-def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
+def _compute_direction(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
     """Return the unit vector from the first body of a contact to the second, in the state before the step."""
     if contact.second < 0:
         x, y = setup.scene.half_planes()[wall_index(contact.second)].normal

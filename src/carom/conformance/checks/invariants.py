@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from carom.conformance.adapter_under_test import Subject, greatest_speed, masses, momentum
-from carom.conformance.checks.common import numbers
-from carom.conformance.suite_scenes import crowd
+from carom.conformance.adapter_under_test import Subject, compute_momentum, find_greatest_speed, list_masses
+from carom.conformance.checks.common import format_vector
+from carom.conformance.suite_scenes import build_crowd
 from carom.conformance.violation import Setup, require
 from carom.engines.api import Observation
 from carom.model.energy import kinetic_energy
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 #: Largest allowed relative energy error, as in the comparator. Rounding causes errors of 1e-7 in float32 engines.
 ENERGY = 1e-6
@@ -18,31 +18,38 @@ ENERGY = 1e-6
 
 def momentum_is_kept(subject: Subject, profile: str) -> None:
     """The total momentum of a crowd without walls is the same after every step."""
-    setup = Setup(crowd(), profile)
-    seen = subject.seen(setup).seen
-    start = momentum(setup.scene, seen[0])
+    setup = Setup(build_crowd(), profile)
+    seen = subject.watch_cached(setup).seen
+    start = compute_momentum(setup.scene, seen[0])
     # `rounding` is for a whole run. Nine discs with a few impacts each have less.
-    allowed = subject.rounding * sum(masses(setup.scene)) * greatest_speed(setup.scene)
+    allowed = subject.rounding * sum(list_masses(setup.scene)) * find_greatest_speed(setup.scene)
     for step, now in enumerate(seen):
-        found = momentum(setup.scene, now)
-        what, expected = f"momentum is not conserved in step {step}", f"{numbers(start)} kg m/s to {number(allowed)}"
-        require(math.dist(start, found) <= allowed, what, expected, f"{numbers(found)} kg m/s", setup)
+        found = compute_momentum(setup.scene, now)
+        what, expected = (
+            f"momentum is not conserved in step {step}",
+            f"{format_vector(start)} kg m/s to {format_number(allowed)}",
+        )
+        require(math.dist(start, found) <= allowed, what, expected, f"{format_vector(found)} kg m/s", setup)
     _require_something_happened(setup, seen[0], seen[-1])
 
 
 def energy_is_kept(subject: Subject, profile: str) -> None:
     """Elastic impacts conserve kinetic energy to the profile's promise."""
-    setup = Setup(crowd(), profile)
-    seen = subject.seen(setup).seen
+    setup = Setup(build_crowd(), profile)
+    seen = subject.watch_cached(setup).seen
     start = kinetic_energy(setup.scene, seen[0].velocity_m_s)
     # A soft contact stores energy while it lasts, so use the last state without a contact.
     last = next((now for now in reversed(seen) if not now.contacts), seen[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)
     what = "energy is gained" if found > start else "energy is lost"
-    off = f"{number(found, 10)} J, a relative change of {number((found - start) / start, 3)}"
+    off = f"{format_number(found, 10)} J, a relative change of {format_number((found - start) / start, 3)}"
     require(
-        abs(found - start) <= allowed * start, what, f"{number(start, 10)} J to {number(allowed)} of it", off, setup
+        abs(found - start) <= allowed * start,
+        what,
+        f"{format_number(start, 10)} J to {format_number(allowed)} of it",
+        off,
+        setup,
     )
     _require_something_happened(setup, seen[0], last)
 

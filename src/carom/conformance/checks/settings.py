@@ -6,7 +6,7 @@ import numpy as np
 
 from carom.conformance.adapter_under_test import Subject
 from carom.conformance.probes import Raised
-from carom.conformance.suite_scenes import crowd
+from carom.conformance.suite_scenes import build_crowd
 from carom.conformance.violation import Setup, Violation, require
 from carom.engines.api.checks import MANTISSA_BITS
 from carom.model.trace import Setting
@@ -22,17 +22,17 @@ _FLOATS = {32: np.float32, 64: np.float64}
 
 def settings_are_read_back(subject: Subject, profile: str) -> None:
     """A world reports every setting of its profile with the requested value, to the declared width of floats."""
-    setup = Setup(crowd(), profile)
-    used = subject.seen(setup).settings
+    setup = Setup(build_crowd(), profile)
+    used = subject.watch_cached(setup).settings
     bits = subject.capabilities(profile).float_bits
     for name, value in subject.settings(profile, setup.dt_s).items():
         there = name in used
         found = f"{name} = {used[name]!r}" if there else f"no {name}, but {', '.join(used)}"
         what = "a setting differs from the requested one"
-        require(there and _same(value, used[name], bits), what, f"{name} = {value!r}", found, setup)
+        require(there and _are_equal(value, used[name], bits), what, f"{name} = {value!r}", found, setup)
 
 
-def _same(asked: Setting, found: Setting, bits: int) -> bool:
+def _are_equal(asked: Setting, found: Setting, bits: int) -> bool:
     """Return whether two settings are equal in an engine's floats, which have `bits` bits."""
     if isinstance(asked, str) or isinstance(found, str) or not isinstance(asked + found, float):
         return asked == found
@@ -42,7 +42,7 @@ def _same(asked: Setting, found: Setting, bits: int) -> bool:
 
 def refuses_unknown_setting(subject: Subject) -> None:
     """A setting that would have no effect raises an AdapterError that names it."""
-    setup = Setup(crowd())
+    setup = Setup(build_crowd())
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
     what, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
     if not isinstance(answer, Raised):
@@ -56,8 +56,8 @@ def starts_as_written(subject: Subject, profile: str) -> None:
 
     An engine may use other units, so each number may be rounded by conversion into them and back.
     """
-    setup = Setup(crowd(), profile)
-    start = subject.seen(setup).seen[0]
+    setup = Setup(build_crowd(), profile)
+    start = subject.watch_cached(setup).seen[0]
     # Relative error of one rounding at the declared width: half a unit in the last place.
     rounding = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
     for i, disc in enumerate(setup.scene.discs):

@@ -7,14 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from carom.conformance.adapter_under_test import Subject, greatest_speed, masses
-from carom.conformance.checks.common import declared, end_with_velocities, supported
+from carom.conformance.adapter_under_test import Subject, find_greatest_speed, list_masses
+from carom.conformance.checks.common import end_with_velocities, require_declared, require_supported
 from carom.conformance.checks.contacts import acting_contacts, require_explained
-from carom.conformance.suite_scenes import DT_S, rubbing, rubbing_crowd, spinning
+from carom.conformance.suite_scenes import DT_S, build_rubbing, build_rubbing_crowd, build_spinning_disc
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.engines.api import Capabilities, Contact, Observation
 from carom.model.scene import Disc, Scene, Wall
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 from carom.support.limits import LARGEST
 
 #: Tested coefficients of friction: both ends of the declared range, and one so small that the suite's discs keep
@@ -34,35 +34,35 @@ Motion = tuple[tuple[float, float], float]
 
 def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
     """Discs and walls have their own friction, in every combination within the declared range."""
-    can = _rubbing_capabilities(subject)
+    can = _require_friction(subject)
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
-    friction, wall_friction = _friction(can, share), _friction(can, wall_share)
-    scene = rubbing(can, friction, wall_friction, restitution=can.restitution[1])
+    friction, wall_friction = _choose_friction(can, share), _choose_friction(can, wall_share)
+    scene = build_rubbing(can, friction, wall_friction, restitution=can.restitution[1])
     _end_by_the_law(subject, scene, f"friction {friction:g}, walls {wall_friction:g}")
 
 
 def inertia_as_declared(subject: Subject, inertia: str) -> None:
     """A disc turns according to its inertia factor, from the least declared factor to infinity."""
-    can = _rubbing_capabilities(subject)
+    can = _require_friction(subject)
     factor = INERTIAS[inertia] or can.min_inertia_factor or SMALL_INERTIA
     if not can.spin and math.isfinite(factor):
         raise NotApplicable("spin is declared to be False, so no disc can turn")
-    friction = _friction(can, "greatest")
-    scene = rubbing(can, friction, friction, factor, restitution=can.restitution[1])
+    friction = _choose_friction(can, "greatest")
+    scene = build_rubbing(can, friction, friction, factor, restitution=can.restitution[1])
     _end_by_the_law(subject, scene, f"inertia factor {factor:g}")
 
 
 def spins_as_declared(subject: Subject) -> None:
     """A free disc keeps its counterclockwise spin, at the greatest declared spin or rotation per step."""
-    can = declared(subject, "spin")
+    can = require_declared(subject, "spin")
     spin = min(can.max_spin_rad_s, can.max_turn_rad / DT_S, FAST_RAD_S)
-    setup = Setup(spinning(spin))
+    setup = Setup(build_spinning_disc(spin))
     for step, now in enumerate(subject.watch(setup).seen):
-        found = _spins(now, setup)
+        found = _read_spins(now, setup)
         what = f"the spin of a free disc changes in step {step}"
         off = abs(found[0] - spin) <= subject.rounding * spin  # false for NaN
-        require(off, what, f"{number(spin, 10)} rad/s", f"{number(found[0], 10)} rad/s", setup)
+        require(off, what, f"{format_number(spin, 10)} rad/s", f"{format_number(found[0], 10)} rad/s", setup)
 
 
 def rubs_as_told(subject: Subject, profile: str) -> None:
@@ -70,18 +70,18 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
 
     Friction acts at a distance from a disc's centre between the radius minus the overlap of the bodies and the radius.
     """
-    can = _rubbing_capabilities(subject, profile)
-    friction = _friction(can, "sliding")
+    can = _require_friction(subject, profile)
+    friction = _choose_friction(can, "sliding")
     low, high = can.restitution
-    scene = rubbing_crowd(can, friction, min(max(low, 0.9), high))
-    setup = supported(subject, scene, profile)
-    allowed = subject.rounding * greatest_speed(scene)
+    scene = build_rubbing_crowd(can, friction, min(max(low, 0.9), high))
+    setup = require_supported(subject, scene, profile)
+    allowed = subject.rounding * find_greatest_speed(scene)
     reports = 0
-    for step, (before, after) in enumerate(pairwise(subject.seen(setup).seen), start=1):
+    for step, (before, after) in enumerate(pairwise(subject.watch_cached(setup).seen), start=1):
         acting, touched = acting_contacts(after)
         _require_cone(setup, acting, friction, allowed, step)
-        for body, (then, now) in enumerate(zip(_spins(before, setup), _spins(after, setup), strict=True)):
-            by = number(now - then, 3)
+        for body, (then, now) in enumerate(zip(_read_spins(before, setup), _read_spins(after, setup), strict=True)):
+            by = format_number(now - then, 3)
             what = f"the spin of disc {body} changes by {by} rad/s in step {step}, but no contact is reported"
             kept = abs(now - then) <= allowed * max(1.0, abs(then))
             require(kept or body in touched, what, "a contact with an impulse", acting, setup)
@@ -89,26 +89,26 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
             reports += len(acting)
             require_explained(setup, after.velocity_m_s - before.velocity_m_s, acting, allowed, step)
             _require_spin_explained(setup, before, after, acting, allowed, step)
-    any_acted = any(acting_contacts(now)[0] for now in subject.seen(setup).seen)
+    any_acted = any(acting_contacts(now)[0] for now in subject.watch_cached(setup).seen)
     require(any_acted, "no contact is reported", "impacts of the discs", "none", setup)
     if not reports:
         raise NotApplicable("tangential impulses are not reported")
 
 
-def _rubbing_capabilities(subject: Subject, profile: str = "tuned") -> Capabilities:
+def _require_friction(subject: Subject, profile: str = "tuned") -> Capabilities:
     can = subject.capabilities(profile)
     if can.friction[1] == 0:
         raise NotApplicable("friction is declared to be 0 only")
     return can
 
 
-def _friction(can: Capabilities, share: str) -> float:
+def _choose_friction(can: Capabilities, share: str) -> float:
     low, high = can.friction
     # A scene's friction is at most `LARGEST`.
     return {"least": low, "sliding": min(max(low, 0.1), high), "greatest": min(high, LARGEST)}[share]
 
 
-def _spins(now: Observation, setup: Setup) -> list[float]:
+def _read_spins(now: Observation, setup: Setup) -> list[float]:
     if now.spin_rad_s is None:
         require(
             not setup.scene.arrays.spins.any(), "no spins are reported", "spin_rad_s of a scene that turns", None, setup
@@ -119,24 +119,30 @@ def _spins(now: Observation, setup: Setup) -> list[float]:
 
 def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
     """Run a scene of `rubbing`, and compare its end with the closed form of an impact with friction."""
-    setup = supported(subject, scene)
+    setup = require_supported(subject, scene)
     first, second, *more = scene.discs
-    wanted = [*_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
+    wanted = [*_compute_motion_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
     for disc in more:
         wall = scene.half_planes()[0]
         normal = (-wall.normal[0], -wall.normal[1])
-        wanted.append(_after(disc, wall, normal, scene.wall_restitution, scene.wall_friction)[0])
+        wanted.append(_compute_motion_after(disc, wall, normal, scene.wall_restitution, scene.wall_friction)[0])
     end = end_with_velocities(subject, setup, [velocity for velocity, _ in wanted], what)
     fastest = max(abs(disc.spin_rad_s) for disc in scene.discs)
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
-    allowed = (subject.rounding + promise) * max(fastest, greatest_speed(scene) / scene.discs[0].radius_m)
-    for i, ((_, spin), found) in enumerate(zip(wanted, _spins(end, setup), strict=True)):
-        off = f"{number(found, 10)} rad/s, off by {number(abs(found - spin), 3)}"
+    allowed = (subject.rounding + promise) * max(fastest, find_greatest_speed(scene) / scene.discs[0].radius_m)
+    for i, ((_, spin), found) in enumerate(zip(wanted, _read_spins(end, setup), strict=True)):
+        off = f"{format_number(found, 10)} rad/s, off by {format_number(abs(found - spin), 3)}"
         wrong = f"{what}: disc {i} ends with a wrong spin"
-        require(abs(found - spin) <= allowed, wrong, f"{number(spin, 10)} rad/s to {number(allowed)}", off, setup)
+        require(
+            abs(found - spin) <= allowed,
+            wrong,
+            f"{format_number(spin, 10)} rad/s to {format_number(allowed)}",
+            off,
+            setup,
+        )
 
 
-def _after(
+def _compute_motion_after(
     first: Disc, second: Disc | Wall, normal: tuple[float, float], restitution: float, friction: float
 ) -> tuple[Motion, Motion]:
     """Return velocity and spin of both bodies after their impact; see docs/theory/friction.md.
@@ -169,32 +175,35 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
         tangential, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
         what = f"friction between bodies {contact.first} and {contact.second} in step {step} is too large"
         within = tangential <= most * (1 + allowed) + allowed
-        expected = f"at most {friction:g} of the normal impulse, {number(most, 6)} N s"
-        require(within, what, expected, f"{number(tangential, 6)} N s", setup)
+        expected = f"at most {friction:g} of the normal impulse, {format_number(most, 6)} N s"
+        require(within, what, expected, f"{format_number(tangential, 6)} N s", setup)
 
 
 def _require_spin_explained(
     setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
 ) -> None:
     """Compare a step's changes of spin with the reported tangential impulses."""
-    discs, mass = setup.scene.discs, masses(setup.scene)
+    discs, mass = setup.scene.discs, list_masses(setup.scene)
     turned, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
     for contact in acting:
         across = contact.tangential_impulse_n_s or 0.0
-        overlap = max(_overlap(setup.scene, contact, state) for state in (before, after))
+        overlap = max(_compute_overlap(setup.scene, contact, state) for state in (before, after))
         for body in (contact.first, contact.second):
             if body >= 0 and mass[body]:
                 by = across / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
                 turned[body] -= by
                 arm_short[body] += abs(by) * overlap / discs[body].radius_m
-    spun = np.array(_spins(after, setup)) - np.array(_spins(before, setup))
+    spun = np.array(_read_spins(after, setup)) - np.array(_read_spins(before, setup))
     for body, (wanted, found, off) in enumerate(zip(spun, turned, arm_short, strict=True)):
         what = f"the tangential impulses of step {step} do not explain the spin change of disc {body}"
-        expected, worth = f"{number(wanted, 6)} rad/s to {number(off)}", f"impulses for {number(found, 6)} rad/s"
+        expected, worth = (
+            f"{format_number(wanted, 6)} rad/s to {format_number(off)}",
+            f"impulses for {format_number(found, 6)} rad/s",
+        )
         require(abs(wanted - found) <= off, what, expected, worth, setup)
 
 
-def _overlap(scene: Scene, contact: Contact, state: Observation) -> float:
+def _compute_overlap(scene: Scene, contact: Contact, state: Observation) -> float:
     """Return the overlap of a contact's bodies, metres; 0 for bodies that do not overlap."""
     first, here = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:

@@ -11,7 +11,7 @@ from carom.engines.api.declarations import Capabilities
 from carom.errors import AdapterError
 from carom.model.scene import Chain, Disc, Need, Ring, Scene, Wall
 from carom.model.trace import Setting
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 #: Largest number of steps, since engines count them in a C int.
 MAX_STEPS = 2**31 - 1
@@ -120,7 +120,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         gained = math.hypot(*scene.gravity_m_s2) * dt_s
         return (
             f"discs fall onto bodies that do not fall, and this profile cuts its steps. An engine's step of {dt_s:g} "
-            f"s leaves the parabola by g dt^2/2, so each bounce gains or loses up to g dt ({number(gained, 3)} m/s)"
+            "s leaves the parabola by g dt^2/2, so each bounce gains or loses up to g dt "
+            f"({format_number(gained, 3)} m/s)"
         )
     low, high = capabilities.restitution
     used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []
@@ -129,7 +130,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     for name, value in used:
         if not low <= value <= high:
             return f"{name} is {value}, and this method simulates only {low:g} to {high:g} exactly"
-    if reason := _combination_problem(capabilities.restitution_combine, used, high):
+    if reason := _find_combination_problem(capabilities.restitution_combine, used, high):
         return reason
     if Need.FRICTION in needs and not capabilities.spin and any(_can_turn(disc) for disc in scene.discs):
         return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method does not turn discs"
@@ -139,9 +140,9 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     for name, value in rubbed:
         if value != 0.0 and not low <= value <= high:
             return f"{name} is {value:g}, and this method simulates only {low:g} to {high:g} exactly"
-    if reason := _combination_problem(capabilities.friction_combine, rubbed, high):
+    if reason := _find_combination_problem(capabilities.friction_combine, rubbed, high):
         return reason
-    disc_speeds = [_greatest_speed(disc) for disc in scene.discs]
+    disc_speeds = [_compute_greatest_speed(disc) for disc in scene.discs]
     fastest = max(disc_speeds)
     if fastest > capabilities.max_speed_m_s:
         return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
@@ -155,7 +156,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         if disc.inertia_factor < capabilities.min_inertia_factor:
             limits = f"{capabilities.min_inertia_factor:g} to 1, or a disc that does not turn"
             return f"discs[{i}].inertia_factor is {disc.inertia_factor:g}, and this method simulates {limits}"
-    wall_speeds = [_greatest_speed(wall) for wall in scene.walls if wall.driven]
+    wall_speeds = [_compute_greatest_speed(wall) for wall in scene.walls if wall.driven]
     closing, threshold = sum(nlargest(2, [*disc_speeds, *wall_speeds])), capabilities.restitution_threshold_m_s
     if 0 < closing <= threshold and any(value > 0 for _, value in used):
         slow = f"no two bodies approach each other at more than {closing:g} m/s"
@@ -204,7 +205,7 @@ def supports(capabilities: Capabilities, need: Need) -> bool:
             return bool(getattr(capabilities, need.name.lower()))
 
 
-def _combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
+def _find_combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
     """Return why discs and walls can't have these coefficients in one scene; empty if they can."""
     if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return ""
@@ -217,7 +218,7 @@ def _combination_problem(rule: str, coefficients: Sequence[tuple[str, float]], m
     return ""
 
 
-def _greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
+def _compute_greatest_speed(body: Disc | Wall | Chain | Ring) -> float:
     """Return the greatest speed that a body's own velocity or legs have, metres a second."""
     return body.drive.fastest if body.legs else math.hypot(*body.velocity_m_s)
 

@@ -15,14 +15,14 @@ def wall_towards(discs: Sequence[Disc], faces: Iterable[tuple[Point, Point]]) ->
 
     If there are several such faces, the one with the largest distance to the discs is chosen.
     """
-    found = [(gap, point, normal) for point, normal in faces if (gap := _gap(discs, point, normal)) >= 0.0]
+    found = [(gap, point, normal) for point, normal in faces if (gap := _compute_gap(discs, point, normal)) >= 0.0]
     if not found:
         return None
     _, point, normal = max(found)
     return Wall(point_m=point, normal=normal)
 
 
-def _gap(discs: Sequence[Disc], point: Point, normal: Point) -> float:
+def _compute_gap(discs: Sequence[Disc], point: Point, normal: Point) -> float:
     """Return the distance of the nearest disc from a face; negative if a disc is behind it by more than rounding."""
     (px, py), (nx, ny) = point, normal
     gaps = [0.0] if not discs else []

@@ -12,7 +12,7 @@ from dataclasses import replace
 from carom.engines.api.protocol import Contact, Observation, Vector
 from carom.errors import AdapterError
 from carom.model.scene import Scene
-from carom.model.walls import with_lengths, with_speeds
+from carom.model.walls import convert_lengths, convert_speeds
 
 
 def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
@@ -23,31 +23,31 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
     Raises:
         AdapterError: A unit is not a power of two.
     """
-    speed = _speed(length, time)
+    speed = _compute_speed_unit(length, time)
 
-    def of_speed(u: float) -> float:
+    def scale_speed(u: float) -> float:
         return u * speed
 
-    def of_time(t: float) -> float:
+    def scale_time(t: float) -> float:
         return t * time
 
     discs = tuple(
         disc.model_copy(
             update={
-                "position_m": _times(disc.position_m, length),
-                "velocity_m_s": _times(disc.velocity_m_s, speed),
+                "position_m": _scale_vector(disc.position_m, length),
+                "velocity_m_s": _scale_vector(disc.velocity_m_s, speed),
                 "radius_m": disc.radius_m * length,
                 "spin_rad_s": disc.spin_rad_s / time,
-                "legs": with_speeds(disc.legs, of_speed, of_time),
+                "legs": convert_speeds(disc.legs, scale_speed, scale_time),
             }
         )
         for disc in scene.discs
     )
-    walls = tuple(with_lengths(wall, lambda x: x * length, of_speed, of_time) for wall in scene.walls)
+    walls = tuple(convert_lengths(wall, lambda x: x * length, scale_speed, scale_time) for wall in scene.walls)
     of_scene = {
         "discs": discs,
         "walls": walls,
-        "gravity_m_s2": _times(scene.gravity_m_s2, speed / time),
+        "gravity_m_s2": _scale_vector(scene.gravity_m_s2, speed / time),
         "damping_per_s": scene.damping_per_s / time,
         "table_deceleration_m_s2": scene.table_deceleration_m_s2 * (speed / time),
         "duration_s": scene.duration_s * time,
@@ -62,11 +62,11 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
     Raises:
         AdapterError: A unit is not a power of two.
     """
-    speed = _speed(length, time)
+    speed = _compute_speed_unit(length, time)
     if length == time == 1.0:
         return seen
 
-    def contact(one: Contact) -> Contact:
+    def convert_contact(one: Contact) -> Contact:
         # `velocities` and `spins_rad_s` are for methods that solve in the scene's own units.
         normal, tangential = one.impulse_n_s, one.tangential_impulse_n_s
         return replace(
@@ -79,18 +79,18 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
     return Observation(
         seen.position_m / length,
         seen.velocity_m_s / speed,
-        tuple(map(contact, seen.contacts)),
+        tuple(map(convert_contact, seen.contacts)),
         seen.warning,
         None if seen.spin_rad_s is None else seen.spin_rad_s * time,
     )
 
 
-def _times(vector: Vector, factor: float) -> Vector:
+def _scale_vector(vector: Vector, factor: float) -> Vector:
     x, y = vector
     return (x * factor, y * factor)
 
 
-def _speed(length: float, time: float) -> float:
+def _compute_speed_unit(length: float, time: float) -> float:
     """Return one metre a second in the scaled units of speed."""
     for name, unit in (("length", length), ("time", time)):
         if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):

@@ -11,7 +11,7 @@ from typing import Any
 from carom.engines.api import Imported, one_coefficient, wall_towards
 from carom.errors import InputError, SceneError
 from carom.model.scene import Disc, Scene, Wall
-from carom.support.limits import MOST_VALUES, values_in
+from carom.support.limits import MOST_VALUES, count_values
 
 Point = tuple[float, float]
 
@@ -19,20 +19,20 @@ Point = tuple[float, float]
 _FILTER = {"filterGroupIndex": 0, "filterCategoryBits": 0x0001, "filterMaskBits": 0xFFFF}
 
 
-def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
+def parse_dump(content: bytes, name: str, duration_s: float) -> Imported:
     """Read the discs and walls of a dump, and list everything in it that scenes do not support.
 
     Raises:
         InputError: The content is not such a dump.
         SceneError: The supported part is not a valid scene: it has no disc, or bodies overlap.
     """
-    if values_in(content) > MOST_VALUES[".json"]:
+    if count_values(content) > MOST_VALUES[".json"]:
         raise InputError(f"it has more than {MOST_VALUES['.json']} values")
     try:
         entries = json.loads(content)
         reading = _Reading(entries)
         reading.read()
-        return reading.scene(name, duration_s)
+        return reading.build_scene(name, duration_s)
     except (SceneError, InputError):
         raise
     except RecursionError:
@@ -52,13 +52,13 @@ class _Body:
         self.shapes = [_resolve(entries, one["shape"]) for one in self.fixtures]
         self.moves = self.kind == "dynamic"
         self.driven = self.kind == "kinematic" and (
-            _point(self.fields["linearVelocity"]) != (0.0, 0.0) or float(self.fields["angularVelocity"]) != 0.0
+            _parse_point(self.fields["linearVelocity"]) != (0.0, 0.0) or float(self.fields["angularVelocity"]) != 0.0
         )
 
-    def at(self, local: Any) -> Point:
+    def to_world(self, local: Any) -> Point:
         """Return a point of the body in world coordinates."""
-        (x, y), angle = _point(local), float(self.fields["angle"])
-        (px, py), c, s = _point(self.fields["position"]), math.cos(angle), math.sin(angle)
+        (x, y), angle = _parse_point(local), float(self.fields["angle"])
+        (px, py), c, s = _parse_point(self.fields["position"]), math.cos(angle), math.sin(angle)
         return px + c * x - s * y, py + s * x + c * y
 
 
@@ -79,16 +79,16 @@ class _Reading:
             for k, body in enumerate(self.bodies)
             for fixture, shape in zip(body.fixtures, body.shapes, strict=True)
         ]
-        stay = [one for one in pairs if self._stays(*one)]
+        stay = [one for one in pairs if self._can_keep(*one)]
         for body, fixture, shape, what in stay:
             if shape["type"] == "circle":
-                self.discs.append((fixture, self._disc(body, fixture, shape, what)))
+                self.discs.append((fixture, self._build_disc(body, fixture, shape, what)))
         for body, fixture, shape, what in stay:
             if shape["type"] != "circle":
                 self._read_walls(body, fixture, shape, what)
         self.dropped += [f"a {joint}" for joint in self.joints]
 
-    def _stays(self, body: _Body, fixture: Any, shape: Any, what: str) -> bool:
+    def _can_keep(self, body: _Body, fixture: Any, shape: Any, what: str) -> bool:
         if fixture["isSensor"]:
             self.dropped.append(f"{what}: a sensor, which pushes nothing")
         elif body.driven:
@@ -101,10 +101,10 @@ class _Reading:
             return True
         return False
 
-    def _disc(self, body: _Body, fixture: Any, shape: Any, what: str) -> Disc:
+    def _build_disc(self, body: _Body, fixture: Any, shape: Any, what: str) -> Disc:
         if any(fixture[name] != value for name, value in _FILTER.items()):
             self.dropped.append(f"{what}: its filter is ignored")
-        place, radius = body.at(shape["p"]), float(shape["radius"])
+        place, radius = body.to_world(shape["p"]), float(shape["radius"])
         if not body.moves:
             return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
         # If a body has no density, Box2D sets its mass to 1 kg and gives it no moment of inertia, so that the body
@@ -116,7 +116,7 @@ class _Reading:
             self.dropped.append(f"{what}: its spin is ignored, since nothing could change it")
         return Disc(
             position_m=place,
-            velocity_m_s=_point(body.fields["linearVelocity"]),
+            velocity_m_s=_parse_point(body.fields["linearVelocity"]),
             radius_m=radius,
             mass_kg=mass or 1.0,
             spin_rad_s=spin if turns else 0.0,
@@ -125,7 +125,7 @@ class _Reading:
 
     def _read_walls(self, body: _Body, fixture: Any, shape: Any, what: str) -> None:
         discs, found = [disc for _, disc in self.discs], False
-        for faces in _groups_of_faces(body, shape):
+        for faces in _list_face_groups(body, shape):
             wall = wall_towards(discs, faces)
             if wall is None:
                 self.dropped.append(
@@ -137,20 +137,20 @@ class _Reading:
         if found:
             self.dropped.append(f"{what}: only its face towards the discs is kept, without its ends and its skin")
 
-    def scene(self, name: str, duration_s: float) -> Imported:
+    def build_scene(self, name: str, duration_s: float) -> Imported:
         """Return the scene. Box2D uses the larger of two restitutions, and the root of the product of two frictions."""
 
-        def several(which: str, of: str) -> list[tuple[float, float]]:
+        def list_pairs(which: str, of: str) -> list[tuple[float, float]]:
             discs = [float(fixture[of]) for fixture, _ in self.discs]
             if which == "walls":
                 return [(a, float(fixture[of])) for a in discs for fixture, _ in self.walls]
             return [(a, b) for k, a in enumerate(discs) for b in discs[k + 1 :]] or [(a, a) for a in discs]
 
         values = {
-            "restitution": [max(pair) for pair in several("discs", "restitution")],
-            "wall_restitution": [max(pair) for pair in several("walls", "restitution")],
-            "friction": [math.sqrt(a * b) for a, b in several("discs", "friction")],
-            "wall_friction": [math.sqrt(a * b) for a, b in several("walls", "friction")],
+            "restitution": [max(pair) for pair in list_pairs("discs", "restitution")],
+            "wall_restitution": [max(pair) for pair in list_pairs("walls", "restitution")],
+            "friction": [math.sqrt(a * b) for a, b in list_pairs("discs", "friction")],
+            "wall_friction": [math.sqrt(a * b) for a, b in list_pairs("walls", "friction")],
         }
         one = {
             key: one_coefficient(key, found, math.inf if "friction" in key else 1.0, self.dropped)
@@ -161,7 +161,7 @@ class _Reading:
             name=name,
             discs=[disc for _, disc in self.discs],
             walls=[wall for _, wall in self.walls],
-            gravity_m_s2=_point(self.world["gravity"]),
+            gravity_m_s2=_parse_point(self.world["gravity"]),
             duration_s=duration_s,
             **one,
         )
@@ -176,25 +176,25 @@ def _resolve(entries: Any, reference: Any) -> Any:
     return entries[index]
 
 
-def _point(pair: Any) -> Point:
+def _parse_point(pair: Any) -> Point:
     return float(pair["x"]), float(pair["y"])
 
 
-def _groups_of_faces(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Point]]]:
+def _list_face_groups(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Point]]]:
     """Yield the faces of a polygon, or both sides of each edge or link of a chain."""
     if shape["type"] == "polygon":
-        corners = [body.at(corner) for corner in shape["vertices"]]  # counterclockwise
-        yield [face for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) for face in _face(a, b)]
+        corners = [body.to_world(corner) for corner in shape["vertices"]]  # counterclockwise
+        yield [face for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) for face in _find_face(a, b)]
         return
     if shape["type"] == "edge":
-        corners = [body.at(shape["vertex1"]), body.at(shape["vertex2"])]
+        corners = [body.to_world(shape["vertex1"]), body.to_world(shape["vertex2"])]
     else:
-        corners = [body.at(corner) for corner in shape["vertices"]]
+        corners = [body.to_world(corner) for corner in shape["vertices"]]
     for a, b in itertools.pairwise(corners):
-        yield [*_face(a, b), *_face(b, a)]
+        yield [*_find_face(a, b), *_find_face(b, a)]
 
 
-def _face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
+def _find_face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
     """Yield the right side of a line from a to b, as a point and the unit normal.
 
     Yield nothing for a line without length.

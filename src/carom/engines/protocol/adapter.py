@@ -121,15 +121,15 @@ class ProgramAdapter:
     @cached_property
     def profiles(self) -> Mapping[str, Profile]:
         """Profiles by name."""
-        return {name: _profile(profile) for name, profile in self.manifest.profiles.items()}
+        return {name: _build_profile(profile) for name, profile in self.manifest.profiles.items()}
 
     def unavailable(self) -> str:
         """Return why the program can't be started here; empty if it can."""
-        return self.manifest.missing(self.folder)
+        return self.manifest.explain_unavailable(self.folder)
 
     def version(self) -> str:
         """Return the engine's version from the manifest or the npm package; may be empty."""
-        return self.manifest.version_from(self.folder)
+        return self.manifest.find_version(self.folder)
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> ProgramWorld:
         """Build the scene in the program, which is started if it is not running.
@@ -150,7 +150,7 @@ class ProgramAdapter:
 
     def _start(self) -> Program:
         try:
-            return Program(self.name, self.manifest.command_from(self.folder))
+            return Program(self.name, self.manifest.resolve_command(self.folder))
         except AdapterError as error:
             relative = [word for word in self.manifest.command if not word.startswith((".", "/"))]
             neighbour = next((word for word in relative if (self.folder / word).is_file()), "")
@@ -161,7 +161,7 @@ class ProgramAdapter:
             raise AdapterError(error.message, hints=hints) from error
 
 
-def _profile(profile: ProgramProfile) -> Profile:
+def _build_profile(profile: ProgramProfile) -> Profile:
     def settings(dt_s: float) -> Mapping[str, Setting]:
         return {**profile.settings, "dt_s": dt_s}
 

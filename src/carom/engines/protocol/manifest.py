@@ -17,7 +17,7 @@ from carom.engines.api import Accuracy, Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.protocol.messages import PROTOCOL
 from carom.errors import AdapterError
 from carom.model.trace import Setting
-from carom.support.checks import shown
+from carom.support.checks import format_value
 from carom.support.escaping import is_older
 from carom.support.fields import describe_error
 
@@ -42,7 +42,7 @@ def _check_known_fields(kind: type[Any]) -> Any:
     return BeforeValidator(check)
 
 
-def _enums_by_name(table: object) -> object:
+def _read_enums(table: object) -> object:
     """Read ``contact_times`` and ``stamp`` by their names in small letters; their values are sentences."""
     if not isinstance(table, Mapping):
         return table
@@ -56,14 +56,14 @@ def _enums_by_name(table: object) -> object:
     return found
 
 
-def _finite(setting: Setting) -> Setting:
+def _check_finite(setting: Setting) -> Setting:
     """Refuse infinity and NaN, which are not numbers in JSON. Otherwise the program would get a string."""
     if isinstance(setting, float) and not math.isfinite(setting):
         raise ValueError(f"must be finite, as JSON requires, got {setting}")
     return setting
 
 
-_Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _check_known_fields(Capabilities)]
+_Capabilities = Annotated[Capabilities, BeforeValidator(_read_enums), _check_known_fields(Capabilities)]
 _Accuracy = Annotated[Accuracy, _check_known_fields(Accuracy)]
 _Knob = Annotated[Knob, _check_known_fields(Knob)]
 
@@ -79,7 +79,7 @@ class ProgramProfile(_Table):
     """
 
     description: str
-    settings: dict[str, Annotated[Setting, AfterValidator(_finite)]] = {}
+    settings: dict[str, Annotated[Setting, AfterValidator(_check_finite)]] = {}
     accuracy: _Accuracy = Accuracy()
     located: bool = False
     capabilities: _Capabilities | None = None
@@ -122,7 +122,7 @@ class Manifest(_Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _with_the_engines_capabilities(cls, data: Any) -> Any:
+    def _complete_capabilities(cls, data: Any) -> Any:
         """Complete the capabilities of profiles with the engine's."""
         match data:
             case {"capabilities": dict(shared), "profiles": dict(profiles)}:
@@ -134,11 +134,11 @@ class Manifest(_Table):
                 return {**data, "profiles": {**profiles, **whole}}
         return data
 
-    def command_from(self, folder: Path) -> tuple[str, ...]:
+    def resolve_command(self, folder: Path) -> tuple[str, ...]:
         """Return the command, with full paths of the files next to the manifest."""
         return tuple(_resolve_word(folder, word) for word in self.command)
 
-    def version_from(self, folder: Path) -> str:
+    def find_version(self, folder: Path) -> str:
         """Return the engine's version from the manifest or the package; may be empty."""
         if self.version or not self.package or not (file := folder / self.package).is_file():
             return self.version
@@ -147,14 +147,14 @@ class Manifest(_Table):
         except (ValueError, KeyError, TypeError, RecursionError):
             return ""
 
-    def missing(self, folder: Path) -> str:
+    def explain_unavailable(self, folder: Path) -> str:
         """Return why the program can't be started here; empty if it can. Nothing is started."""
-        program = self.command_from(folder)[0]
+        program = self.resolve_command(folder)[0]
         if not shutil.which(program):
             reason = f"{program} is not on the PATH" if program == self.command[0] else f"there is no program {program}"
         elif self.package and not (file := folder / self.package).is_file():
             reason = f"{file.parent.name} is not installed"
-        elif self.oldest and is_older(version := self.version_from(folder), self.oldest):
+        elif self.oldest and is_older(version := self.find_version(folder), self.oldest):
             name = self.engine or self.name
             reason = f"{name} {version} is older than {self.oldest}, the oldest release that its adapter drives"
         else:
@@ -188,7 +188,7 @@ def load_manifest(path: Path) -> Manifest:
         wrong = error.errors(include_url=False)[0]
         place, said = list(map(str, wrong["loc"])), describe_error(wrong)
         if place[-1:] in _KINDS:
-            place, said = place[:-1], f"must be a number, true, false or a text, got {shown(wrong['input'])}"
+            place, said = place[:-1], f"must be a number, true, false or a text, got {format_value(wrong['input'])}"
         raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}", hints=[PAGE]) from error
     if found.protocol != PROTOCOL:
         what = f"{path}: protocol: this Carom uses version {PROTOCOL}, got {found.protocol}"

@@ -167,7 +167,7 @@ class Done(_Message):
 Request = Hello | Prepare | Step | Look | Cut | Touching | Save | Restore | Close
 
 
-def protocol_schema() -> dict[str, Any]:
+def build_protocol_schema() -> dict[str, Any]:
     """Return the JSON Schema of all messages of the protocol. A line contains one of these messages."""
     answers = Welcome | Prepared | Stepped | Seen | Touched | Saved | Done | Reply
     lines: TypeAdapter[Any] = TypeAdapter(Request | answers)

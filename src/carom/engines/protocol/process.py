@@ -14,8 +14,8 @@ from pydantic import BaseModel, ValidationError
 
 from carom.engines.protocol.messages import PROTOCOL, Hello, Reply, Request, Welcome
 from carom.errors import AdapterError, InputError
-from carom.support.data_files import without_doubles
-from carom.support.escaping import last_words
+from carom.support.data_files import reject_duplicate_keys
+from carom.support.escaping import find_last_message
 from carom.support.fields import describe_error
 
 #: Longer answers are refused. A million discs with their contacts take half of this size.
@@ -54,7 +54,7 @@ class Program:
             )
         except OSError as error:
             raise AdapterError(f"{name}: {' '.join(command)} can't be started: {error.strerror}") from error
-        self._requests, self._answers, self._printed = _pipes(self._popen)
+        self._requests, self._answers, self._printed = _get_pipes(self._popen)
         self._poll = select.poll()
         for pipe in (self._answers, self._printed):
             self._poll.register(pipe, select.POLLIN)
@@ -83,7 +83,7 @@ class Program:
         self._require_single_keys(line, request)
         try:
             if (error := Reply.model_validate_json(line).error) is not None:
-                said = self._last_printed() if error.kind == "failed" else ""
+                said = self._describe_last_output() if error.kind == "failed" else ""
                 raise AdapterError(f"{self.name} {error.kind} {request.do!r}: {error.message}{said and f'; {said}'}")
             return answer.model_validate_json(line, strict=True)
         except ValidationError as error:
@@ -100,7 +100,7 @@ class Program:
     def _require_single_keys(self, line: bytes, request: Request) -> None:
         """Refuse an answer with a duplicate key. A reader would silently ignore one of the values."""
         try:
-            json.loads(line, object_pairs_hook=without_doubles)
+            json.loads(line, object_pairs_hook=reject_duplicate_keys)
         except InputError as error:
             message = (
                 f"{self.name} sent an invalid answer to {request.do!r}: the line {error}; it wrote {line[:SHOWN]!r}"
@@ -150,18 +150,18 @@ class Program:
         self._words = (self._words + chunk)[-MOST_PRINTED_BYTES:]
         return bool(chunk)
 
-    def _last_printed(self) -> str:
+    def _describe_last_output(self) -> str:
         """Return a phrase with the last output since the last request; empty if there is none."""
         while self._read_printed():
             pass
         # The name of a worker's folder is removed, so that equal reasons have equal texts.
-        said = last_words(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
+        said = find_last_message(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
         return f"it last printed {said!r}" if said else ""
 
     def _describe_end(self) -> str:
         """End the program, and return how it ended and its last output."""
         by_itself = self._stop()
-        said = self._last_printed()
+        said = self._describe_last_output()
         self.end()
         code = self._popen.returncode
         if len(self._answered) > MOST_ANSWER_BYTES:
@@ -195,7 +195,7 @@ class Program:
         return True
 
 
-def _pipes(popen: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:
+def _get_pipes(popen: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:
     if popen.stdin is None or popen.stdout is None or popen.stderr is None:
         raise AdapterError("a program was started without pipes")  # impossible: all three were requested
     return popen.stdin, popen.stdout, popen.stderr

@@ -66,13 +66,13 @@ class Server:
             request = _REQUESTS.validate_json(line)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
-            return _error("refused", f"{'.'.join(map(str, first['loc'])) or 'the line'}: {first['msg']}")
+            return _build_error("refused", f"{'.'.join(map(str, first['loc'])) or 'the line'}: {first['msg']}")
         try:
             return self._carry_out(request)
         except CaromError as error:
-            return _error("refused" if isinstance(request, Prepare) else "failed", str(error))
+            return _build_error("refused" if isinstance(request, Prepare) else "failed", str(error))
         except Exception as error:  # noqa: BLE001 - an exception of the engine becomes the answer
-            return _error("failed", f"{type(error).__name__}: {error}")
+            return _build_error("failed", f"{type(error).__name__}: {error}")
 
     def close(self) -> None:
         """Close the worlds that are still open."""
@@ -120,7 +120,7 @@ class Server:
         world = self._adapter.prepare(request.scene, {**own, **asked})
         number = next(self._numbers)
         self._worlds[number] = world
-        used = {key: _plain(value) for key, value in world.settings.items()}
+        used = {key: _to_json_value(value) for key, value in world.settings.items()}
         return {"world": number, "settings": used | ({} if name is None else {PROFILE: name})}
 
 
@@ -133,7 +133,7 @@ def serve(server: Server, requests: Iterable[str], write: Callable[[str], object
         server.close()
 
 
-def _error(kind: str, message: str) -> dict[str, Any]:
+def _build_error(kind: str, message: str) -> dict[str, Any]:
     return {"error": {"kind": kind, "message": message}}
 
 
@@ -150,45 +150,48 @@ def _take_steps(world: World, steps: int) -> float:
 
 def _observe(world: World) -> dict[str, Any]:
     now = world.observe()
-    spins = {} if now.spin_rad_s is None else {"spin_rad_s": _numbers(now.spin_rad_s)}
+    spins = {} if now.spin_rad_s is None else {"spin_rad_s": _to_json_numbers(now.spin_rad_s)}
     return {
-        "position_m": _numbers(now.position_m),
-        "velocity_m_s": _numbers(now.velocity_m_s),
-        "contacts": [_contact_fields(contact) for contact in now.contacts],
+        "position_m": _to_json_numbers(now.position_m),
+        "velocity_m_s": _to_json_numbers(now.velocity_m_s),
+        "contacts": [_build_contact_fields(contact) for contact in now.contacts],
         "warning": now.warning,
     } | spins
 
 
-def _contact_fields(contact: Contact) -> dict[str, Any]:
+def _build_contact_fields(contact: Contact) -> dict[str, Any]:
     if contact.velocities is not None:
         raise AdapterError("its contacts have velocities before and after, which the protocol does not support")
     impulses = {"impulse_n_s": contact.impulse_n_s, "tangential_impulse_n_s": contact.tangential_impulse_n_s}
     return {
         "first": int(contact.first),
         "second": int(contact.second),
-        "time_s": _number(contact.time_s),
-        "normal": [_number(part) for part in contact.normal],
-    } | {name: _number(value) for name, value in impulses.items() if value is not None}
+        "time_s": _to_json_number(contact.time_s),
+        "normal": [_to_json_number(part) for part in contact.normal],
+    } | {name: _to_json_number(value) for name, value in impulses.items() if value is not None}
 
 
-def _number(value: float) -> float | None:
+def _to_json_number(value: float) -> float | None:
     return None if math.isnan(value) else float(value)
 
 
-def _numbers(array: NDArray[np.float64]) -> list[Any]:
+def _to_json_numbers(array: NDArray[np.float64]) -> list[Any]:
     """Return an array of one or two dimensions as lists, with None for NaN."""
     found = np.asarray(array, dtype=np.float64)
     if not np.isnan(found).any():
         return cast("list[Any]", found.tolist())
-    return [_number(float(one)) if one.ndim == 0 else [_number(float(part)) for part in one] for one in found]
+    return [
+        _to_json_number(float(one)) if one.ndim == 0 else [_to_json_number(float(part)) for part in one]
+        for one in found
+    ]
 
 
-def _plain(value: Any) -> Setting:
+def _to_json_value(value: Any) -> Setting:
     """Return a setting as a JSON value, since an engine's binding may return NumPy numbers."""
     return cast("Setting", value.item() if isinstance(value, np.generic) else value)
 
 
-def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence[str]) -> str:
+def build_manifest(adapter: Adapter, name: str, version: str, command: Sequence[str]) -> str:
     """Return a manifest, as TOML, for an adapter that is served by a command.
 
     Args:
@@ -208,13 +211,13 @@ def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence
         "newest_tried": adapter.engine.newest_tried,
         "command": list(command),
         "capabilities": _find_differing(adapter.capabilities, Capabilities()),
-        "profiles": {key: _profile(adapter, key, profile) for key, profile in adapter.profiles.items()},
-        "knobs": {key: _knob(knob) for key, knob in knobs.items()},
+        "profiles": {key: _build_profile(adapter, key, profile) for key, profile in adapter.profiles.items()},
+        "knobs": {key: _build_knob(knob) for key, knob in knobs.items()},
     }
     return tomli_w.dumps(manifest)
 
 
-def _profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
+def _build_profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
     own = profile.capabilities
     # A profile in a manifest inherits the engine's capabilities, so only differences are written.
     able = {} if own is None else {"capabilities": _find_differing(own, adapter.capabilities)}
@@ -227,17 +230,17 @@ def _profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
     } | able
 
 
-def _knob(knob: Knob) -> dict[str, Any]:
+def _build_knob(knob: Knob) -> dict[str, Any]:
     return {"choices": list(knob.choices)} if knob.choices else {"low": knob.low, "high": knob.high, "log": knob.log}
 
 
 def _find_differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
     """Return the fields that differ from the usual fields, in the spelling of a manifest."""
     pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
-    return {name: _spell(value) for name, value, other in pairs if value != other}
+    return {name: _to_toml_value(value) for name, value, other in pairs if value != other}
 
 
-def _spell(value: Any) -> Any:
+def _to_toml_value(value: Any) -> Any:
     if isinstance(value, Enum):
         return value.name.lower()
     return list(value) if isinstance(value, tuple) else value

@@ -26,7 +26,7 @@ Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 _DISTANCES = 2**20
 
 
-def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
+def find_near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
     """Yield pairs of discs whose distance is at most the sum of their reaches, and of which at least one is movable.
 
     The pairs come in blocks. A block has at most some ten thousand more pairs than there are discs. Blocks are ordered
@@ -51,7 +51,7 @@ def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[
         yield first, second
 
 
-def near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
+def find_near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
     """Yield the pairs of a movable disc and a wall within the disc's reach. Discs behind a wall count as near.
 
     Args:

@@ -142,7 +142,7 @@ cdef Py_ssize_t node_count(Py_ssize_t items):
 
 @final
 cdef class Search:
-    """Search for near pairs of discs. `carom.model.broad_phase.near_pairs` describes the arguments."""
+    """Search for near pairs of discs. `carom.model.broad_phase.find_near_pairs` describes the arguments."""
 
     cdef const double[:, ::1] position
     cdef const double[::1] reach

@@ -12,8 +12,8 @@ from importlib import resources
 from typing import TYPE_CHECKING
 
 from carom.report.document import QUESTION, Block, Cell, Document, Figures, Media, Replays, Section, Table
-from carom.report.files import packed, require_report_extra
-from carom.support.escaping import visible
+from carom.report.files import pack_data, require_report_extra
+from carom.support.escaping import escape_controls
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,31 +33,31 @@ _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
 
 
-def html(document: Document) -> str:
+def render_html(document: Document) -> str:
     """Return a document as an HTML page.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
-    sections = list(document.shown(Media.PAGE))
-    blocks = [block for section in sections for block in section.shown(Media.PAGE)]
+    sections = list(document.select_for(Media.PAGE))
+    blocks = [block for section in sections for block in section.select_for(Media.PAGE)]
     kinds = {type(block) for block in blocks if not isinstance(block, Table) or block.packed}
-    script = page_script(*(name for kind, names in _SCRIPTS.items() if kind in kinds for name in names))
-    return _template("page.html.j2").render(
+    script = build_page_script(*(name for kind, names in _SCRIPTS.items() if kind in kinds for name in names))
+    return _load_template("page.html.j2").render(
         document=document,
         sections=sections,
         page=Media.PAGE,
-        anchor=_anchor,
-        kind=_kind,
+        anchor=_build_anchor,
+        kind=_kind_of,
         question=QUESTION,
         most_across=_MOST_ACROSS,
-        packed_rows=_packed_rows,
+        packed_rows=_pack_rows,
         script=script,
-        policy=content_policy(script),
+        policy=build_content_policy(script),
     )
 
 
-def replay_page(title: str, data: str, said: Sequence[str] = (), stills: Sequence[tuple[str, str]] = ()) -> str:
+def render_replay_page(title: str, data: str, said: Sequence[str] = (), stills: Sequence[tuple[str, str]] = ()) -> str:
     """Return a page with one replay.
 
     Args:
@@ -69,14 +69,14 @@ def replay_page(title: str, data: str, said: Sequence[str] = (), stills: Sequenc
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
-    script = page_script(*_REPLAY)
-    page: str = _template("replay.html.j2").render(
-        title=title, data=data, said=said, stills=stills, script=script, policy=content_policy(script)
+    script = build_page_script(*_REPLAY)
+    page: str = _load_template("replay.html.j2").render(
+        title=title, data=data, said=said, stills=stills, script=script, policy=build_content_policy(script)
     )
     return page
 
 
-def _template(name: str) -> Template:
+def _load_template(name: str) -> Template:
     require_report_extra()
     import jinja2
 
@@ -90,7 +90,7 @@ def _template(name: str) -> Template:
     return environment.get_template(name)
 
 
-def page_script(*names: str) -> str:
+def build_page_script(*names: str) -> str:
     """Return several scripts as one, with the code that unpacks their data."""
     own = resources.files("carom.report") / "templates"
     shared = resources.files("carom") / "web"  # these modules are shared with the play page
@@ -99,7 +99,7 @@ def page_script(*names: str) -> str:
     return "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts)
 
 
-def content_policy(script: str) -> str:
+def build_content_policy(script: str) -> str:
     """Return the content security policy of a page: only this script, by its hash, and no external content."""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     allowed = f"'sha256-{digest}'" if script else "'none'"
@@ -107,27 +107,29 @@ def content_policy(script: str) -> str:
     return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
-def _anchor(section: Section) -> str:
+def _build_anchor(section: Section) -> str:
     return re.sub(r"[^a-z0-9]+", "-", section.heading.lower()).strip("-")
 
 
-def _packed_rows(table: Table) -> str:
+def _pack_rows(table: Table) -> str:
     """Return packed data for a table by `rows.js`. A cell is a text, or an object if it has other fields."""
-    columns, rows = table.shown(Media.PAGE)
+    columns, rows = table.select_for(Media.PAGE)
     heads = [[column.line, column.number] for column in columns]
-    return packed({"columns": heads, "rows": [[_packed_cell(cell) for cell in row] for row in rows]})
+    return pack_data({"columns": heads, "rows": [[_pack_cell(cell) for cell in row] for row in rows]})
 
 
-def _packed_cell(cell: Cell) -> str | dict[str, str]:
+def _pack_cell(cell: Cell) -> str | dict[str, str]:
     """Return a cell for `rows.js`, which shows words and symbols, but no bars or links."""
     # Control characters are escaped here, because the writer of the page's file can't see into packed data.
-    said = {name: visible(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)}
+    said = {
+        name: escape_controls(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)
+    }
     if cell.link or cell.shares or cell.anchor or cell.part is not None:
         raise ValueError(f"a cell of a packed table can't have a link, bar, meter or anchor: {cell!r}")
-    text = visible(cell.text)
+    text = escape_controls(cell.text)
     return {"text": text, **said} if said else text
 
 
-def _kind(block: Block) -> str:
+def _kind_of(block: Block) -> str:
     """Return the name of the macro that shows a block."""
     return type(block).__name__.lower()

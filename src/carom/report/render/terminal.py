@@ -15,13 +15,13 @@ from rich.text import Text as RichText
 
 from carom.report import document as blocks
 from carom.report.document import Cell, Column, Document, Media, Share, Table
-from carom.support.escaping import visible
+from carom.support.escaping import escape_controls
 
 #: Number of characters in a bar.
 _BAR = 14
 
 
-def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[RichTable | str]:
+def render_terminal(document: Document, width: int, *, full: bool = False) -> Iterator[RichTable | str]:
     """Yield the printed parts in order: the answer, the sections, and the headline's further sentences.
 
     Args:
@@ -31,34 +31,34 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
     """
     medium = Media.DETAIL if full else Media.TERMINAL
     if document.answer.sentence:
-        yield visible(document.answer.sentence)
-    for section in document.shown(medium):
+        yield escape_controls(document.answer.sentence)
+    for section in document.select_for(medium):
         below = list[str]()  # legend of a table
-        for block in section.shown(medium):
+        for block in section.select_for(medium):
             match block:
                 case Table():
-                    yield visible(block.title or section.heading)
-                    yield from _parts(block, medium, width)
-                    yield from map(visible, filter(None, (block.note, *below)))
+                    yield escape_controls(block.title or section.heading)
+                    yield from _split_table(block, medium, width)
+                    yield from map(escape_controls, filter(None, (block.note, *below)))
                     below.clear()
                 case blocks.Legend():
                     below += [f"{mark.symbol} {mark.text}: {meaning}" for mark, meaning in block.items]
                 case blocks.Lines():
-                    yield from map(visible, block.items)
+                    yield from map(escape_controls, block.items)
                 case blocks.Text() | blocks.Code():
-                    yield visible(block.text)
+                    yield escape_controls(block.text)
                 case blocks.Facts():
-                    yield from (visible(f"{name}: {value}") for name, value in block.items)
+                    yield from (escape_controls(f"{name}: {value}") for name, value in block.items)
                 case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # pages only
                     pass
-    yield from map(visible, document.answer.more)
+    yield from map(escape_controls, document.answer.more)
 
 
-def plain_text(document: Document, width: int = 80) -> str:
+def render_plain_text(document: Document, width: int = 80) -> str:
     """Return a document as plain text of a terminal, without colours."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=width, highlight=False, markup=False)
-    for item in terminal(document, width):
+    for item in render_terminal(document, width):
         console.print(item)
     return buffer.getvalue().rstrip()
 
@@ -67,16 +67,16 @@ def plain_text(document: Document, width: int = 80) -> str:
 _GAP = 2
 
 
-def _parts(table: Table, medium: Media, width: int) -> Iterator[RichTable]:
+def _split_table(table: Table, medium: Media, width: int) -> Iterator[RichTable]:
     """Yield a table in as many parts as needed for the width. Each part repeats the first column."""
-    columns, rows = table.shown(medium)
-    every = [_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]
+    columns, rows = table.select_for(medium)
+    every = [_fit_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]
     begin = 1
     while begin < max(2, len(every)):
         end = len(every)
         while end > begin + 1 and sum(one.least + _GAP for one in (every[0], *every[begin:end])) - _GAP > width:
             end -= 1
-        yield _part([every[0], *every[begin:end]], width)
+        yield _build_part([every[0], *every[begin:end]], width)
         begin = end
 
 
@@ -91,23 +91,23 @@ class _Fitted(NamedTuple):
     most: int
 
 
-def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
-    heading = RichText(visible("\n".join(filter(None, (column.head, column.under)))))
-    shown = [_cell(cell) for cell in cells]
+def _fit_column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
+    heading = RichText(escape_controls("\n".join(filter(None, (column.head, column.under)))))
+    shown = [_render_cell(cell) for cell in cells]
     whole = first or any(cell.shares for cell in cells)  # names and bars are not broken
     heads, rows = heading.plain.splitlines(), [line for text in shown for line in text.plain.splitlines()]
-    words = heads if whole else _words(heads)
-    words += rows if whole or column.number else _words(rows)  # a number keeps its unit
+    words = heads if whole else _list_words(heads)
+    words += rows if whole or column.number else _list_words(rows)  # a number keeps its unit
     least, most = (max(map(cell_len, parts), default=0) for parts in (words, heads + rows))
     return _Fitted(heading, shown, column.number, whole, least, most)
 
 
-def _words(lines: list[str]) -> list[str]:
+def _list_words(lines: list[str]) -> list[str]:
     """Return the words of lines. The first word of an indented line keeps its indent."""
     return [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
 
 
-def _part(columns: Sequence[_Fitted], width: int) -> RichTable:
+def _build_part(columns: Sequence[_Fitted], width: int) -> RichTable:
     widths = [column.most for column in columns]
     while sum(widths) + _GAP * (len(widths) - 1) > width:  # narrow the widest column first, without cutting words
         able = [k for k, column in enumerate(columns) if widths[k] > column.least]
@@ -123,14 +123,14 @@ def _part(columns: Sequence[_Fitted], width: int) -> RichTable:
     return shown
 
 
-def _cell(cell: Cell) -> RichText:
+def _render_cell(cell: Cell) -> RichText:
     if cell.shares:
-        return _bar(cell.shares)
+        return _render_bar(cell.shares)
     head = " ".join(filter(None, (cell.symbol, cell.short or cell.text)))
-    return RichText(visible(head if cell.short or not cell.note else f"{head}\n  {cell.note}"), cell.style)
+    return RichText(escape_controls(head if cell.short or not cell.note else f"{head}\n  {cell.note}"), cell.style)
 
 
-def _bar(shares: Sequence[Share]) -> RichText:
+def _render_bar(shares: Sequence[Share]) -> RichText:
     """Return a bar that consists of each share's own symbol, so that it is readable without colours.
 
     Every share is visible.

@@ -35,7 +35,7 @@ from carom.comparator import Grade, LocalScore
 from carom.errors import InputError
 from carom.report.files import FORMATS
 from carom.report.results_file.line_types import RowLine, Summary
-from carom.support.escaping import shortened, shown
+from carom.support.escaping import format_value, shorten
 
 #: Fields of a score for spins. These fields are written only if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
@@ -44,14 +44,14 @@ OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 _LATER = frozenset({"ends"})
 
 
-def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
+def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     """Return a line as strict JSON without line break. With `spins`, the line includes the fields of spins."""
     parts = ("total", "against_pit", "consistency")
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
     kind: Any = type(line)  # for mypy, a class whose objects have no hash has no hash itself
-    return _JSON(_form(kind).dump_python(line, mode="json", exclude=leave_out or None))
+    return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
 
 _JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
@@ -64,9 +64,9 @@ def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
         InputError: A field is missing or has a wrong type. The message names file, line and field.
     """
     try:
-        return cast("Summary", _form(Summary).validate_python(fields))
+        return cast("Summary", _build_type_adapter(Summary).validate_python(fields))
     except ValidationError as error:
-        raise _refusal(error, path, 1) from None
+        raise _build_error(error, path, 1) from None
 
 
 def read_row(text: bytes, path: Path, number: int) -> RowLine:
@@ -77,17 +77,18 @@ def read_row(text: bytes, path: Path, number: int) -> RowLine:
             field.
     """
     try:
-        return cast("RowLine", _form(cast("Any", RowLine)).validate_json(text))
+        return cast("RowLine", _build_type_adapter(cast("Any", RowLine)).validate_json(text))
     except ValidationError as error:
-        raise _refusal(error, path, number) from None
+        raise _build_error(error, path, number) from None
 
 
-def _refusal(error: ValidationError, path: Path, number: int) -> InputError:
+def _build_error(error: ValidationError, path: Path, number: int) -> InputError:
     first = error.errors()[0]
     # Pydantic's location also contains names of union members, which are not fields of the file.
     where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
     said = (
-        f"{shortened(where) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got {shown(first['input'])}"
+        f"{shorten(where) or 'the line'}: {first['msg'].removeprefix('Value error, ')}, got "
+        f"{format_value(first['input'])}"
     )
     if first["type"] == "json_invalid":
         said = f"invalid JSON ({first['ctx']['error']})"
@@ -97,11 +98,13 @@ def _refusal(error: ValidationError, path: Path, number: int) -> InputError:
     )
 
 
-def records_schema() -> dict[str, Any]:
+def build_records_schema() -> dict[str, Any]:
     """Return the JSON Schema of a line (the one published as ``carom/results.schema.json``)."""
-    schema = TypeAdapter(_written(Summary | RowLine)).json_schema(mode="serialization", schema_generator=_Described)
+    schema = TypeAdapter(_build_file_type(Summary | RowLine)).json_schema(
+        mode="serialization", schema_generator=_Described
+    )
     parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN, infinite or absent."}}
-    either = _named(schema, parts)
+    either = _replace_named_parts(schema, parts)
     parts["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -111,17 +114,17 @@ def records_schema() -> dict[str, Any]:
     }
 
 
-def _named(schema: Any, parts: dict[str, Any]) -> Any:
+def _replace_named_parts(schema: Any, parts: dict[str, Any]) -> Any:
     """Return a schema in which references replace named parts, and add these parts to `parts`."""
     if isinstance(schema, list):
-        return [_named(item, parts) for item in schema]
+        return [_replace_named_parts(item, parts) for item in schema]
     if not isinstance(schema, dict):
         return schema
     if schema == _NULLABLE:
         return {"$ref": "#/$defs/Number"}
     if schema.get("anyOf") == [_NULLABLE, {"type": "null"}]:
         return {"$ref": "#/$defs/Number"}
-    found = {name: _named(item, parts) for name, item in schema.items()}
+    found = {name: _replace_named_parts(item, parts) for name, item in schema.items()}
     if not isinstance(name := found.pop("title", None), str):
         return found if name is None else {**found, "title": name}
     parts[name] = found
@@ -149,11 +152,11 @@ _DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
 
 
 @cache
-def _form(kind: type[Any]) -> TypeAdapter[Any]:
-    return TypeAdapter(_written(kind))
+def _build_type_adapter(kind: type[Any]) -> TypeAdapter[Any]:
+    return TypeAdapter(_build_file_type(kind))
 
 
-def _written(hint: Any) -> Any:
+def _build_file_type(hint: Any) -> Any:
     """Return the type of a value in the file."""
     origin, parts = get_origin(hint), get_args(hint)
     if hint is float:
@@ -161,35 +164,35 @@ def _written(hint: Any) -> Any:
     if hint in (int, str, bool):
         return Annotated[hint, Strict()]
     if isinstance(hint, type) and issubclass(hint, Enum):
-        return _by_name(hint)
+        return _build_enum_type(hint)
     if dataclasses.is_dataclass(hint):
         return Annotated[hint, _Fields()]
     if origin in (Union, UnionType):
         if type(None) in parts:  # here, null has a meaning of its own, other than NaN
             parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
-            return Union[tuple(map(_written, parts))] | None  # noqa: UP007 - the number of types varies
-        return Union[tuple(map(_written, parts))]  # noqa: UP007 - the number of types varies
+            return Union[tuple(map(_build_file_type, parts))] | None  # noqa: UP007 - the number of types varies
+        return Union[tuple(map(_build_file_type, parts))]  # noqa: UP007 - the number of types varies
     if origin is tuple:
-        return tuple[tuple(part if part is ... else _written(part) for part in parts)]  # type: ignore[misc] # made here
+        return tuple[tuple(part if part is ... else _build_file_type(part) for part in parts)]  # type: ignore[misc] # made here
     if isinstance(origin, type) and issubclass(origin, Mapping):
-        return dict[str, _written(parts[1])]  # type: ignore[misc] # a type made here
+        return dict[str, _build_file_type(parts[1])]  # type: ignore[misc] # a type made here
     return hint
 
 
 _NULLABLE = {"type": ["number", "null"]}
 
 
-def _finite(value: float) -> float | None:
+def _replace_non_finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
 _FINITE = Annotated[
-    float, Strict(), AllowInfNan(allow_inf_nan=False), PlainSerializer(_finite), WithJsonSchema(_NULLABLE)
+    float, Strict(), AllowInfNan(allow_inf_nan=False), PlainSerializer(_replace_non_finite), WithJsonSchema(_NULLABLE)
 ]
 _NUMBER = Annotated[_FINITE, WrapValidator(lambda value, read: math.nan if value is None else read(value))]
 
 
-def _by_name(kind: type[Enum]) -> Any:
+def _build_enum_type(kind: type[Enum]) -> Any:
     names = {member.name.lower(): member for member in kind}
 
     def read(name: object) -> Enum:
@@ -213,17 +216,18 @@ class _Fields:
         hints = get_type_hints(kind, include_extras=True)
         own = {field.name: field for field in dataclasses.fields(kind)}
         fields = [
-            core_schema.dataclass_field(name, _missing(field, hints[name], handler(_written(hints[name]))))
+            core_schema.dataclass_field(name, _add_default(field, hints[name], handler(_build_file_type(hints[name]))))
             for name, field in own.items()
         ]
         derived = [
-            core_schema.computed_field(name, handler(_written(hint))) for name, hint in _DERIVED.get(kind, {}).items()
+            core_schema.computed_field(name, handler(_build_file_type(hint)))
+            for name, hint in _DERIVED.get(kind, {}).items()
         ]
         arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
         return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True, slots="__slots__" in vars(kind))
 
 
-def _missing(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
+def _add_default(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
     """Return a schema with a default for a field that files of earlier versions lack."""
     if field.default_factory is not dataclasses.MISSING:
         return core_schema.with_default_schema(schema, default_factory=field.default_factory)

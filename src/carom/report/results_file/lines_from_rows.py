@@ -19,7 +19,7 @@ NO_REFERENCE = "PIC does not solve this scene, so there is no reference to compa
 _VERDICTS = {verdict.name.lower(): verdict.value for verdict in Verdict}
 
 
-def summary_of(results: Results) -> Summary:
+def build_summary(results: Results) -> Summary:
     """Return the first line: values that are the same for all rows."""
     scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
     return Summary(
@@ -33,11 +33,11 @@ def summary_of(results: Results) -> Summary:
             name: SceneLine(score.expected, score.horizon_s, score.beyond_horizon, score.scales)
             for name, _, score in scored
         },
-        sampling=tuple({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
+        sampling=tuple({(name, dt_s): _build_pit_errors(name, dt_s, score) for name, dt_s, score in scored}.values()),
     )
 
 
-def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
+def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
     """Return PIT's errors for a scene and step. All rows with that scene and step are compared with PIT's errors."""
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     return {
@@ -55,7 +55,7 @@ _OF_SCORE = (
 )
 
 
-def line_of(row: Row) -> RowLine:
+def build_line(row: Row) -> RowLine:
     """Return the line of a row without its local errors, which take longest to compute."""
     job, score, trace = row.job, row.score, row.trace
     scored: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
@@ -76,7 +76,7 @@ def line_of(row: Row) -> RowLine:
         price_paid=("inf" if math.isinf(score.price_paid) else score.price_paid) if score else None,
         float_bits=cast("Literal[32, 64]", score.float_bits) if score else None,
         local=None,
-        outcome_taken=_outcome(score) if score else None,
+        outcome_taken=_build_outcome(score) if score else None,
         spread=row.spread,
         counts=trace.counts if trace else None,
         outcome=trace.outcome if trace else None,
@@ -88,7 +88,7 @@ def line_of(row: Row) -> RowLine:
     )
 
 
-def reasons_of(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
+def list_reasons(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[str, ...]:
     """Return every verdict with its numbers, or why the row has no verdict, as sentences without a full stop.
 
     Args:
@@ -103,7 +103,7 @@ def reasons_of(line: RowLine, verdicts: Mapping[str, str] = _VERDICTS) -> tuple[
     return (*warnings, *(f"{verdicts[one.verdict]} ({one.reason})" for one in line.verdicts), *untimed)
 
 
-def _outcome(score: Score) -> Taken | None:
+def _build_outcome(score: Score) -> Taken | None:
     match = score.convention
     if match is None:
         return None

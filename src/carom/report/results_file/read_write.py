@@ -16,25 +16,25 @@ from carom.comparator import Score
 from carom.errors import InputError
 from carom.execution.results import Results, Row
 from carom.report.files import FORMATS
-from carom.report.results_file.json_lines import read_row, read_summary, text_of
+from carom.report.results_file.json_lines import format_line, read_row, read_summary
 from carom.report.results_file.line_types import RowLine, Summary
-from carom.report.results_file.lines_from_rows import line_of, summary_of
-from carom.support.escaping import shortened, visible
-from carom.support.limits import MOST_BYTES, MOST_VALUES, values_in
+from carom.report.results_file.lines_from_rows import build_line, build_summary
+from carom.support.escaping import escape_controls, shorten
+from carom.support.limits import MOST_BYTES, MOST_VALUES, count_values
 
 
-def records(results: Results) -> str:
+def format_records(results: Results) -> str:
     """Return a line of strict JSON for the whole run, and a line for each row.
 
     A number that is not finite becomes null.
     """
-    return "".join(f"{line}\n" for line in (text_of(summary_of(results)), *map(record, results.rows)))
+    return "".join(f"{line}\n" for line in (format_line(build_summary(results)), *map(format_record, results.rows)))
 
 
-def record(row: Row) -> str:
+def format_record(row: Row) -> str:
     """Return the line of a row, without line break."""
-    line = dataclasses.replace(line_of(row), local=_local(row.score) if row.score else None)
-    return text_of(line, spins=row.job.scene.arrays.turns)
+    line = dataclasses.replace(build_line(row), local=_summarise_local_errors(row.score) if row.score else None)
+    return format_line(line, spins=row.job.scene.arrays.turns)
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
@@ -55,10 +55,10 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
     Raises:
         InputError: The same errors as `read_records`. The iterator raises the same errors.
     """
-    texts = _lines(path)
-    head = _head(path, next(texts, b"{}"))
+    texts = _read_lines(path)
+    head = _parse_head(path, next(texts, b"{}"))
 
-    def rows() -> Iterator[RowLine]:
+    def read_rows() -> Iterator[RowLine]:
         count = 0
         for count, text in enumerate(texts, start=1):
             try:
@@ -69,18 +69,18 @@ def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
             yield row
         _require_whole(path, head, count)
 
-    return read_summary(head, path), rows()
+    return read_summary(head, path), read_rows()
 
 
-def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+def read_raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Read a file of results as plain JSON objects, without validation of their fields.
 
     Raises:
         InputError: The file can't be read, has another format, or is incomplete.
     """
-    texts = _lines(path)
-    head = _head(path, next(texts, b"{}"))
-    rows = [_object(path, number, text) for number, text in enumerate(texts, start=2)]
+    texts = _read_lines(path)
+    head = _parse_head(path, next(texts, b"{}"))
+    rows = [_parse_object(path, number, text) for number, text in enumerate(texts, start=2)]
     _require_whole(path, head, len(rows))
     return head, rows
 
@@ -93,41 +93,41 @@ _READS = (
 _ASK = f"give the folder of a report, or a results.jsonl by `carom run --out` (format {_WANTED})"
 
 
-def _head(path: Path, text: bytes) -> dict[str, Any]:
-    head = _object(path, 1, text)
+def _parse_head(path: Path, text: bytes) -> dict[str, Any]:
+    head = _parse_object(path, 1, text)
     if (found := head.get("format")) is None:
         raise InputError(f"{path} is no results.jsonl of a cross-check", hints=[_ASK])
     if found != _WANTED:
-        raise InputError(f"{path} is of format {visible(shortened(str(found)))}{_READS}")
+        raise InputError(f"{path} is of format {escape_controls(shorten(str(found)))}{_READS}")
     return head
 
 
 def _require_whole(path: Path, head: Mapping[str, Any], rows: int) -> None:
     if (said := head.get("rows")) != rows:
-        raise InputError(f"{path} has {rows} of {visible(shortened(str(said)))} rows{_READS}")
+        raise InputError(f"{path} has {rows} of {escape_controls(shorten(str(said)))} rows{_READS}")
 
 
-def _object(path: Path, number: int, text: bytes) -> dict[str, Any]:
+def _parse_object(path: Path, number: int, text: bytes) -> dict[str, Any]:
     try:
         line = json.loads(text)
     except UnicodeError as error:
         raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
     except (ValueError, RecursionError) as error:
-        what = f"{path}, line {number}: invalid JSON ({shortened(str(error), 200)})"
+        what = f"{path}, line {number}: invalid JSON ({shorten(str(error), 200)})"
         raise InputError(what, hints=[_ASK]) from None
     if not isinstance(line, dict):
         raise InputError(f"{path}, line {number}: not a JSON object", hints=[_ASK])
     return line
 
 
-def _lines(path: Path) -> Iterator[bytes]:
+def _read_lines(path: Path) -> Iterator[bytes]:
     """Yield the lines of a file, within the limits of a line and of the file."""
     size = values = 0
     try:
         with path.open("rb") as file:
             number = 0
             while line := file.readline(MOST_BYTES[".json"] + 1):  # other line separators may be part of a name
-                number, size, found = number + 1, size + len(line), values_in(line)
+                number, size, found = number + 1, size + len(line), count_values(line)
                 values += found
                 for what, kind, bytes_, count in (
                     (str(path), ".jsonl", size, values),
@@ -141,7 +141,7 @@ def _lines(path: Path) -> Iterator[bytes]:
         raise InputError(f"{path} can't be read: {error.strerror or error}", hints=[_ASK]) from None
 
 
-def _local(score: Score) -> dict[str, int | float]:
+def _summarise_local_errors(score: Score) -> dict[str, int | float]:
     """Return the median and the largest of each local error. The errors of all impacts would make lines too long.
 
     Kinds that no impact has are omitted, such as spin errors if no disc spins.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.core.wall_features import Exact, exact
+from carom.core.wall_features import Exact, to_exact
 from carom.model.trace import EdgeKind, wall_body, wall_index
 from carom.solvers.certified.balls import ball, float_above
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, subtract
@@ -250,12 +250,12 @@ def _find_line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBod
         line = shape.normal if isinstance(shape, Plane) else subtract(start, shape.centre)
         if not any(line):
             return None
-    vectors: list[Exact] = [exact(scene.gravity_m_s2)]
+    vectors: list[Exact] = [to_exact(scene.gravity_m_s2)]
     for body in row:
         if body >= 0:
-            vectors += [subtract(_exact_centre(bodies, body), start), exact(scene.discs[body].velocity_m_s)]
+            vectors += [subtract(_exact_centre(bodies, body), start), to_exact(scene.discs[body].velocity_m_s)]
         moving = scene.discs[body] if body >= 0 else scene.walls[wall_index(body)]
-        vectors += [exact(leg.velocity_m_s) for leg in moving.legs or ()] + [exact(moving.velocity_m_s)]
+        vectors += [to_exact(leg.velocity_m_s) for leg in moving.legs or ()] + [to_exact(moving.velocity_m_s)]
     for obstacle in obstacles:
         if obstacle is None:
             continue
@@ -294,4 +294,4 @@ def _surface_motion(
 
 
 def _exact_centre(bodies: BallBodies, disc: int) -> Exact:
-    return exact(bodies.scene.discs[disc].position_m)
+    return to_exact(bodies.scene.discs[disc].position_m)

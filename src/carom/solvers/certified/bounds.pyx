@@ -19,7 +19,7 @@ from flint import arb
 
 from carom.solvers.certified.balls import float_above
 from carom.solvers.certified.obstacles import Round
-from carom.solvers.units import units_of
+from carom.solvers.units import choose_units
 from carom.model.trace import wall_body, wall_index
 
 cdef extern from "carom/core/constants.h" nogil:
@@ -191,7 +191,7 @@ cdef class LowerBounds:
         table = &self.table
         cdef Py_ssize_t row
         scene = bodies.scene
-        units = units_of(scene)
+        units = choose_units(scene)
         self.bodies = bodies
         self.length, self.speed = units.length, units.length - units.time
         table.unit, table.second = ldexp(1.0, -units.time), ldexp(1.0, units.time)

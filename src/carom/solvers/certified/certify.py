@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from carom.errors import MissingExtraError
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS, CertifyOptions
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def certify(
           0.37916666666666668444 s: disc 0 and disc 1
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
-    scene = as_scene(scene)
+    scene = to_scene(scene)
     try:
         import flint  # noqa: F401 - checks that it is installed
     except ModuleNotFoundError:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.model.broad_phase import near_pairs, near_walls
+from carom.model.broad_phase import find_near_pairs, find_near_walls
 from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.balls import SLACK
 from carom.solvers.certified.obstacles import Plane, dot
@@ -139,8 +139,10 @@ def _find_near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
     numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]
     walls = np.array([start.walls[bodies.obstacles[k].wall] for k in numbers]).reshape(-1, 4)
     reach = start.radius_m + SLACK * (np.abs(start.position_m).max(axis=1) + start.radius_m)
-    pairs = [pair for block in near_pairs(start.position_m, reach, start.movable) for pair in zip(*block, strict=True)]
+    pairs = [
+        pair for block in find_near_pairs(start.position_m, reach, start.movable) for pair in zip(*block, strict=True)
+    ]
     reach += SLACK * np.abs(walls[:, :2]).max(initial=0.0)
-    for block in near_walls(start.position_m, reach, start.movable, walls):
+    for block in find_near_walls(start.position_m, reach, start.movable, walls):
         pairs += [(disc, wall_body(numbers[wall])) for disc, wall in zip(*block, strict=True)]
     return sorted(((int(i), int(j)) for i, j in pairs), key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])))

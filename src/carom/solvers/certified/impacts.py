@@ -165,7 +165,7 @@ def _find_edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
     assert not isinstance(outline, tuple)  # noqa: S101 - for mypy
     leg = bodies.legs_after(meeting.second, meeting.at)[0]
     x, y, *_ = bodies.relative_state(meeting.first, float(meeting.time), leg)
-    return outline.edge_at(float(x), float(y), obstacle.edges), obstacle.kind
+    return outline.find_edge(float(x), float(y), obstacle.edges), obstacle.kind
 
 
 def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, arb]:

@@ -1,8 +1,8 @@
 """Obstacles in exact numbers: half-planes, and faces, vertices and arcs of finite walls.
 
 All numbers are rational functions of the scene's numbers. A finite wall's obstacles are its features, in the order of
-`carom.core.wall_features.features_of`. Faces and sides of arcs have a continuation at each end: a vertex, or the next
-face or arc if the joint is smooth. At a smooth joint a disc touches both at the same time.
+`carom.core.wall_features.build_features`. Faces and sides of arcs have a continuation at each end: a vertex, or the
+next face or arc if the joint is smooth. At a smooth joint a disc touches both at the same time.
 """
 
 from __future__ import annotations
@@ -12,7 +12,15 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.core.wall_features import Exact, JoinedEdges, exact, goes_smoothly, quarters_of, runs_of, stops_of
+from carom.core.wall_features import (
+    Exact,
+    JoinedEdges,
+    find_stops,
+    is_smooth_joint,
+    join_edges,
+    rotate_by_quarters,
+    to_exact,
+)
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, wall_body
 
@@ -93,7 +101,7 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
         if isinstance(wall, Outline):
             found += _outline_obstacles(k, wall, len(found), widest)
         else:
-            found.append(Obstacle(k, Plane(exact(wall[:2]), exact(wall[2:]))))
+            found.append(Obstacle(k, Plane(to_exact(wall[:2]), to_exact(wall[2:]))))
     return tuple(found)
 
 
@@ -112,15 +120,15 @@ def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) 
 
     `before` is the number of obstacles of earlier walls, and `widest` is the largest radius of a disc, metres.
     """
-    runs, thick = runs_of(outline), Fraction(outline.half_width)
+    runs, thick = join_edges(outline), Fraction(outline.half_width)
     if outline.radius == 0.0:
-        return [Obstacle(k, Round(exact(outline.points[0]), _NOWHERE), thick, EdgeKind.VERTEX, (0,))]
+        return [Obstacle(k, Round(to_exact(outline.points[0]), _NOWHERE), thick, EdgeKind.VERTEX, (0,))]
     sides = [Obstacle(k, *side, run.numbers) for run in runs for side in _build_sides(run, thick)]
     stops = [
         _build_stop(side, side.shape, way)
         for n, side in enumerate(sides[::2])
         if isinstance(side.shape, Round) and (widest + thick) ** 2 >= side.shape.radius2
-        for way in stops_of(runs, n, closed=outline.closed)
+        for way in find_stops(runs, n, closed=outline.closed)
     ]
     if runs[0].edge.a == runs[-1].edge.b and len(runs) == 1:  # a whole circle, which has no joint
         return [*sides, *stops]
@@ -130,7 +138,7 @@ def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) 
         before_it, after_it = before + 2 * (left % len(runs)), before + 2 * (right % len(runs))
         one = runs[left] if left >= 0 or outline.closed else None
         other = runs[right] if right < len(runs) else None
-        if one and other and goes_smoothly(one, other):
+        if one and other and is_smooth_joint(one, other):
             takers = [(after_it + side, before_it + side) for side in (0, 1)]
         else:
             vertex = before + len(sides) + len(vertices)
@@ -146,7 +154,7 @@ def _outline_obstacles(k: int, outline: Outline, before: int, widest: Fraction) 
 
 def _build_stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
     """Return the obstacle for discs too large for an arc's inside: the arc's point in a direction from the centre."""
-    ((cx, cy), radius2, *_), (_, left, _, right) = arc, quarters_of(way)
+    ((cx, cy), radius2, *_), (_, left, _, right) = arc, rotate_by_quarters(way)
     shape = Round((cx + way[0], cy + way[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
     return replace(side, shape=shape, neighbours=(None, None))
 
@@ -162,12 +170,12 @@ def _build_vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, th
     """Return the vertex between two runs, or at an end of an open chain."""
     numbers = [run.numbers[end] for run, end in ((one, -1), (other, 0)) if run]
     place = one.edge.b if one else other.edge.a if other else (0.0, 0.0)
-    return Obstacle(k, Round(exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
+    return Obstacle(k, Round(to_exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
 
 
 def _build_sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
     """Yield the left side and the right side of a run."""
-    a, b = exact(run.edge.a), exact(run.edge.b)
+    a, b = to_exact(run.edge.a), to_exact(run.edge.b)
     if run.circle is None:
         ex, ey = subtract(b, a)
         for normal in ((-ey, ex), (ey, -ex)):

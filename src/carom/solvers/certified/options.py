@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from carom.support.options import DeclaredOptions, option, seconds, whole
+from carom.support.options import DeclaredOptions, build_seconds_kind, build_whole_number_kind, declare_option
 
 MOST_DIGITS = 10_000
 
@@ -29,17 +29,23 @@ class CertifyOptions(DeclaredOptions):
         InputError: A value is invalid.
     """
 
-    digits: int = option(15, whole(1, MOST_DIGITS), "Decimal digits to prove.", "--digits", "-d")
-    max_impacts: int | None = option(None, whole(0), "Stop after this many impacts.", "--max-impacts", "-n")
-    time_budget_s: float | None = option(
-        None, seconds(), "Stop each scene after this many seconds.", "--time-budget", "-t"
+    digits: int = declare_option(
+        15, build_whole_number_kind(1, MOST_DIGITS), "Decimal digits to prove.", "--digits", "-d"
     )
-    max_precision_bits: int = option(
+    max_impacts: int | None = declare_option(
+        None, build_whole_number_kind(0), "Stop after this many impacts.", "--max-impacts", "-n"
+    )
+    time_budget_s: float | None = declare_option(
+        None, build_seconds_kind(), "Stop each scene after this many seconds.", "--time-budget", "-t"
+    )
+    max_precision_bits: int = declare_option(
         MAX_PRECISION_BITS,
-        whole(LEAST_BITS, MOST_PRECISION_BITS),
+        build_whole_number_kind(LEAST_BITS, MOST_PRECISION_BITS),
         "Greatest precision, in bits.",
         "--max-precision",
     )
-    tie_bits: int = option(
-        TIE_BITS, whole(LEAST_BITS, MOST_PRECISION_BITS), "Bits after which an undecided event ends the run."
+    tie_bits: int = declare_option(
+        TIE_BITS,
+        build_whole_number_kind(LEAST_BITS, MOST_PRECISION_BITS),
+        "Bits after which an undecided event ends the run.",
     )

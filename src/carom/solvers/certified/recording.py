@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
-from carom.model.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
+from carom.model.trace import (
+    NO_EDGE,
+    ImpactRecord,
+    ModeRecord,
+    build_edge_array,
+    build_impact_array,
+    build_mode_array,
+    build_spin_array,
+)
 from carom.solvers.certified.ball_bodies import find_greatest_speed
 from carom.solvers.certified.balls import divide_to_float, round_to_float
 from carom.solvers.certified.slowing import damped_time, speed_fraction
@@ -99,19 +107,19 @@ class Recording:
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.model.trace.IMPACT_DTYPE`."""
-        return impact_array(row.values for row in self.rows)
+        return build_impact_array(row.values for row in self.rows)
 
     def spins(self) -> NDArray[np.void] | None:
         """Return the spins of impacts as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
-        return spin_array(row.values for row in self.rows) if self._turns else None
+        return build_spin_array(row.values for row in self.rows) if self._turns else None
 
     def edges(self) -> NDArray[np.void] | None:
         """Return the edges of impacts, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
-        return edge_array(row.values for row in self.rows) if self._has_edges else None
+        return build_edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def modes(self) -> NDArray[np.void] | None:
         """Return the changes of discs' modes, as an array of `carom.model.trace.MODE_DTYPE`; None without contact."""
-        return mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
+        return build_mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
 
     def last_s(self) -> float:
         """Return the time of the last event, seconds; 0 before the first."""

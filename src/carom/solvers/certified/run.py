@@ -14,7 +14,7 @@ import numpy as np
 from flint import arb, ctx
 
 from carom.core.extension import find_extension_notes
-from carom.model.trace import Outcome, Trace, impact_array, mode_array, spin_array
+from carom.model.trace import Outcome, Trace, build_impact_array, build_mode_array, build_spin_array
 from carom.solvers.certified.attempt import Attempt, Goal, Stop
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import float_above, round_to_float
@@ -191,11 +191,11 @@ class CertifiedRun:
         )
         return CertifiedTrace(
             trace=trace,
-            radii=impact_array(row.radii for row in self.log.rows),
+            radii=build_impact_array(row.radii for row in self.log.rows),
             final_position_radius_m=position[:, 1].copy(),
             final_velocity_radius_m_s=velocity[:, 1].copy(),
-            spin_radii=spin_array(row.radii for row in self.log.rows) if bodies.turns else None,
-            mode_radii=mode_array(row.radii for row in self.log.mode_rows) if self.log.mode_rows else None,
+            spin_radii=build_spin_array(row.radii for row in self.log.rows) if bodies.turns else None,
+            mode_radii=build_mode_array(row.radii for row in self.log.mode_rows) if self.log.mode_rows else None,
             final_spin_radius_rad_s=spin[:, 1].copy() if bodies.turns else None,
             digits=self.log.digits,
             ending=self.ending or Ending.COMPLETED,

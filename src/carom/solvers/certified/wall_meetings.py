@@ -326,7 +326,7 @@ def find_finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Dege
                 k
                 for k, wall in enumerate(scene.arrays.walls if bodies.movable[i] else ())
                 if not isinstance(wall, tuple) and begun.get(i) != wall_body(k)
-                if wall.gap(*disc.position_m, disc.radius_m) <= size + SLACK * _farthest_coordinate(wall)
+                if wall.compute_gap(*disc.position_m, disc.radius_m) <= size + SLACK * _farthest_coordinate(wall)
             }
             for number, obstacle in enumerate(bodies.obstacles):
                 if obstacle.wall in near and (found := _check_start(bodies, i, number)) is not None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.core.input_rows import FEATURE_NUMBERS, driven_rows, feature_row
-from carom.core.wall_features import Arc, Face, WallFeature, are_decidable, features_of
+from carom.core.input_rows import FEATURE_NUMBERS, build_driven_rows, build_feature_row
+from carom.core.wall_features import Arc, Face, WallFeature, are_decidable, build_features
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EDGE_DTYPE, NO_EDGE
 
@@ -29,8 +29,8 @@ class Obstacles:
     """Obstacles of a scene in which a wall is finite, driven or a belt, or has its own coefficients.
 
     Attributes:
-        rows: Data of each obstacle, as returned by `carom.core.input_rows.feature_row`.
-        driven: A row for each driven body and each conveyor wall: see `driven_rows`.
+        rows: Data of each obstacle, as returned by `carom.core.input_rows.build_feature_row`.
+        driven: A row for each driven body and each conveyor wall: see `build_driven_rows`.
         legs: A row for each leg of a driven path.
     """
 
@@ -41,20 +41,20 @@ class Obstacles:
         widest = start.radius_m.max(initial=0.0)
         for number, wall in enumerate(start.walls):
             if isinstance(wall, tuple):
-                rows.append(feature_row(wall, number))
+                rows.append(build_feature_row(wall, number))
                 continue
-            for part in features_of(wall, widest):
+            for part in build_features(wall, widest):
                 self._finite[len(rows)] = wall, part
-                rows.append(feature_row(part.feature, number))
+                rows.append(build_feature_row(part.feature, number))
         self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)
-        self.driven, self.legs = driven_rows(start)
+        self.driven, self.legs = build_driven_rows(start)
 
     @cached_property
     def grounds(self) -> Grounds:
         """The half-planes and straight faces with which a disc can be in lasting contact."""
-        return grounds_of(self._start, self._finite, self.rows[:, 1].astype(int).tolist())
+        return build_grounds(self._start, self._finite, self.rows[:, 1].astype(int).tolist())
 
-    def names(self, one: int, other: int) -> str:
+    def format_names(self, one: int, other: int) -> str:
         """Return the names of two obstacles: walls, or edges of finite walls."""
         walls = [f"wall {int(self.rows[number, 1])}" for number in (one, other)]
         edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
@@ -65,19 +65,19 @@ class Obstacles:
             wall if edge is None else f"edge {edge} of {wall}" for wall, edge in zip(walls, edges, strict=True)
         )
 
-    def decides(self, one: int, other: int, elastic: bool) -> bool:
+    def is_order_free(self, one: int, other: int, elastic: bool) -> bool:
         """Return whether a disc that meets two features at one instant has the same result in either order."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
 
-    def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
+    def to_edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
         """Convert contacts (`CONTACT_DTYPE`) to the edges of impacts (`carom.model.trace.EDGE_DTYPE`)."""
         lowest, is_joined = self._lowest_edges
         edges: NDArray[np.void] = lowest[contacts["feature"]]
         for row in np.flatnonzero(is_joined[contacts["feature"]]):
             x, y, obstacle = contacts[row].item()
             wall, part = self._finite[obstacle]
-            edges["edge"][row] = wall.edge_at(x, y, part.edges)
+            edges["edge"][row] = wall.find_edge(x, y, part.edges)
         return edges
 
     @cached_property
@@ -106,7 +106,7 @@ class Grounds(NamedTuple):
     never_met: NDArray[np.float64]
 
 
-def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
+def build_grounds(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
     """Return the grounds of a scene's walls.
 
     Driven walls are not grounds. Finite walls have only straight faces as grounds.
@@ -133,7 +133,7 @@ def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature
         if number not in features:  # a half-plane
             rows[number, 0] = 1
         elif isinstance(feature := features[number][1].feature, Face):
-            over, never = surroundings[wall].of_face(feature)
+            over, never = surroundings[wall].find_face_surroundings(feature)
             rows[number] = (1, *over, len(never))
             never_met += never
     return Grounds(rows, np.array(never_met, np.float64))
@@ -159,7 +159,7 @@ class _Surroundings:
                 for end in {at} if feature.is_vertex else ends:
                     self._arcs[end].append(number)
 
-    def of_face(self, face: Face) -> tuple[tuple[int, int], list[int]]:
+    def find_face_surroundings(self, face: Face) -> tuple[tuple[int, int], list[int]]:
         """Return the vertices at the ends of a face, and the features that a disc on this face never meets.
 
         These features are both sides of the face, the vertices, and arcs that continue the wall smoothly. Without this

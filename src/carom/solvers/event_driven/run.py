@@ -15,7 +15,7 @@ from carom.model.trace import Outcome, body_name
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts
-from carom.support.checks import shown
+from carom.support.checks import format_value
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -101,7 +101,7 @@ class EventDrivenRun:
         if not isinstance(start, DiscArrays):
             if not hasattr(start, "arrays"):
                 raise InputError(
-                    f"start must be a Scene or DiscArrays, got {shown(start)}",
+                    f"start must be a Scene or DiscArrays, got {format_value(start)}",
                     hints=["carom.scene returns a scene of the catalogue by its name"],
                 )
             if damping_per_s := getattr(start, "damping_per_s", 0.0):
@@ -128,18 +128,18 @@ class EventDrivenRun:
         self.notes: tuple[str, ...] = ()
         from carom.core import pic
 
-        obstacles = _obstacles_of(start, accelerated=accelerated_scene is not None)
-        contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
+        obstacles = _build_obstacles(start, accelerated=accelerated_scene is not None)
+        contact_s, standstill = self.options.contact_duration_s, compute_standstill_limit(len(start) + len(start.walls))
         self._kernel = pic.Kernel(
             start, obstacles, duration_s, accelerated_scene, contact_s, standstill, cell_factor, all_pairs
         )
         self._ended: Outcome | None = None
         self._reached: tuple[float, float] = (0.0, 0.0)  # time since the epoch, as two floats: see double_double.h
         self._obstacles = obstacles
-        self._fixed = _fixed_of(start, contact_s) | {"acceleration": accelerations}
+        self._fixed = _build_constants(start, contact_s) | {"acceleration": accelerations}
         if self.options.record == "all":
             self._kernel.record(*self.options.window_s)
-        edges_of = None if obstacles is None or start.has_half_planes else obstacles.edges
+        edges_of = None if obstacles is None or start.has_half_planes else obstacles.to_edges
         self.log = RecordedImpacts(self._kernel, start.turns, edges_of)
         if resume is not None:
             _require_same(resume, self._fixed, self._kernel.discs)
@@ -175,10 +175,10 @@ class EventDrivenRun:
             raise too_far_out()
         if ended not in (_DONE, _LIMIT, _STANDSTILL) or (ended == _STANDSTILL and self._fixed["acceleration"]):
             self._ended = _OUTCOMES[ended]
-            self.notes = (self._note(ended, reached_s),)
+            self.notes = (self._format_note(ended, reached_s),)
         return _OUTCOMES[ended]
 
-    def _note(self, ended: int, reached_s: float) -> str:
+    def _format_note(self, ended: int, reached_s: float) -> str:
         """Return the note on a run that ended early because of an impact or a contact."""
         if ended == _CRUSHED:
             crush = self._kernel.crush
@@ -189,9 +189,11 @@ class EventDrivenRun:
             return f"disc {disc} glides along wall {wall} from {reached_s:.17g} s on"
         if ended == _STANDSTILL:
             return "impacts follow each other faster than floats can resolve"
-        return self._contact_note(ended, **self._kernel.contact_end)
+        return self._format_contact_note(ended, **self._kernel.contact_end)
 
-    def _contact_note(self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool) -> str:
+    def _format_contact_note(
+        self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool
+    ) -> str:
         """Return the note on a run that ended early because of a contact: see `ContactEnd` in accelerated_state.h."""
         why = ", after infinitely many impacts" if after_bounces else ""
         if ended == _EDGE:
@@ -200,7 +202,10 @@ class EventDrivenRun:
         if ended == _PRESSED:
             return f"disc {disc} stays in touch with {body_name(other)}{why}"
         if ended == _CORNER and self._obstacles is not None:
-            return f"disc {disc} is wedged between {self._obstacles.names(held_by, obstacle) or body_name(other)}{why}"
+            return (
+                f"disc {disc} is wedged between "
+                f"{self._obstacles.format_names(held_by, obstacle) or body_name(other)}{why}"
+            )
         return f"disc {disc} {'comes to rest' if after_bounces else 'rests'} on {body_name(other)}{why}"
 
     def positions(self) -> NDArray[np.float64]:
@@ -244,7 +249,7 @@ class EventDrivenRun:
         return self._kernel.nbytes / len(self._kernel.discs)
 
 
-def standstill_impacts(bodies: int) -> int:
+def compute_standstill_limit(bodies: int) -> int:
     """Return the number of impacts at one instant that ends a run at a standstill.
 
     The limit must allow all finite sequences. n equal discs that touch in a line have at most n(n-1)/2 impacts at one
@@ -255,7 +260,7 @@ def standstill_impacts(bodies: int) -> int:
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
 
-def _obstacles_of(start: DiscArrays, *, accelerated: bool) -> Obstacles | None:
+def _build_obstacles(start: DiscArrays, *, accelerated: bool) -> Obstacles | None:
     """Return the features of the walls that discs can meet; None if the walls themselves are the obstacles."""
     obstacles = None if start.has_plain_walls and not (start.driven or accelerated) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
@@ -271,7 +276,7 @@ _LAW = (
 )
 
 
-def _fixed_of(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
+def _build_constants(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
     """Return the constants of a run by name, except radii and masses, which the kernel stores."""
     law = {name: getattr(start, name) for name in _LAW}
     inertia = start.inertia.copy() if start.turns else None
@@ -281,7 +286,7 @@ def _fixed_of(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
 def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.void]) -> None:
     """Raise InputError if a state belongs to a run with other discs, walls or coefficients."""
     if not isinstance(state, RunState):
-        raise InputError(f"resume must be what EventDrivenRun.state() returns, got {shown(state)}")
+        raise InputError(f"resume must be what EventDrivenRun.state() returns, got {format_value(state)}")
     theirs = state.kernel["discs"].view(discs.dtype)
     if len(theirs) != len(discs):
         raise InputError(f"resume must be the state of a run of {len(discs)} discs, got one of {len(theirs)}")
@@ -295,7 +300,7 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
         if isinstance(value, np.ndarray):
             _require_equal(name, value, other)
         elif value != other:
-            found = f"{shown(value)}, got {shown(other)}"
+            found = f"{format_value(value)}, got {format_value(other)}"
             raise InputError(f"resume must be the state of a run of the same {name}: {found}")
 
 

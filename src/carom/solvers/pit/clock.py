@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.model.sizes import steps_to_cover
+from carom.model.sizes import count_steps
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units
@@ -24,14 +24,14 @@ class FrameClock:
     step_s: float = 1.0
     rate_hz: float = 1.0
 
-    def in_units(self, units: Units) -> FrameClock:
+    def convert_units(self, units: Units) -> FrameClock:
         """Return the same clock in other units of time.
 
         The units are powers of two of a second, so the change is exact.
         """
         if self.rate_hz != 1.0:
-            return FrameClock(rate_hz=units.seconds(self.rate_hz))
-        return FrameClock(step_s=units.of_seconds(self.step_s))
+            return FrameClock(rate_hz=units.to_seconds(self.rate_hz))
+        return FrameClock(step_s=units.from_seconds(self.step_s))
 
     @property
     def frame_s(self) -> float:
@@ -42,7 +42,7 @@ class FrameClock:
         """Return the time of a frame, seconds from the start."""
         return frame * self.step_s / self.rate_hz
 
-    def frames_before(self, time_s: float) -> int:
+    def count_frames_before(self, time_s: float) -> int:
         """Return the number of frames before a time. A frame that equals this time up to rounding is not counted.
 
         Raises:
@@ -50,4 +50,4 @@ class FrameClock:
         """
         if not 0.0 <= time_s < math.inf:
             raise InputError(f"time_s must be a finite number of seconds, 0 or more, got {time_s}")
-        return steps_to_cover(time_s, self.frame_s)
+        return count_steps(time_s, self.frame_s)

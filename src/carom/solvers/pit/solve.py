@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.model.damping import UNDAMPED, Damping
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.model.trace import EDGE_DTYPE, NO_EDGE, Outcome, Trace
 from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.request import frames_of
+from carom.solvers.request import compute_frames
 from carom.solvers.rows import RecordedImpacts
-from carom.solvers.run import trace_of
+from carom.solvers.run import build_trace
 from carom.solvers.units import run_in_ordinary_units
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class FrameRun:
             InputError: The time is not a finite number, 0 or more, or `max_impacts` is not a number of impacts.
         """
         require_goal(time_s, max_impacts)
-        outcome = self._advance(self.clock.frames_before(time_s), max_impacts, progress)
+        outcome = self._advance(self.clock.count_frames_before(time_s), max_impacts, progress)
         self.time_s = max(self.time_s, time_s if outcome is Outcome.COMPLETED else self._last_frame_s)
         return outcome
 
@@ -97,17 +97,17 @@ class FrameRun:
 
     def positions(self) -> NDArray[np.float64]:
         """Return the centres now, metres, shape ``(n, 2)``."""
-        return self._loop.positions(self._damping.undamped(self.time_s))
+        return self._loop.positions(self._damping.to_undamped(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
-        undamped_s = self._damping.undamped(self.time_s)
-        return self._loop.velocities(undamped_s) * self._damping.kept(self.time_s)
+        undamped_s = self._damping.to_undamped(self.time_s)
+        return self._loop.velocities(undamped_s) * self._damping.compute_kept_fraction(self.time_s)
 
     def spins(self) -> NDArray[np.float64] | None:
         """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
         spins = self._loop.present_spins()
-        return None if spins is None else spins * self._damping.kept(self.time_s)
+        return None if spins is None else spins * self._damping.compute_kept_fraction(self.time_s)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
@@ -129,7 +129,7 @@ class FrameRun:
         return Outcome.COMPLETED
 
 
-def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameRun | RunInUnits:
+def start_pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameRun | RunInUnits:
     """Return a PIT run at the start of a scene.
 
     Args:
@@ -139,22 +139,22 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
     """
 
     def make(start: Start, units: Units) -> FrameRun:
-        damping = units.damping(scene.damping_per_s) if scene.damping_per_s else UNDAMPED
-        return _pit_run(start, clock.in_units(units), damping, skipping)
+        damping = units.convert_damping(scene.damping_per_s) if scene.damping_per_s else UNDAMPED
+        return _build_pit_run(start, clock.convert_units(units), damping, skipping)
 
     run: FrameRun | RunInUnits = run_in_ordinary_units(scene.undamped, make)
     return run
 
 
-def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) -> FrameRun:
+def _build_pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) -> FrameRun:
     from carom.core import pit
 
-    edges_of = None if start.arrays.has_half_planes else edges_of_contacts
+    edges_of = None if start.arrays.has_half_planes else build_edges
     loop = pit.FrameLoop(start, clock, skipping, MOST_WASTE, damping.per_s)
     return FrameRun(loop, clock, edges_of=edges_of, damping=damping)
 
 
-def edges_of_contacts(contacts: NDArray[np.void]) -> NDArray[np.void]:
+def build_edges(contacts: NDArray[np.void]) -> NDArray[np.void]:
     """Convert recorded contacts to edges (`trace.EDGE_DTYPE`): see `recorded_edge` in core/pit/separation.h."""
     edges = np.full(len(contacts), np.array(NO_EDGE, EDGE_DTYPE))
     number, kind = np.divmod(contacts["feature"], _EDGE_KINDS)
@@ -182,9 +182,9 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
         >>> len(carom.solve_pit("paper/missed", frame_rate_hz=240).impacts)
         1
     """
-    scene = as_scene(scene)
-    rate, _ = frames_of(scene, frame_rate_hz)
+    scene = to_scene(scene)
+    rate, _ = compute_frames(scene, frame_rate_hz)
     clock = FrameClock(rate_hz=rate)
-    run = pit_run(scene, clock, skipping=skipping)
+    run = start_pit_run(scene, clock, skipping=skipping)
     outcome = run.advance_to(scene.duration_s)
-    return trace_of(run, "pit", scene, outcome, dt_s=clock.frame_s)
+    return build_trace(run, "pit", scene, outcome, dt_s=clock.frame_s)

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.model.trace import ImpactRecord, wall_body
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.request import frames_of
+from carom.solvers.request import compute_frames
 
 if TYPE_CHECKING:
     from carom.model.disc_arrays import HalfPlane
@@ -83,25 +83,25 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
         InputError: The scene has more than discs and half-planes on straight paths, or the frame rate is not a
             positive number.
     """
-    scene = as_scene(scene)
+    scene = to_scene(scene)
     _require_simple(scene)
-    clock = FrameClock(rate_hz=frames_of(scene, frame_rate_hz)[0])
+    clock = FrameClock(rate_hz=compute_frames(scene, frame_rate_hz)[0])
     discs = [
         MovingDisc(*disc.position_m, *disc.velocity_m_s, disc.radius_m, 1.0 / disc.mass_kg) for disc in scene.discs
     ]
     walls = scene.arrays.half_planes()
     impacts: list[ImpactRecord] = []
     now_s = 0.0
-    for frame in range(clock.frames_before(scene.duration_s)):
+    for frame in range(clock.count_frames_before(scene.duration_s)):
         _move(discs, clock.time_s(frame) - now_s)
         now_s = clock.time_s(frame)
         for i, first in enumerate(discs):
             for j, second in enumerate(discs[i + 1 :], i + 1):
-                if do_discs_interfere(first, second) and not (_just_met(first, j) and _just_met(second, i)):
+                if do_discs_interfere(first, second) and not (_has_just_met(first, j) and _has_just_met(second, i)):
                     impacts.append(collide_discs(first, second, i, j, now_s, scene.restitution))
         for i, disc in enumerate(discs):
             for k, wall in enumerate(walls):
-                if does_wall_interfere(disc, wall) and not _just_met(disc, wall_body(k)):
+                if does_wall_interfere(disc, wall) and not _has_just_met(disc, wall_body(k)):
                     impacts.append(collide_wall(disc, wall, i, k, now_s, scene.wall_restitution))
     _move(discs, scene.duration_s - now_s)
     return PitResult(impacts, discs)
@@ -157,7 +157,7 @@ def _move(discs: list[MovingDisc], seconds: float) -> None:
         disc.move(seconds)
 
 
-def _just_met(disc: MovingDisc, partner: int) -> bool:
+def _has_just_met(disc: MovingDisc, partner: int) -> bool:
     """Return whether the disc's last impact was with this partner. The disc then does not approach the partner."""
     return disc.inverse_mass == 0.0 or disc.last_partner == partner
 

@@ -8,11 +8,11 @@ bits as `carom.solve_pic`.
 
 from __future__ import annotations
 
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.model.trace import Outcome, Trace
-from carom.solvers.pic import pic_run
-from carom.solvers.request import frames_of
-from carom.solvers.run import trace_of
+from carom.solvers.pic import start_pic_run
+from carom.solvers.request import compute_frames
+from carom.solvers.run import build_trace
 
 
 def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = None) -> Trace:
@@ -30,13 +30,13 @@ def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = Non
         >>> len(trace.impacts), trace.counts["frames"]
         (1, 24)
     """
-    scene = as_scene(scene)
-    rate, frames = frames_of(scene, frame_rate_hz)
-    run = pic_run(scene, all_pairs=True)
+    scene = to_scene(scene)
+    rate, frames = compute_frames(scene, frame_rate_hz)
+    run = start_pic_run(scene, all_pairs=True)
     outcome = Outcome.COMPLETED
     for frame in range(1, frames + 1):
         outcome = run.advance_to(scene.duration_s if frame == frames else frame / rate)
         if outcome is not Outcome.COMPLETED:
             break
     counts = {"frames": frames, **run.counts}
-    return trace_of(run, "pic (Algorithm 2)", scene, outcome, dt_s=1.0 / rate, counts=counts)
+    return build_trace(run, "pic (Algorithm 2)", scene, outcome, dt_s=1.0 / rate, counts=counts)

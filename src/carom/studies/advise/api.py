@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 from carom.engines.registry import resolve_engine
 from carom.execution.job import Progress, no_progress
 from carom.execution.pool import Pool
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.report.document import Document
 from carom.report.notebook_picture import ShownResult
-from carom.studies.advise.document import advice_document
-from carom.studies.advise.figure import draw_advice, title_of
+from carom.studies.advise.document import build_advice_document
+from carom.studies.advise.figure import draw_advice, format_title
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Advice
 from carom.studies.advise.run import advise as found_by
@@ -29,7 +29,7 @@ class ShownAdvice(ShownResult, Advice):
     """Advice that can be printed, shown in a notebook and plotted: direction error against step, for each method."""
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
-        return advice_document(self), title_of(self), partial(draw_advice, self)
+        return build_advice_document(self), format_title(self), partial(draw_advice, self)
 
 
 def advise(
@@ -61,10 +61,10 @@ def advise(
         >>> advice.scene.name
         'paper/late'
     """
-    scene = as_scene(scene)
-    asked = AdviceOptions.passed("advise", options, engines=engine_names)
+    scene = to_scene(scene)
+    asked = AdviceOptions.build_from_arguments("advise", options, engines=engine_names)
     asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
-    own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
+    own: AbstractContextManager[Pool] = asked.open_pool() if pool is None else nullcontext(pool)
     with own as opened:
         found = found_by(scene, asked, opened, progress=progress or no_progress)
     return ShownAdvice.of(found)

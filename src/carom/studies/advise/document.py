@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from carom.engines.registry import engine_argument
+from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
 from carom.model.trace import body_name
 from carom.report import formatting
@@ -27,12 +27,12 @@ from carom.report.document import (
     Text,
 )
 from carom.report.files import require_report_extra
-from carom.report.provenance import making
-from carom.report.render.html import html
-from carom.studies.advise.figure import advice_svg
+from carom.report.provenance import build_provenance
+from carom.report.render.html import render_html
+from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.run import Advice
 from carom.studies.advise.sampling_limit import Cause, HardImpact
-from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepRange, in_a_frame
+from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.support.folders import write_files
 
@@ -43,7 +43,7 @@ PURPOSE = "advise"
 _MANY = 4
 
 
-def advice_document(advice: Advice, asked: str = "") -> Document:
+def build_advice_document(advice: Advice, asked: str = "") -> Document:
     """Return a document with one row per method. The method with the largest step is first.
 
     Args:
@@ -51,16 +51,24 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
         asked: The scene as a command-line argument. The default is its name, which only works for scenes of the
             catalogue.
     """
-    rows = sorted(advice.answers, key=lambda one: (_is_cut(advice, one), _order(one.demand), _order(one.never_misses)))
-    frame = f"{formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
+    rows = sorted(
+        advice.answers,
+        key=lambda one: (_is_cut(advice, one), _compute_sort_key(one.demand), _compute_sort_key(one.never_misses)),
+    )
+    frame = f"{formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
     table = Table(
         (
             Column("", lambda answer: _label(advice, answer.method)),
             Column("no miss", lambda answer: _passing(answer, answer.never_misses), "steps/s", number=True),
             Column("per", lambda answer: _per_frame(advice, answer.never_misses), "frame", number=True),
-            Column(f"≤ {_angle(advice)}", lambda answer: _passing(answer, answer.demand), "steps/s", number=True),
+            Column(
+                f"≤ {_format_target_angle(advice)}",
+                lambda answer: _passing(answer, answer.demand),
+                "steps/s",
+                number=True,
+            ),
             Column("per", lambda answer: _per_frame(advice, answer.demand), "frame", number=True),
-            Column(f"at {frame}", lambda answer: _at_a_frame(advice, answer)),
+            Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
         rows,
         title=f"{advice.scene.name}, fewest steps per second that pass:",
@@ -69,18 +77,18 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
     )
     columns = (
         Column("", lambda answer: answer.method.label),
-        Column("no miss", lambda answer: _range(answer.never_misses), number=True),
-        Column("fails", lambda answer: _fails(answer, answer.never_misses), "at", number=True),
-        Column(f"≤ {_angle(advice)}", lambda answer: _range(answer.demand), number=True),
-        Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
-        Column("direction", _direction, "error", number=True),
+        Column("no miss", lambda answer: _format_rate_range(answer.never_misses), number=True),
+        Column("fails", lambda answer: _format_failing_rate(answer, answer.never_misses), "at", number=True),
+        Column(f"≤ {_format_target_angle(advice)}", lambda answer: _format_rate_range(answer.demand), number=True),
+        Column("fails", lambda answer: _format_failing_rate(answer, answer.demand), "at", number=True),
+        Column("direction", _format_direction_error, "error", number=True),
         Column("engine", lambda answer: str(answer.steps), "steps", number=True),
     )
     title = "Steps per second that pass, from the largest step to the finest tested:"
     evidence = Table(columns, rows, title=title, only=Media.IN_FULL)
     answer, *more = _headline(advice)
     caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
-    figure = Figure(partial(advice_svg, advice), caption)
+    figure = Figure(partial(render_advice_svg, advice), caption)
     sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_notes(advice)))))]
     if rows:
         sections += [
@@ -90,25 +98,25 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
                 "All tested steps",
                 (
                     evidence,
-                    Lines((*_endings(rows), *_refusals(rows), _tests(advice)), Media.IN_FULL),
+                    Lines((*_describe_endings(rows), *_describe_refusals(rows), _tests(advice)), Media.IN_FULL),
                     *map(_trials, rows),
                 ),
                 only=Media.IN_FULL,
             ),
         ]
-    making_of = making(advice.environment, advice.command, advice.elapsed_s)
+    making_of = build_provenance(advice.environment, advice.command, advice.elapsed_s)
     return Document("Carom: advice", Headline(answer), (*sections, *making_of))
 
 
 def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
-    """Write ``index.html`` into a folder and return its path. `asked` is as in `advice_document`.
+    """Write ``index.html`` into a folder and return its path. `asked` is as in `build_advice_document`.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
         InputError: The folder is not writable, or contains foreign files.
     """
     require_report_extra()
-    return write_files(folder, PURPOSE, {"index.html": html(advice_document(advice, asked))})
+    return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, asked))})
 
 
 def _headline(advice: Advice) -> Iterator[str]:
@@ -126,17 +134,18 @@ def _headline(advice: Advice) -> Iterator[str]:
 
 
 def _target(advice: Advice) -> str:
-    demanded = f"For a direction error of at most {_angle(advice)}"
+    demanded = f"For a direction error of at most {_format_target_angle(advice)}"
     if advice.demand.miss_probability > 0:
         return (
-            f"{demanded} and misses at no more than {formatting.percent(advice.demand.miss_probability)} of start "
+            f"{demanded} and misses at no more than {formatting.format_percent(advice.demand.miss_probability)} of "
+            "start "
             "positions"
         )
     return demanded
 
 
-def _angle(advice: Advice) -> str:
-    return _degrees(advice.demand.direction_error_rad)
+def _format_target_angle(advice: Advice) -> str:
+    return _format_degrees(advice.demand.direction_error_rad)
 
 
 def _longest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
@@ -155,7 +164,7 @@ def _longest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     who = formatting.join_words(names, "or")
     any_step = all(_any_step(answer, found) for found, answer in best)
     steps = "any tested step ({} or more per second)" if any_step else "{} steps/s"
-    return f"use {steps.format(_rate(longest))}{_substeps(advice, best[0][0])} with {who}"
+    return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {who}"
 
 
 def _any_step(answer: Advised, found: StepRange) -> bool:
@@ -163,18 +172,21 @@ def _any_step(answer: Advised, found: StepRange) -> bool:
     return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
-def _substeps(advice: Advice, found: StepRange) -> str:
+def _describe_substeps(advice: Advice, found: StepRange) -> str:
     """Describe the number of steps per frame, for this or the next smaller tested step that divides a frame."""
     if (times := _in_frame(advice, found)) is None:
         return ""
-    steps = f"{formatting.count(times, 'step')} per frame at {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
+    steps = (
+        f"{formatting.format_count(times, 'step')} per frame at "
+        f"{formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
+    )
     if found.in_frame is found.passes:
         return f" ({steps})"
     return f" ({steps} {'is' if times == 1 else 'are'} enough)"
 
 
 def _in_frame(advice: Advice, found: StepRange) -> int | None:
-    return None if found.in_frame is None else in_a_frame(found.in_frame.dt_s, advice.scene.frame_rate_hz)
+    return None if found.in_frame is None else count_steps_per_frame(found.in_frame.dt_s, advice.scene.frame_rate_hz)
 
 
 def _per_frame(advice: Advice, found: StepRange) -> str:
@@ -190,16 +202,18 @@ def _code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterato
         method, trial, times = answer.method, found.in_frame, _in_frame(advice, found)
         if trial is None or times is None or _is_cut(advice, answer):
             continue
-        kept = f"direction error at most {_angle(advice)}" if found is answer.demand else "no missed impact"
+        kept = (
+            f"direction error at most {_format_target_angle(advice)}" if found is answer.demand else "no missed impact"
+        )
         code = advice.code.get(method, "")
         of = ", as code:" if code else "."
         fewer = _in_frame(advice, answer.never_misses)
         alone = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
-        yield Text(f"{method.label}, {kept}: {formatting.count(times, 'step')} per frame{alone}{of}", shown)
+        yield Text(f"{method.label}, {kept}: {formatting.format_count(times, 'step')} per frame{alone}{of}", shown)
         if code:
             yield Code(code, shown)
-        words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
-        at = ("--dt", formatting.step_option(trial.dt_s), "--scene", asked)
+        words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
+        at = ("--dt", formatting.format_step_option(trial.dt_s), "--scene", asked)
         yield Text(f"For all settings, run: {shlex.join((*words, *at))}", shown)
         shown = Media.IN_FULL
 
@@ -214,31 +228,31 @@ def _label(advice: Advice, method: Method) -> str:
 
 def _passing(answer: Advised, found: StepRange) -> str:
     if found.passes is None:
-        return _range(found)
-    return "any tried" if _any_step(answer, found) else _rate(found.passes.dt_s)
+        return _format_rate_range(found)
+    return "any tried" if _any_step(answer, found) else _format_rate(found.passes.dt_s)
 
 
-def _at_a_frame(advice: Advice, answer: Advised) -> str:
+def _format_frame_step_result(advice: Advice, answer: Advised) -> str:
     """Return the result with one step per frame."""
     rate_hz = advice.scene.frame_rate_hz
-    trial = next((one for one in answer.trials if in_a_frame(one.dt_s, rate_hz) == 1), None)
+    trial = next((one for one in answer.trials if count_steps_per_frame(one.dt_s, rate_hz) == 1), None)
     if trial is None:
         return "refused" if answer.refused_s is not None and answer.refused_s <= 1.0 / rate_hz else formatting.ABSENT
     if trial.reason:
         return "stopped"
     if trial.lost:
         return f"fails at {trial.lost} of {trial.starts}"
-    return f"found, {_degrees(trial.direction_error_rad)} error"
+    return f"found, {_format_degrees(trial.direction_error_rad)} error"
 
 
 def _pit_steps(advice: Advice) -> str:
     if (closed := advice.closed_form) is not None:
         steps = (closed.never_misses_s, closed.demand_s)
-        one, other = (_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
+        one, other = (_format_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
         return f"{one} and {other} steps/s, by formula"
     if advice.sampling is None:
         return ""
-    one, other = (_range(found) for found in (advice.sampling.never_misses, advice.sampling.demand))
+    one, other = (_format_rate_range(found) for found in (advice.sampling.never_misses, advice.sampling.demand))
     return f"{one} and {other} steps/s, by search"
 
 
@@ -250,7 +264,7 @@ def _notes(advice: Advice) -> Iterator[str]:
             again = what != "misses none" and found.finer_failures == never_misses.finer_failures
             if found.monotone or again:
                 continue
-            passing, failing = _rates(found.coarser_passes), _rates(found.finer_failures)
+            passing, failing = _format_rates(found.coarser_passes), _format_rates(found.finer_failures)
             yield (
                 f"Smaller is not always better: {answer.method.label} {what} at {passing} steps per second, but not "
                 f"at {failing}."
@@ -262,16 +276,17 @@ def _notes(advice: Advice) -> Iterator[str]:
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
-            yield f"{answer.method.label} stopped at {_rate(last.dt_s)} steps per second: {last.reason}."
+            yield f"{answer.method.label} stopped at {_format_rate(last.dt_s)} steps per second: {last.reason}."
     if advice.cut is not None:
-        until = formatting.seconds(advice.scene.duration_s)
+        until = formatting.format_seconds(advice.scene.duration_s)
         yield f"Only the time up to {until} was searched, because from the next impact on {advice.cut.value}."
     yield _deciding(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
 
 
 def _tests(advice: Advice) -> str:
     return (
-        f"Each step was tested at {formatting.count(advice.phases, 'start position')} that are spread evenly over "
+        f"Each step was tested at {formatting.format_count(advice.phases, 'start position')} that are spread evenly "
+        "over "
         "a step, and at start positions with a frame just before the hardest impacts. The largest step of each "
         f"range was tested at {max(CONFIRM, advice.phases)}."
     )
@@ -279,86 +294,90 @@ def _tests(advice: Advice) -> str:
 
 def _trials(answer: Advised) -> Table:
     columns = (
-        Column("steps/s", lambda trial: _rate(trial.dt_s), number=True),
-        Column("step, s", lambda trial: formatting.number(trial.dt_s, 4), number=True),
+        Column("steps/s", lambda trial: _format_rate(trial.dt_s), number=True),
+        Column("step, s", lambda trial: formatting.format_number(trial.dt_s, 4), number=True),
         Column("missed or spurious", lambda trial: f"{trial.lost} of {trial.starts}", number=True),
-        Column("direction error", lambda trial: _degrees(trial.direction_error_rad), number=True),
+        Column("direction error", lambda trial: _format_degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
     name = f"{answer.method.label}, all tested steps"
     return Table(columns, answer.trials, title=name, folded=name, only=Media.IN_FULL)
 
 
-def _order(found: StepRange) -> float:
+def _compute_sort_key(found: StepRange) -> float:
     return math.inf if found.passes is None else -found.passes.dt_s
 
 
-def _rate(dt_s: float) -> str:
-    return formatting.number(1.0 / dt_s, 4)
+def _format_rate(dt_s: float) -> str:
+    return formatting.format_number(1.0 / dt_s, 4)
 
 
-def _rates(trials: Iterable[StepTrial]) -> str:
+def _format_rates(trials: Iterable[StepTrial]) -> str:
     """Return rates as a list. If there are many steps, return the first, the last and their number."""
-    rates = [_rate(trial.dt_s) for trial in trials]
+    rates = [_format_rate(trial.dt_s) for trial in trials]
     return (
         formatting.join_words(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
     )
 
 
-def _range(found: StepRange) -> str:
+def _format_rate_range(found: StepRange) -> str:
     if found.passes is not None:
-        return f"{_rate(found.passes.dt_s)}-{_rate(found.down_to_s)}"
+        return f"{_format_rate(found.passes.dt_s)}-{_format_rate(found.down_to_s)}"
     if math.isnan(found.down_to_s):
         return formatting.ABSENT
     failed = found.fails is not None and found.fails.dt_s == found.down_to_s
     return "none" if failed else "unfinished"
 
 
-def _fails(answer: Advised, found: StepRange) -> str:
+def _format_failing_rate(answer: Advised, found: StepRange) -> str:
     if found.fails is not None:
-        return _rate(found.fails.dt_s)
+        return _format_rate(found.fails.dt_s)
     if not answer.trials:
         return formatting.ABSENT
     return "none" if answer.refused_s is None else "refused"
 
 
-def _endings(rows: Sequence[Advised]) -> Iterator[str]:
+def _describe_endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield the reasons why searches ended."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
         yield f"No finer step of {formatting.join_words(names)} was tested, because {ending.value}."
 
 
-def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
+def _describe_refusals(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield, for each method that refuses steps, the reason for the finest refused step."""
     for one in rows:
         if one.refused_s is not None:
-            yield f"Not run: {one.method.label} at {_rate(one.refused_s)} steps per second ({one.refusal})."
+            yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
 
 
-def _direction(answer: Advised) -> str:
+def _format_direction_error(answer: Advised) -> str:
     """Return the error at the recommended step, or at the finest tested step."""
     trial = answer.demand.passes or (answer.trials[-1] if answer.trials else None)
     if trial is None:
         return formatting.ABSENT
     any_step = trial.dt_s <= (answer.flat_from_s or 0.0)
-    return _degrees(trial.direction_error_rad) + (" at any" if any_step else "")
+    return _format_degrees(trial.direction_error_rad) + (" at any" if any_step else "")
 
 
-def _degrees(angle_rad: float) -> str:
-    return formatting.ABSENT if math.isnan(angle_rad) else f"{formatting.number(math.degrees(angle_rad), 3)}°"
+def _format_degrees(angle_rad: float) -> str:
+    return formatting.ABSENT if math.isnan(angle_rad) else f"{formatting.format_number(math.degrees(angle_rad), 3)}°"
 
 
 def _deciding(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
     where = (
-        f"between {body_name(impact.first)} and {body_name(impact.second)} at {formatting.number(impact.time_s, 4)} s"
+        f"between {body_name(impact.first)} and {body_name(impact.second)} at "
+        f"{formatting.format_number(impact.time_s, 4)} s"
     )
     which = "The only impact is" if impacts == 1 else f"The hardest of {impacts} impacts is"
     window = impact.limit.window
     if window is None:
         return f"{which} {where}: {impact.cause.value}."
-    size = f"{formatting.number(window.speed_m_s)} m/s, {formatting.number(window.reach_m)} m from centre to centre"
+    size = (
+        f"{formatting.format_number(window.speed_m_s)} m/s, {formatting.format_number(window.reach_m)} m from centre "
+        "to centre"
+    )
     why = {
-        Cause.GRAZE: f"a graze, off centre by {formatting.number(window.share, 4)} of the contact distance",
+        Cause.GRAZE: f"a graze, off centre by {formatting.format_number(window.share, 4)} of the contact distance",
         Cause.FAST: f"they are fast for their size ({size})",
         Cause.TURN: f"the line between their centres turns fast ({size})",
     }[impact.cause]
@@ -366,12 +385,12 @@ def _deciding(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) 
     direction = (
         "the direction meets the target even if the impact is found late"
         if math.isinf(late)
-        else f"the direction misses the target if the impact is found more than {formatting.seconds(late)} late"
+        else f"the direction misses the target if the impact is found more than {formatting.format_seconds(late)} late"
     )
     if rough:  # the effect of friction has no closed form
         direction += " (without friction)"
     return (
         f"{which} {where}: {why}. The bodies overlap while approaching for "
-        f"{formatting.seconds(window.length_s)}. A frame at {formatting.number(rate_hz, 4)} Hz takes "
-        f"{formatting.seconds(1.0 / rate_hz)}. {formatting.capitalised(direction)}."
+        f"{formatting.format_seconds(window.length_s)}. A frame at {formatting.format_number(rate_hz, 4)} Hz takes "
+        f"{formatting.format_seconds(1.0 / rate_hz)}. {formatting.capitalise(direction)}."
     )

@@ -6,8 +6,8 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from carom.report.notebook_picture import picture
-from carom.report.svg import INK, line_style, plain_number
+from carom.report.notebook_picture import render_picture
+from carom.report.svg import INK, choose_line_style, format_tick
 from carom.studies.advise.run import Advice
 
 if TYPE_CHECKING:
@@ -17,25 +17,25 @@ if TYPE_CHECKING:
 _LEAST_DEG = 1e-9
 
 
-def title_of(advice: Advice) -> str:
+def format_title(advice: Advice) -> str:
     """Return the description of the drawing."""
     return f"Direction error against steps per second: {advice.scene.name}"
 
 
-def advice_svg(advice: Advice, narrow: bool = False) -> str:
+def render_advice_svg(advice: Advice, narrow: bool = False) -> str:
     """Return the diagram for a page. A narrow diagram fits a phone.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
     """
-    return picture(partial(draw_advice, advice, narrow=narrow), title_of(advice), narrow=narrow)
+    return render_picture(partial(draw_advice, advice, narrow=narrow), format_title(advice), narrow=narrow)
 
 
 def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
     """Draw the direction error against steps per second."""
     for answer in advice.answers:
         found = [trial for trial in answer.trials if not trial.reason and not math.isnan(trial.direction_error_rad)]
-        style = line_style(answer.method.engine, profile=answer.method.profile)
+        style = choose_line_style(answer.method.engine, profile=answer.method.profile)
         rates = [1.0 / trial.dt_s for trial in found]
         # A logarithmic axis has no 0, so exact results are at the lower edge.
         degrees = [max(math.degrees(trial.direction_error_rad), _LEAST_DEG) for trial in found]
@@ -43,11 +43,11 @@ def draw_advice(advice: Advice, axes: Axes, *, narrow: bool = False) -> None:
         lost = [(rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost]
         axes.plot(*zip(*lost, strict=True), "x", color=style["color"], markersize=9.0) if lost else None
     demand = math.degrees(advice.demand.direction_error_rad)
-    axes.axhline(demand, color=INK, linewidth=0.8, linestyle=":", label=f"target: {plain_number(demand, 0.0)}°")
+    axes.axhline(demand, color=INK, linewidth=0.8, linestyle=":", label=f"target: {format_tick(demand, 0.0)}°")
     axes.set(xscale="log", yscale="log", xlabel="steps per second")
     axes.set_ylabel("direction error, degrees")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(plain_number)
+        axis.set_major_formatter(format_tick)
     axes.grid(which="major", alpha=0.18, linewidth=0.6)
     below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.4, -0.16), "ncols": 2}
     place = below if narrow else {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}

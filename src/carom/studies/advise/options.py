@@ -6,28 +6,28 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.execution.shared_options import LimitOptions, engine_names, profile_names
+from carom.execution.shared_options import LimitOptions, declare_engines, declare_profiles
 from carom.support.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
-from carom.support.options import ValueKind, measure, option, whole
+from carom.support.options import ValueKind, build_measure_kind, build_whole_number_kind, declare_option
 
 
-def _angle(text: str) -> float:
+def _parse_angle(text: str) -> float:
     for unit, scale in (("deg", math.pi / 180.0), ("rad", 1.0)):
         if text.endswith(unit):
             return float(text.removesuffix(unit)) * scale
     raise ValueError
 
 
-def _share(value: object) -> float:
+def _check_fraction(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < 1.0:
         raise ValueError
     return float(value)
 
 
 _SAID = "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees"
-_ANGLES = measure(_SAID, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_angle)
+_ANGLES = build_measure_kind(_SAID, "ANGLE", 0.0, math.nextafter(math.pi, 0.0), read=_parse_angle)
 _WRONG = (-0.1, 1.0, math.nan, "x", True, None)
-_FRACTIONS = ValueKind("0 or more and below 1", "NUMBER", _share, float, _WRONG, range="0 to below 1")
+_FRACTIONS = ValueKind("0 or more and below 1", "NUMBER", _check_fraction, float, _WRONG, range="0 to below 1")
 
 
 @dataclass(frozen=True)
@@ -47,25 +47,27 @@ class AdviceOptions(LimitOptions):
         InputError: A value is invalid.
     """
 
-    engines: Sequence[str] | None = engine_names()
-    profiles: Sequence[str] = profile_names("default", "tuned", "swept", "located")
-    direction_error_rad: float = option(
+    engines: Sequence[str] | None = declare_engines()
+    profiles: Sequence[str] = declare_profiles("default", "tuned", "swept", "located")
+    direction_error_rad: float = declare_option(
         math.radians(1.0),
         _ANGLES,
         "Maximum error of any direction, such as 1deg or 0.02rad.",
         "--direction-error",
         said="1deg",
     )
-    miss_probability: float = option(
+    miss_probability: float = declare_option(
         0.0,
         _FRACTIONS,
         "Allowed fraction of start positions at which an impact is missed or spurious.",
         "--miss-probability",
     )
-    phases: int = option(8, whole(1, MOST_PHASES), "Number of start positions per step.", "--phases")
-    budget_steps: int = option(
+    phases: int = declare_option(
+        8, build_whole_number_kind(1, MOST_PHASES), "Number of start positions per step.", "--phases"
+    )
+    budget_steps: int = declare_option(
         ADVICE_STEPS,
-        whole(1, MOST_STEPS),
+        build_whole_number_kind(1, MOST_STEPS),
         "Maximum number of engine steps in the search for one engine and profile.",
         "--budget",
     )

@@ -19,7 +19,7 @@ from carom.comparator.horizon import estimate_horizon
 from carom.engines.registry import EngineInfo
 from carom.errors import InputError
 from carom.execution.describe_engines import describe_engines, list_methods, select_engines
-from carom.execution.environment import Environment, environment
+from carom.execution.environment import Environment, describe_environment
 from carom.execution.job import PIT_METHOD, Job, Method, Progress, no_progress
 from carom.execution.pool import Pool
 from carom.execution.scene_reference import solve_reference
@@ -27,9 +27,9 @@ from carom.execution.settings_code import find_step_code
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.sampling_limit import Demand, HardImpact, hardest_impacts
+from carom.studies.advise.sampling_limit import Demand, HardImpact, rank_hardest_impacts
 from carom.studies.advise.step_search import Advised, StepSearch
-from carom.studies.advise.step_trial import StepTrial, starts_of, try_starts
+from carom.studies.advise.step_trial import StepTrial, list_start_phases, try_starts
 
 #: Number of hardest impacts for which start positions are chosen.
 AIMED = 3
@@ -131,32 +131,32 @@ def advise(
     demand, phases = Demand(options.direction_error_rad, options.miss_probability), options.phases
     reference, cut = _cut_reference(scene)
     scene = reference.scene
-    hardest = hardest_impacts(reference, demand)
-    closed_form = _closed_form(scene, hardest)
+    hardest = rank_hardest_impacts(reference, demand)
+    closed_form = _find_closed_form(scene, hardest)
     guess_s, frame_s = hardest[0].limit.dt_s, 1.0 / scene.frame_rate_hz
     infos = select_engines(describe_engines(options.engines, pool), options.engines)
     others = [info for info in infos if info.name not in {"pic", "pit"}]
     asked = list_methods([*others, *describe_engines([PIT_METHOD.engine], pool)], options.profiles, [frame_s], pool)
     aimed_s = tuple(impact.time_s for impact in hardest[:AIMED])
 
-    def refusal(method: Method, dt_s: float) -> str:
+    def find_refusal(method: Method, dt_s: float) -> str:
         answer = asked.find_refusal(method, frame_s) or asked.find_job_refusal(Job(scene, method, dt_s))
         return "" if answer is None else answer.said
 
-    def search_of(method: Method) -> StepSearch:
-        why = partial(refusal, method)
+    def build_search(method: Method) -> StepSearch:
+        why = partial(find_refusal, method)
         return StepSearch(scene, method, demand, guess_s, phases, len(aimed_s), options.budget_steps, why)
 
-    searches = {} if closed_form else {PIT_METHOD: search_of(PIT_METHOD)}
+    searches = {} if closed_form else {PIT_METHOD: build_search(PIT_METHOD)}
     unable = []
     for method in (method for info in others for method in asked.at[info.name, frame_s]):
-        search = search_of(method)
+        search = build_search(method)
         if search.refused_all:
-            unable.append(Unable(method, refusal(method, frame_s) or search.answer().refusal))
+            unable.append(Unable(method, find_refusal(method, frame_s) or search.build_answer().refusal))
         else:
             searches[method] = search
     _run_searches(scene, searches, aimed_s, pool, progress)
-    found = {method: search.answer() for method, search in searches.items()}
+    found = {method: search.build_answer() for method, search in searches.items()}
     sampling = found.pop(PIT_METHOD, None)
     located = frozenset(method for method in found if method.profile in asked.infos[method.engine].located)
     return Advice(
@@ -170,21 +170,25 @@ def advise(
         tuple(unable),
         phases,
         options.budget_steps,
-        swept=frozenset(one for one in found if one not in located and _sweeps(asked.infos[one.engine], one.profile)),
+        swept=frozenset(
+            one
+            for one in found
+            if one not in located and _has_continuous_detection(asked.infos[one.engine], one.profile)
+        ),
         located=located,
         code={
             method: code
             for method, answer in found.items()
             if method not in located and (code := _frame_code(scene, answer, pool))
         },
-        environment=environment(infos),
+        environment=describe_environment(infos),
         command=command,
         elapsed_s=time.perf_counter() - started,
         cut=cut,
     )
 
 
-def _sweeps(info: EngineInfo, profile: str) -> bool:
+def _has_continuous_detection(info: EngineInfo, profile: str) -> bool:
     able = info.own.get(profile, info.capabilities)
     return able is not None and able.continuous_detection
 
@@ -218,7 +222,7 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     return ended, cut
 
 
-def _closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
+def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
     """Return PIT's largest steps; None if friction, damping, legs, a third body or gravity exclude a closed form."""
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     apart = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
@@ -236,7 +240,7 @@ def _run_searches(
     """Run the steps that the searches request, one step of each search at a time, until all searches have ended."""
     tried = 0
     while wanted := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
-        starts = {method: starts_of(one.dt_s, one.even, aimed_s) for method, one in wanted.items()}
+        starts = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in wanted.items()}
         jobs = [
             Job(scene, method, wanted[method].dt_s, 0, phase)
             for method, (even, aimed) in starts.items()

@@ -59,12 +59,12 @@ class ContactWindow:
         return cls(reach_m, speed, reach_m * (nx * uy - ny * ux) / speed, normal, relative_m_s)
 
 
-def largest_step(window_s: float, miss_probability: float) -> float:
+def compute_largest_step(window_s: float, miss_probability: float) -> float:
     """Return the largest step that misses a window with at most this probability; infinity for 1."""
     return math.inf if miss_probability >= 1.0 else window_s / (1.0 - miss_probability)
 
 
-def direction_limit(
+def compute_direction_limit(
     window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
 ) -> float:
     """Return the largest delay of an impact that changes a disc's direction after the impact by at most an angle.
@@ -88,11 +88,11 @@ def direction_limit(
     if radius == 0.0 or turn == 0.0:
         return math.inf
 
-    def after(swept: float) -> Vector:
+    def compute_velocity_after(swept: float) -> Vector:
         place = start + swept
         return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
 
-    reference = after(0.0)
+    reference = compute_velocity_after(0.0)
     # A disc at rest after the impact has no direction. For such a disc, the velocity before the impact and the change
     # cancel, except for rounding.
     if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
@@ -100,7 +100,7 @@ def direction_limit(
     heading = math.atan2(reference[1], reference[0])
     crossings = []
     for side in (heading - angle_rad, heading + angle_rad):
-        for place in _circle_meets_ray(centre, radius, side):
+        for place in _find_circle_ray_points(centre, radius, side):
             swept = (math.atan2(sign * place[1], sign * place[0]) - start) % math.tau
             crossings.append(swept if turn > 0 else math.tau - swept)
     within = [swept for swept in crossings if 0.0 < swept < abs(turn)]
@@ -123,7 +123,7 @@ def _delay_of_angle(window: ContactWindow, swept: float) -> float:
     return (along - aside * math.tan(angle_left)) / window.speed_m_s
 
 
-def _circle_meets_ray(centre: Vector, radius: float, heading: float) -> list[Vector]:
+def _find_circle_ray_points(centre: Vector, radius: float, heading: float) -> list[Vector]:
     """Return the points at which a ray from the origin meets a circle, as vectors from the circle's centre."""
     dx, dy = math.cos(heading), math.sin(heading)
     half = centre[0] * dx + centre[1] * dy
@@ -155,7 +155,7 @@ class PairLimit:
         return min(self.miss_dt_s, self.direction_dt_s)
 
 
-def pair_limit(
+def compute_pair_limit(
     window: ContactWindow,
     velocities_before: tuple[Vector, Vector],
     inverse_masses: tuple[float, float],
@@ -167,10 +167,10 @@ def pair_limit(
     total = sum(inverse_masses)
     pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
     direction = min(
-        direction_limit(window, before, sign, push, angle_rad)
+        compute_direction_limit(window, before, sign, push, angle_rad)
         for before, push, sign in zip(velocities_before, pushes, (1.0, -1.0), strict=True)
     )
-    return PairLimit(window, largest_step(window.length_s, miss_probability), direction)
+    return PairLimit(window, compute_largest_step(window.length_s, miss_probability), direction)
 
 
 #: Smallest impact parameter of a graze, as a fraction of the contact distance: cos 30°. In a graze the overlap lasts
@@ -221,7 +221,7 @@ class HardImpact:
     cause: Cause
 
 
-def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
+def rank_hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
     """Return the largest steps for each impact of a reference, beginning with the hardest impact."""
     found = [_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
@@ -238,7 +238,7 @@ def _hard_impact(reference: Trace, number: int, demand: Demand) -> HardImpact:
     window = ContactWindow.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
     inverse_masses = (1.0 / one.mass_kg, 1.0 / other.mass_kg)
     angle_rad = demand.direction_error_rad
-    limit = pair_limit(
+    limit = compute_pair_limit(
         window, ((ux, uy), (vx, vy)), inverse_masses, scene.restitution, angle_rad, demand.miss_probability
     )
     soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST

@@ -10,7 +10,7 @@ from enum import Enum
 from carom.execution.job import Method
 from carom.model.scene import Scene
 from carom.studies.advise.sampling_limit import Demand
-from carom.studies.advise.step_trial import StepTrial, most_steps
+from carom.studies.advise.step_trial import StepTrial, compute_step_limit
 
 #: Number of evenly spread starts at which a result is confirmed.
 CONFIRM = 64
@@ -109,7 +109,7 @@ class Advised:
         Steps above the finest step that loses an impact are ignored.
         """
         run: list[StepTrial] = []
-        for trial in reversed(_finest_that(self.trials, lambda trial: trial.never_misses)):
+        for trial in reversed(_select_finest_passing(self.trials, lambda trial: trial.never_misses)):
             if not _are_equal([one.direction_error_rad for one in (trial, *run)]):
                 break
             run.insert(0, trial)
@@ -124,7 +124,7 @@ class Wanted:
     even: int
 
 
-def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
+def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
     """Yield the steps of the grid: the whole run in one step, then two steps per octave down to the finest."""
     frame_s, whole_s = 1.0 / scene.frame_rate_hz, scene.duration_s
     finest = min(guess_s, frame_s, whole_s) * FINEST
@@ -140,7 +140,7 @@ def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
         doubled += 1
 
 
-def in_a_frame(dt_s: float, frame_rate_hz: float) -> int | None:
+def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
     """Return the number of steps per frame; None if it is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
     # `times` and `dt_s` were each computed by two operations, so both have two rounding errors.
@@ -179,13 +179,13 @@ class StepSearch:
         self._rate_hz, self._guess_s = scene.frame_rate_hz, guess_s
         self._frame_s = 1.0 / scene.frame_rate_hz
         self._coarsest_end_s = max(min(self._frame_s, guess_s), self._frame_s / 2**OCTAVES_COVERED)
-        self._grid = tuple(grid_of(scene, guess_s))
+        self._grid = tuple(generate_step_grid(scene, guess_s))
         self._trials: dict[float, StepTrial] = {}
         self._confirmed: set[float] = set()
         self._refused_step: tuple[float, str] | None = None
         self._used_part = 1.0
         self._ending = SearchEnding.FINEST
-        self._requests = self._steps()
+        self._requests = self._generate_steps()
         self.wanted: Wanted | None = next(self._requests, None)
 
     @property
@@ -200,10 +200,10 @@ class StepSearch:
         except StopIteration:
             self.wanted = None
 
-    def answer(self) -> Advised:
+    def build_answer(self) -> Advised:
         """Return the result."""
         refused_s, refusal = self._refused_step or (None, "")
-        misses, whole = (self._range(passes) for passes in self._questions)
+        misses, whole = (self._build_range(passes) for passes in self._questions)
         return Advised(self._method, self._tested, misses, whole, self._ending, refused_s, refusal)
 
     @property
@@ -212,16 +212,16 @@ class StepSearch:
 
     @property
     def _questions(self) -> tuple[Callable[[StepTrial], bool], ...]:
-        return (lambda trial: trial.never_misses, lambda trial: trial.meets(self._demand))
+        return (lambda trial: trial.never_misses, lambda trial: trial.is_within(self._demand))
 
-    def _steps(self) -> Generator[Wanted, StepTrial | str, None]:
+    def _generate_steps(self) -> Generator[Wanted, StepTrial | str, None]:
         for dt_s in self._grid:
             if reason := self._refusal(dt_s):
                 self._refused_step = (dt_s, reason)
                 continue
             if not (yield from self._test(dt_s, self._phases)):
                 return
-            while unconfirmed := self._unconfirmed():
+            while unconfirmed := self._find_unconfirmed():
                 if not (yield from self._test(unconfirmed.dt_s, max(CONFIRM, self._phases))):
                     return
             if all(self._is_found(passes) for passes in self._questions):
@@ -233,7 +233,7 @@ class StepSearch:
 
     def _test(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
         """Request a step, and return whether the search continues."""
-        most = most_steps(self._duration_s, dt_s, even + self._aimed)
+        most = compute_step_limit(self._duration_s, dt_s, even + self._aimed)
         # Expect this step's runs to end after the last impact, like the runs of the previous step.
         if most * self._used_part > self._budget_left:
             self._ending = SearchEnding.BUDGET
@@ -253,18 +253,18 @@ class StepSearch:
             return False
         return True
 
-    def _unconfirmed(self) -> StepTrial | None:
+    def _find_unconfirmed(self) -> StepTrial | None:
         """Return a step that is a result except for too few starts; None if there is none."""
         for passes in self._questions:
-            run = _finest_that(self._tested, passes)
-            for trial in (*run[:1], *self._in_frame(run)) if self._spans_enough(run) else ():
+            run = _select_finest_passing(self._tested, passes)
+            for trial in (*run[:1], *self._select_frame_divisor(run)) if self._spans_enough(run) else ():
                 if trial.dt_s not in self._confirmed:
                     return trial
         return None
 
-    def _in_frame(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
+    def _select_frame_divisor(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
         """Return a sequence with the largest step that divides a frame; an empty sequence if no step does."""
-        return [trial for trial in run if in_a_frame(trial.dt_s, self._rate_hz)][:1]
+        return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _spans_enough(self, run: Sequence[StepTrial]) -> bool:
         """Whether the first step of `run` is a result: enough smaller steps were tested."""
@@ -272,7 +272,7 @@ class StepSearch:
         return _spans_octaves(run, OCTAVES_BELOW if falling else LONGEST) and run[-1].dt_s <= self._coarsest_end_s
 
     def _is_found(self, passes: Callable[[StepTrial], bool]) -> bool:
-        run = _finest_that(self._tested, passes)
+        run = _select_finest_passing(self._tested, passes)
         return self._spans_enough(run) and run[0].dt_s in self._confirmed
 
     def _is_flat(self, dt_s: float) -> bool:
@@ -282,22 +282,24 @@ class StepSearch:
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False
-        run = _finest_that(self._tested, lambda trial: trial.never_misses and not trial.meets(self._demand))
+        run = _select_finest_passing(
+            self._tested, lambda trial: trial.never_misses and not trial.is_within(self._demand)
+        )
         last = [trial for trial in run if trial.dt_s <= 2**LONGEST * run[-1].dt_s]
         return _spans_octaves(last, LONGEST) and _are_equal([trial.direction_error_rad for trial in last])
 
-    def _range(self, passes: Callable[[StepTrial], bool]) -> StepRange:
+    def _build_range(self, passes: Callable[[StepTrial], bool]) -> StepRange:
         tried = self._tested
-        run = _finest_that(tried, passes)
+        run = _select_finest_passing(tried, passes)
         failed = tried[len(tried) - len(run) - 1] if len(run) < len(tried) else None
         coarser = tuple(trial for trial in tried[: len(tried) - len(run)] if passes(trial))
         finer = tuple(trial for trial in tried if coarser and not passes(trial) and trial.dt_s < coarser[0].dt_s)
         answer = run[0] if self._is_found(passes) else None
-        framed = next((one for one in self._in_frame(run) if answer and one.dt_s in self._confirmed), None)
+        framed = next((one for one in self._select_frame_divisor(run) if answer and one.dt_s in self._confirmed), None)
         return StepRange(answer, framed, tried[-1].dt_s if tried else math.nan, failed, coarser, finer)
 
 
-def _finest_that(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:
+def _select_finest_passing(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:
     """Return the passing steps that are finer than every failing step, beginning with the largest."""
     found: list[StepTrial] = []
     for trial in reversed(trials):

@@ -9,18 +9,18 @@ from functools import lru_cache
 
 from carom.comparator.comparison_range import comparison_range
 from carom.comparator.impact_matching import LATEST_STAMP_STEPS, match_impacts
-from carom.comparator.measure.errors import measure
+from carom.comparator.measure.errors import measure_errors
 from carom.comparator.scales import compute_scales
-from carom.comparator.shifted_scenes import even_phases
+from carom.comparator.shifted_scenes import list_even_phases
 from carom.execution.adapter_profile import load_supported_adapter
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.engine_run import observe_run
 from carom.execution.job import Answer, Job, JobTask, Method, Status
 from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.scene_reference import require_reference, scene_at_phase, solve_reference
+from carom.execution.scene_reference import require_reference, shift_to_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.score_jobs import sort_by_start, steps_of
+from carom.execution.score_jobs import estimate_steps, sort_by_start
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
 from carom.studies.advise.sampling_limit import Demand
@@ -66,13 +66,13 @@ class StartTask(JobTask):
         """
         job = self.job
         adapter = load_supported_adapter(job)
-        begun = scene_at_phase(job)
+        begun = shift_to_phase(job)
         # Run further steps, because impacts in the last steps may be reported later.
         scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
         aligned = match_impacts(reference, observed, comparison_range(reference, begun.duration_s))
-        measured = measure(reference, observed, aligned, compute_scales(scene, reference))
+        measured = measure_errors(reference, observed, aligned, compute_scales(scene, reference))
         return Started(
             # After the extra steps, only a run that ended early has undecided impacts. Undecided impacts count as
             # missed.
@@ -115,7 +115,7 @@ class StepTrial:
         """Whether no start missed or invented an impact."""
         return not self.reason and self.lost == 0
 
-    def meets(self, demand: Demand) -> bool:
+    def is_within(self, demand: Demand) -> bool:
         """Return whether the accuracy target is met; False if the direction error is unknown."""
         allowed = demand.miss_probability
         few = self.never_misses if allowed == 0.0 else not self.reason and self.lost_even <= allowed * self.even
@@ -143,14 +143,14 @@ class StepTrial:
         )
 
 
-def starts_of(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def list_start_phases(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return evenly spread phases, and the phases with a check just before each given instant."""
-    spread = even_phases(even)
+    spread = list_even_phases(even)
     aimed = dict.fromkeys((JUST_BEFORE - time_s / dt_s) % 1.0 for time_s in aimed_s)
     return spread, tuple(phase for phase in aimed if phase not in spread)
 
 
-def most_steps(duration_s: float, dt_s: float, starts: int) -> int:
+def compute_step_limit(duration_s: float, dt_s: float, starts: int) -> int:
     """Return the largest number of engine steps for a number of starts."""
     # A start can be up to a step before the scene's start.
     return starts * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
@@ -159,7 +159,7 @@ def most_steps(duration_s: float, dt_s: float, starts: int) -> int:
 def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[Started]]:
     """Run the jobs of one step per method, and return the results by method and phase."""
     asks = [
-        TaskRequest((job.method, job.phase), job_key(job), StartTask(job), steps=steps_of(job))
+        TaskRequest((job.method, job.phase), build_job_key(job), StartTask(job), steps=estimate_steps(job))
         for job in sort_by_start(jobs)
     ]
     return dict(run_tasks(asks, pool, MemoryJournal[JobKey, Started]()))

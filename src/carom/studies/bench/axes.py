@@ -69,7 +69,7 @@ _MEANINGS = {
 }
 
 
-def error_of(measures: Measures, kind: ErrorKind) -> float:
+def compute_error(measures: Measures, kind: ErrorKind) -> float:
     """Return the error of a run; NaN if no impact was matched. Missed impacts are counted separately."""
     time = abs(measures.total.time_s) / measures.duration_s
     match kind:

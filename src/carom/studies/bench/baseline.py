@@ -21,9 +21,9 @@ from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table
 from carom.report.files import FORMATS
 from carom.studies.bench.axes import ErrorKind
-from carom.studies.bench.convergence import CONFIDENCE, student_quantile
+from carom.studies.bench.convergence import CONFIDENCE, compute_student_quantile
 from carom.studies.bench.result import Bench, Point
-from carom.studies.bench.tables import error_text, point_name
+from carom.studies.bench.tables import format_error, format_point_name
 
 #: A ratio of run times counts as a change if its whole confidence interval is farther from 1 than this. Smaller
 #: differences between two sessions have other causes, such as the program's position in memory and other work of the
@@ -80,7 +80,10 @@ class Compared:
 
         A change in these digits is never noise, because runs of one version repeat the error.
         """
-        now, then = (self.point.lost, _digits(self.point.error)), (self.before.lost, _digits(self.before.error))
+        now, then = (
+            (self.point.lost, _round_error(self.point.error)),
+            (self.before.lost, _round_error(self.before.error)),
+        )
         if now == then:
             return BaselineChange.SAME
         return BaselineChange.REGRESSED if now > then else BaselineChange.IMPROVED
@@ -103,7 +106,7 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
             raise InputError(f"{file} has format {content['format']}; this version of Carom reads {FORMATS['bench']}")
         machine = tuple(content["environment"][name] for name in ("system", "processor", "cores"))
         found = {
-            (scene["scene"], *_method(point), point["dt_s"]): _before(point)
+            (scene["scene"], *_read_method(point), point["dt_s"]): _read_point(point)
             for scene in content["scenes"]
             for curve in scene["curves"]
             for point in curve["points"]
@@ -121,18 +124,18 @@ def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, fl
     return found
 
 
-def _method(point: dict[str, Any]) -> tuple[str, str]:
+def _read_method(point: dict[str, Any]) -> tuple[str, str]:
     method = Method(point["engine"], point["profile"])  # translates profile names of earlier versions
     return method.engine, method.profile
 
 
-def _before(point: dict[str, Any]) -> Before:
+def _read_point(point: dict[str, Any]) -> Before:
     error = point["error"]
     ratios = (point["timing"] or {}).get("ratios") or ()
-    return Before([float(one) for one in ratios], math.nan if error is None else float(error), _lost(point))
+    return Before([float(one) for one in ratios], math.nan if error is None else float(error), _count_lost(point))
 
 
-def _lost(point: dict[str, Any]) -> int:
+def _count_lost(point: dict[str, Any]) -> int:
     return int(point["missed"]) + int(point["spurious"])
 
 
@@ -146,12 +149,14 @@ def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Befor
         if (found := before.get((scene.scene.name, point.engine, point.profile, point.dt_s))) is not None
     ]
     return [
-        Compared(scene, point, found, *_ratio(point.timing.ratios if point.timing else (), found.ratios, len(both)))
+        Compared(
+            scene, point, found, *_compute_ratio(point.timing.ratios if point.timing else (), found.ratios, len(both))
+        )
         for scene, point, found in both
     ]
 
 
-def _ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
+def _compute_ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
     """Return the ratio of two geometric means, and its interval by Welch's t, corrected for the number of points."""
     one, other = ([math.log(value) for value in values if value > 0.0] for values in (now, then))
     if len(one) < 2 or len(other) < 2:
@@ -161,39 +166,39 @@ def _ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[fl
     if spread == 0.0:
         return (math.exp(middle),) * 3
     freedom = sum(parts) ** 2 / sum(p * p / (len(v) - 1) for p, v in zip(parts, (one, other), strict=True))
-    half = student_quantile(1.0 - (1.0 - CONFIDENCE) / (2 * points), max(1, math.floor(freedom))) * spread
+    half = compute_student_quantile(1.0 - (1.0 - CONFIDENCE) / (2 * points), max(1, math.floor(freedom))) * spread
     return math.exp(middle), math.exp(middle - half), math.exp(middle + half)
 
 
-def _digits(error: float) -> float:
+def _round_error(error: float) -> float:
     return math.inf if math.isnan(error) else float(f"{error:.1e}")
 
 
-def baseline_answer(found: Sequence[Compared]) -> Iterator[str]:
+def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
     """Yield the numbers of points that regressed, improved and did not change, and the name of the worst point."""
     if not found:
         yield "The baseline has none of these points. Run it with the same scenes, engines and steps."
         return
     times = [one.time for one in found]
     counts = [f"{times.count(change)} {change.value}" for change in BaselineChange]
-    said = f"Run time of {formatting.count(len(found), 'point')} compared with the baseline: {', '.join(counts)}"
+    said = f"Run time of {formatting.format_count(len(found), 'point')} compared with the baseline: {', '.join(counts)}"
     worst = max((one for one in found if one.time is BaselineChange.REGRESSED), key=lambda one: one.low, default=None)
-    yield f"{said}; worst: {_name(worst)}, {_interval(worst)}." if worst else f"{said}."
+    yield f"{said}; worst: {_format_name(worst)}, {_format_interval(worst)}." if worst else f"{said}."
     changed = [one for one in found if one.accuracy is not BaselineChange.SAME]
     if changed:
         worse = sum(one.accuracy is BaselineChange.REGRESSED for one in changed)
         yield f"Errors: {worse} regressed, {len(changed) - worse} improved."
 
 
-def baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
+def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
     """Return a section with a row for each changed point; in full, with a row for every point."""
     columns = (
-        Column("point", _name),
+        Column("point", _format_name),
         Column("run time", lambda one: Cell(one.time.value, short=one.time.value)),
-        Column("now / then", _interval, number=True),
+        Column("now / then", _format_interval, number=True),
         Column("error", lambda one: Cell(one.accuracy.value, short=one.accuracy.value)),
-        Column("then", lambda one: _error(one.before.error, one.before.lost, kind), number=True),
-        Column("now", lambda one: _error(one.point.error, one.point.lost, kind), number=True),
+        Column("then", lambda one: _format_error(one.before.error, one.before.lost, kind), number=True),
+        Column("now", lambda one: _format_error(one.point.error, one.point.lost, kind), number=True),
     )
     changed = [one for one in found if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
     note = (
@@ -206,15 +211,18 @@ def baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
     return Section("Baseline", tuple(tables))
 
 
-def _name(one: Compared) -> str:
-    return f"{one.scene}, {point_name(one.point)}"
+def _format_name(one: Compared) -> str:
+    return f"{one.scene}, {format_point_name(one.point)}"
 
 
-def _interval(one: Compared) -> str:
+def _format_interval(one: Compared) -> str:
     if math.isnan(one.ratio):
         return formatting.ABSENT
-    return f"{formatting.ratio(one.ratio)} ({formatting.number(one.low)} to {formatting.number(one.high)})"
+    return (
+        f"{formatting.format_ratio(one.ratio)} ({formatting.format_number(one.low)} to "
+        f"{formatting.format_number(one.high)})"
+    )
 
 
-def _error(error: float, lost: int, kind: ErrorKind) -> str:
-    return f"{lost} lost" if lost else error_text(error, kind)
+def _format_error(error: float, lost: int, kind: ErrorKind) -> str:
+    return f"{lost} lost" if lost else format_error(error, kind)

@@ -84,24 +84,26 @@ def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, flo
     if freedom < 1:
         return exponent, math.nan, math.nan, math.exp(offset)
     residual = log_y - offset - exponent * log_x
-    half = student_quantile(0.5 + CONFIDENCE / 2, freedom) * math.sqrt(float(residual @ residual) / freedom / squares)
+    half = compute_student_quantile(0.5 + CONFIDENCE / 2, freedom) * math.sqrt(
+        float(residual @ residual) / freedom / squares
+    )
     return exponent, exponent - half, exponent + half, math.exp(offset)
 
 
-def student_quantile(probability: float, freedom: int) -> float:
+def compute_student_quantile(probability: float, freedom: int) -> float:
     """Return the quantile of Student's t for a probability of 1/2 to 1 (exclusive) and whole degrees of freedom."""
     low, high = 0.0, 1.0
-    while _student_cdf(high, freedom) < probability:
+    while _compute_student_cdf(high, freedom) < probability:
         high *= 2.0
     while high - low > 1e-13 * high:
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break
-        low, high = (middle, high) if _student_cdf(middle, freedom) < probability else (low, middle)
+        low, high = (middle, high) if _compute_student_cdf(middle, freedom) < probability else (low, middle)
     return high
 
 
-def _student_cdf(t: float, freedom: int) -> float:
+def _compute_student_cdf(t: float, freedom: int) -> float:
     """Return the distribution function by its finite series (Abramowitz and Stegun, 26.7.3 and 26.7.4)."""
     angle = math.atan2(t, math.sqrt(freedom))
     sine, cosine = math.sin(angle), math.cos(angle)

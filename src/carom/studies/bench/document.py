@@ -10,18 +10,25 @@ from pathlib import Path
 from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Block, Document, Figure, Figures, Headline, Lines, Media, Section, Text
-from carom.report.files import as_json, fields_of, require_report_extra
-from carom.report.provenance import making, stamp_lines
-from carom.report.render.html import html
-from carom.report.svg import alone
+from carom.report.files import fields_of, format_json, require_report_extra
+from carom.report.provenance import build_provenance, format_stamp_lines
+from carom.report.render.html import render_html
+from carom.report.svg import to_separate_svg
 from carom.studies.bench.axes import Diagram
-from carom.studies.bench.baseline import Compared, baseline_answer, baseline_section
-from carom.studies.bench.figure import diagram_png, diagram_svg
-from carom.studies.bench.headline import answers, scene_answer
+from carom.studies.bench.baseline import Compared, build_baseline_section, describe_baseline
+from carom.studies.bench.figure import render_diagram_png, render_diagram_svg
+from carom.studies.bench.headline import describe_bench, describe_scene
 from carom.studies.bench.noise import Noise
 from carom.studies.bench.result import Bench, SceneBench
-from carom.studies.bench.tables import TABLE_NOTE, TABLE_SHORT, method_table, point_table, reached, suite_table
-from carom.support.folders import file_name, write_files
+from carom.studies.bench.tables import (
+    TABLE_NOTE,
+    TABLE_SHORT,
+    build_method_table,
+    build_point_table,
+    build_suite_table,
+    list_reached_targets,
+)
+from carom.support.folders import build_file_name, write_files
 
 DIAGRAM_NOTE = (
     "Crosses miss or invent impacts; all other marks find every impact. Point at a mark, or select it with the "
@@ -29,7 +36,7 @@ DIAGRAM_NOTE = (
 )
 
 
-def bench_document(
+def build_bench_document(
     bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
 ) -> Document:
     """Return the document of a bench: for each scene diagrams, tables, omissions, and the conditions of timing.
@@ -39,16 +46,18 @@ def bench_document(
         axes: Diagrams to show.
         baseline: Comparison of the points with an earlier bench, or None.
     """
-    targets = reached(bench)
-    suite = (suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
+    targets = list_reached_targets(bench)
+    suite = (build_suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
     return Document(
         "Carom bench",
-        Headline.of((*(baseline_answer(baseline) if baseline is not None else ()), *answers(bench), *_coverage(bench))),
+        Headline.of(
+            (*(describe_baseline(baseline) if baseline is not None else ()), *describe_bench(bench), *_coverage(bench))
+        ),
         (
-            *((baseline_section(baseline, bench.plan.error),) if baseline else ()),
+            *((build_baseline_section(baseline, bench.plan.error),) if baseline else ()),
             Section("Every method", suite),
-            *(section for scene in bench.scenes for section in _scene(bench, scene, axes, targets)),
-            *making(bench.environment, bench.command, bench.elapsed_s),
+            *(section for scene in bench.scenes for section in _build_scene_sections(bench, scene, axes, targets)),
+            *build_provenance(bench.environment, bench.command, bench.elapsed_s),
         ),
     )
 
@@ -67,47 +76,51 @@ def write_bench(
     """
     require_report_extra()
     files: dict[str, str | bytes] = {
-        "index.html": html(bench_document(bench, axes, baseline)),
-        "bench.json": _json(bench),
+        "index.html": render_html(build_bench_document(bench, axes, baseline)),
+        "bench.json": _format_json(bench),
     }
-    kind_of_error, foot = bench.plan.error, stamp_lines(bench.environment, bench.command)
+    kind_of_error, foot = bench.plan.error, format_stamp_lines(bench.environment, bench.command)
     for scene in bench.scenes:
-        for kind in _diagrams_of(scene, axes):
-            name = f"{file_name(scene.scene.name)}-{kind.value}"
-            files[f"{name}.svg"] = alone(diagram_svg(scene, kind, kind_of_error))
-            files[f"{name}.png"] = diagram_png(scene, kind, kind_of_error, foot)
+        for kind in _select_diagrams(scene, axes):
+            name = f"{build_file_name(scene.scene.name)}-{kind.value}"
+            files[f"{name}.svg"] = to_separate_svg(render_diagram_svg(scene, kind, kind_of_error))
+            files[f"{name}.png"] = render_diagram_png(scene, kind, kind_of_error, foot)
     return write_files(folder, "bench", files)
 
 
-def _json(bench: Bench) -> str:
+def _format_json(bench: Bench) -> str:
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
-    return as_json("bench", bench, scenes=scenes)
+    return format_json("bench", bench, scenes=scenes)
 
 
-def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:
+def _select_diagrams(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:
     """Return the diagrams that can be drawn. Without run times, this is only the diagram of error against step."""
     return tuple(kind for kind in axes if scene.noise is not None or kind is Diagram.ERROR_DT)
 
 
-def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Sequence[float]) -> Iterator[Section]:
+def _build_scene_sections(
+    bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Sequence[float]
+) -> Iterator[Section]:
     """Yield a scene's diagrams and tables. With several scenes, a terminal shows only the table of all scenes."""
     figures = []
-    for kind in _diagrams_of(scene, axes):
-        draw = partial(diagram_svg, scene, kind, bench.plan.error)
+    for kind in _select_diagrams(scene, axes):
+        draw = partial(render_diagram_svg, scene, kind, bench.plan.error)
         figures.append(Figures((Figure(draw, f"{kind.heading}. {DIAGRAM_NOTE}"),), large=True))
     described = (Text(scene.scene.description, Media.ON_PAPER),) if scene.scene.description else ()
-    answer_text = Text(scene_answer(scene, bench.plan.target, bench.plan.error), Media.IN_FULL)
-    table = method_table(scene, bench.plan.error, targets)
+    answer_text = Text(describe_scene(scene, bench.plan.target, bench.plan.error), Media.IN_FULL)
+    table = build_method_table(scene, bench.plan.error, targets)
     methods: tuple[Block, ...] = (table, Text(TABLE_SHORT, Media.TERMINAL), Text(TABLE_NOTE, Media.IN_FULL))
     if len(bench.scenes) > 1:
         methods = (dataclasses.replace(table, only=Media.IN_FULL), Text(TABLE_NOTE, Media.IN_FULL))
         described = (answer_text, *described)
-    yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], point_table(scene, bench.plan)))
+    yield Section(
+        scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], build_point_table(scene, bench.plan))
+    )
     left_out = tuple(_missing(scene))
     yield Section("Omitted points", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:
         how = (
-            f"Timed at {scene.timed_at} in {formatting.count(scene.rounds, 'round')} of random order (seed "
+            f"Timed at {scene.timed_at} in {formatting.format_count(scene.rounds, 'round')} of random order (seed "
             f"{bench.plan.seed}). Timed runs are not observed, and the bench runs nothing else meanwhile. Noise: "
             f"{_describe_noise(scene.noise)}."
         )
@@ -122,7 +135,7 @@ def _coverage(bench: Bench) -> Iterator[str]:
         left = [f"{len(unrun)} not scored"] * bool(unrun) + [f"{len(untimed)} not timed"] * bool(untimed)
         reasons = {*unrun, *untimed}
         why = f": {reasons.pop()}" if len(reasons) == 1 else "; the page lists the reasons"
-        yield f"{formatting.capitalised(formatting.join_words(left))} of {len(points)} points{why}."
+        yield f"{formatting.capitalise(formatting.join_words(left))} of {len(points)} points{why}."
 
 
 def _missing(bench: SceneBench) -> Iterator[str]:
@@ -133,7 +146,9 @@ def _missing(bench: SceneBench) -> Iterator[str]:
             for what, reason in (("not scored", point.reason), ("not timed", point.untimed)):
                 if reason:
                     own = steps.setdefault((what, reason), {})
-                    own.setdefault(Method(curve.engine, curve.profile).label, []).append(formatting.step(point.dt_s))
+                    own.setdefault(Method(curve.engine, curve.profile).label, []).append(
+                        formatting.format_step(point.dt_s)
+                    )
     for (what, reason), by_curve in steps.items():
         for at_steps, whose in formatting.group_by(
             (formatting.join_words(at), who) for who, at in by_curve.items()
@@ -144,7 +159,7 @@ def _missing(bench: SceneBench) -> Iterator[str]:
 
 def _describe_noise(noise: Noise) -> str:
     return (
-        f"fixed work of {formatting.number(noise.work_s * 1e3)} ms was timed {noise.probes} times between the "
-        f"runs. The middle half of these times is within {formatting.percent(noise.interquartile)}; the slowest "
-        f"is {formatting.ratio(noise.worst)} the median"
+        f"fixed work of {formatting.format_number(noise.work_s * 1e3)} ms was timed {noise.probes} times between the "
+        f"runs. The middle half of these times is within {formatting.format_percent(noise.interquartile)}; the slowest "
+        f"is {formatting.format_ratio(noise.worst)} the median"
     )

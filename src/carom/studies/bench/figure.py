@@ -11,8 +11,8 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
 from carom.report import formatting, svg
 from carom.studies.bench.axes import Diagram, ErrorKind
-from carom.studies.bench.result import Curve, Point, SceneBench, run_s
-from carom.studies.bench.tables import EXACT, milliseconds, point_anchor, point_name
+from carom.studies.bench.result import Curve, Point, SceneBench, read_run_time
+from carom.studies.bench.tables import EXACT, build_point_anchor, format_milliseconds, format_point_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,36 +25,36 @@ _FOOT = 10.0**0.5
 _MARKED = (1e-2, 1e-3)
 
 
-def diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
+def render_diagram_svg(bench: SceneBench, axes: Diagram, error: ErrorKind, narrow: bool = False) -> str:
     """Return a diagram as SVG with the colours of the page. A narrow diagram fits a phone."""
-    with svg.drawing():
-        links = {point_anchor(bench.scene.name, point): point_name(point) for point in bench.points}
-        figure = _figure(bench, axes, error, narrow=narrow)
+    with svg.use_drawing_style():
+        links = {build_point_anchor(bench.scene.name, point): format_point_name(point) for point in bench.points}
+        figure = _draw_figure(bench, axes, error, narrow=narrow)
         return svg.render(figure, f"{axes.heading}, {bench.scene.name}", links, narrow=narrow)
 
 
-def diagram_png(bench: SceneBench, axes: Diagram, error: ErrorKind, foot: Sequence[str]) -> bytes:
+def render_diagram_png(bench: SceneBench, axes: Diagram, error: ErrorKind, foot: Sequence[str]) -> bytes:
     """Return a diagram as PNG, with provenance lines at its bottom."""
-    with svg.drawing():
-        return svg.png(_figure(bench, axes, error, foot))
+    with svg.use_drawing_style():
+        return svg.render_png(_draw_figure(bench, axes, error, foot))
 
 
-def _figure(
+def _draw_figure(
     bench: SceneBench, kind: Diagram, error: ErrorKind, foot: Sequence[str] = (), *, narrow: bool = False
 ) -> Figure:
     title = bench.scene.name if narrow else f"{bench.scene.name}: {kind.heading.lower()}"
-    figure, axes = svg.framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
+    figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")
     errors = [point.error for point in bench.points if math.isfinite(point.error)]
     above = [one for one in errors if one > THRESHOLDS.rounding] or [1e-3]
     floor = 10.0 ** math.floor(math.log10(min(above))) / _FOOT
     drawn = _Drawing(axes, bench, kind, error, floor, max([*above, 0.02]))
-    drawn.scales()
+    drawn.set_scales()
     for curve in bench.curves:
-        drawn.curve(curve)
+        drawn.draw_curve(curve)
     svg.finish(axes)
-    svg.name_lines(figure, axes, drawn.ends)
+    svg.label_lines(figure, axes, drawn.ends)
     return figure
 
 
@@ -75,9 +75,9 @@ class _Drawing:
         """Factor of errors on the axis."""
         return 100.0 if self.error.in_percent else 1.0
 
-    def place(self, point: Point) -> tuple[float, float]:
+    def compute_place(self, point: Point) -> tuple[float, float]:
         height = self.unit * (max(point.error, self.floor) if point.error > THRESHOLDS.rounding else self.floor)
-        time_ms = 1e3 * run_s(point)
+        time_ms = 1e3 * read_run_time(point)
         match self.kind:
             case Diagram.ERROR_TIME:
                 return time_ms, height
@@ -86,9 +86,9 @@ class _Drawing:
             case Diagram.TIME_DT:
                 return point.dt_s, time_ms
 
-    def curve(self, curve: Curve) -> None:
-        style = svg.line_style(curve.engine, profile=curve.profile)
-        own = [(self.place(p), p) for p in curve.points if not p.reason and not math.isnan(p.error)]
+    def draw_curve(self, curve: Curve) -> None:
+        style = svg.choose_line_style(curve.engine, profile=curve.profile)
+        own = [(self.compute_place(p), p) for p in curve.points if not p.reason and not math.isnan(p.error)]
         kept = [(place, point) for place, point in own if all(map(math.isfinite, place))]
         if not kept:
             return
@@ -96,7 +96,7 @@ class _Drawing:
         end = kept[-1][0]
         if curve.exact:
             name, end = "PIC", (self.axes.get_xlim()[1], end[1])
-            self.exact(kept, style)
+            self.draw_exact(kept, style)
         else:
             marks = {key: style.pop(key) for key in ("marker", "markersize", "markerfacecolor")}
             self.axes.plot(*zip(*(place for place, _ in kept), strict=True), **style)
@@ -107,44 +107,46 @@ class _Drawing:
                 as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
                 self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in kept:
-            svg.aim(self.axes, x, y, point_anchor(self.bench.scene.name, point))
+            svg.draw_link_target(self.axes, x, y, build_point_anchor(self.bench.scene.name, point))
         self.ends.append(svg.LineEnd(*end, name, style["color"]))
 
-    def exact(self, kept: Sequence[tuple[tuple[float, float], Point]], style: dict[str, object]) -> None:
+    def draw_exact(self, kept: Sequence[tuple[tuple[float, float], Point]], style: dict[str, object]) -> None:
         """Draw PIC: a line across the diagram, with its run time at the mark."""
         (x, y), point = kept[0]
         self.axes.axhline(y, color=style["color"], linewidth=1.8, zorder=2)
         if self.kind is not Diagram.ERROR_DT:
             self.axes.plot([x], [y], "o", color=style["color"], markersize=8.0, zorder=4)
         if point.timing is not None and self.kind is Diagram.ERROR_TIME:
-            spent = f"PIC: exact in {milliseconds(point.timing.advance_s)} ms"
+            spent = f"PIC: exact in {format_milliseconds(point.timing.advance_s)} ms"
             self.axes.annotate(spent, (x, y), (4, 7), textcoords="offset points", fontsize=8.5, color=svg.INK)
 
-    def scales(self) -> None:
+    def set_scales(self) -> None:
         axes, points = self.axes, [point for point in self.bench.points if not point.reason]
         if self.kind is Diagram.TIME_DT:
             axes.set_ylabel("run time, ms")
-            axes.yaxis.set_major_formatter(svg.plain_number)
+            axes.yaxis.set_major_formatter(svg.format_tick)
         else:
-            self.scale_of_errors()
+            self.set_error_scale()
         if self.kind is Diagram.ERROR_TIME:
             axes.set_xlabel("run time, ms")
-            axes.xaxis.set_major_formatter(svg.plain_number)
-            times = [x for x, _ in map(self.place, points) if math.isfinite(x)]
+            axes.xaxis.set_major_formatter(svg.format_tick)
+            times = [x for x, _ in map(self.compute_place, points) if math.isfinite(x)]
             axes.set_xlim(min(times) / 1.6, 1.6 * max(times))
         else:
             steps = sorted({point.dt_s for point in points}, reverse=True)
             axes.set_xlim(max(steps) * 1.2, min(steps) / 1.2)  # the left end of the axis has the coarse steps
-            axes.set_xticks(steps, [formatting.step(dt_s).removesuffix(" s") for dt_s in steps], fontsize=7.5)
+            axes.set_xticks(steps, [formatting.format_step(dt_s).removesuffix(" s") for dt_s in steps], fontsize=7.5)
             axes.set_xlabel("step, s")
             axes.minorticks_off()
 
-    def scale_of_errors(self) -> None:
+    def set_error_scale(self) -> None:
         axes, most = self.axes, 2.0 * self.largest
         axes.set_ylabel(self.error.label)
         ticks = [10.0**k for k in range(round(math.log10(self.floor * _FOOT)), 2) if 10.0**k < most]
         marked = [tick for tick in ticks if self.error.in_percent and any(math.isclose(tick, m) for m in _MARKED)]
-        words = [formatting.percent(t) if t in marked else formatting.number(self.unit * t) for t in ticks]
+        words = [
+            formatting.format_percent(t) if t in marked else formatting.format_number(self.unit * t) for t in ticks
+        ]
         axes.set_yticks([self.unit * one for one in (self.floor, *ticks)], [EXACT, *words])
         axes.set_ylim(self.unit * self.floor / 10.0**0.25, self.unit * most)
         for one in marked:

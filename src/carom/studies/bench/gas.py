@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
 
 
-def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
+def build_hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
     """Return equal discs of 0.5 m and 1 kg on a hexagonal lattice in a square box, with a total momentum of 0.
 
     Args:
@@ -46,7 +46,7 @@ def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
     return DiscArrays(np.stack([x, y], axis=1), velocity, np.full(discs, radius_m), np.ones(discs), walls)
 
 
-def gas_scene(
+def build_gas_scene(
     discs: int, packing: float, *, duration_s: float = 1e4, touching: bool = False, gravity: bool = False
 ) -> Scene:
     """Return a hard-disc gas as a scene.
@@ -61,7 +61,7 @@ def gas_scene(
     from carom.model.scene import Disc, Scene, Wall
 
     shrink = 1.0 if touching else 1 - 2.0**-10
-    gas = hard_disc_gas(discs, packing / shrink**2)
+    gas = build_hard_disc_gas(discs, packing / shrink**2)
     return Scene(
         name=f"gas of {discs} discs, packing {packing:g}{', falling' if gravity else ''}",
         gravity_m_s2=(0.0, -9.81) if gravity else (0.0, 0.0),

@@ -11,18 +11,18 @@ from functools import partial
 from carom.engines.api import unsupported_reason
 from carom.engines.registry import load_adapter
 from carom.execution.adapter_profile import capabilities_of
-from carom.execution.cache_key import versions_of
+from carom.execution.cache_key import find_versions
 from carom.execution.describe_engines import describe_engines, select_engines
-from carom.execution.environment import Environment, environment, resident_bytes
+from carom.execution.environment import Environment, describe_environment, measure_resident_bytes
 from carom.execution.job import Answer, Method, Progress, Status, UnsupportedError, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.timing import Timing, time_run
 from carom.report import formatting
 from carom.studies.bench.convergence import fit_power
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 from carom.studies.bench.options import GrowthOptions
-from carom.studies.bench.own_methods import OWN_METHODS, with_own_methods
+from carom.studies.bench.own_methods import OWN_METHODS, add_own_methods
 
 #: Numbers of discs for engines, and for Carom's own methods.
 SIZES = (10, 100, 300, 1_000, 3_000, 10_000)
@@ -86,7 +86,7 @@ class GrowthTask:
         Raises:
             UnsupportedError: The method does not support such a gas.
         """
-        gas = partial(gas_scene, packing=PACKING, duration_s=STEPS * DT_S, gravity=self.gravity)
+        gas = partial(build_gas_scene, packing=PACKING, duration_s=STEPS * DT_S, gravity=self.gravity)
         scene = gas(self.discs)
         adapter = load_adapter(self.engine)
         profile = self.method.profile
@@ -96,9 +96,9 @@ class GrowthTask:
         # Warm up, so that the memory of importing an engine is not counted.
         small = scene if self.discs <= WARM else gas(WARM)
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
-        before = resident_bytes() or 0
+        before = measure_resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
-        return Grown(timing, before, resident_bytes("VmHWM") or 0, self.sitting)
+        return Grown(timing, before, measure_resident_bytes("VmHWM") or 0, self.sitting)
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ class Growth:
     elapsed_s: float
 
 
-def growth(
+def measure_growth(
     options: GrowthOptions,
     *,
     notes: MemoryJournal[GrowthKey, Grown] | None = None,
@@ -213,10 +213,10 @@ def growth(
     """
     engine_names, profile, sizes, budget_s = options.engines, options.profile, options.sizes, options.budget_s
     notes = MemoryJournal[GrowthKey, Grown]() if notes is None else notes
-    with options.local_pool(1) as pool:
+    with options.open_local_pool(1) as pool:
         infos = select_engines(describe_engines(engine_names, pool), engine_names)
-        infos = with_own_methods(infos, engine_names, pool, own=options.own)
-        here = environment(infos)
+        infos = add_own_methods(infos, engine_names, pool, own=options.own)
+        here = describe_environment(infos)
         wanted = [
             (size, gravity, info)
             for size in sorted(set(sizes or OWN_SIZES))
@@ -239,33 +239,35 @@ def growth(
             }
             own_s = shares_s.pop((info.name, gravity), 0.0)
             left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
-            what = f"{size} {'falling ' if gravity else ''}discs on {info.name}{formatting.time_left(all_left_s)}"
+            what = (
+                f"{size} {'falling ' if gravity else ''}discs on {info.name}{formatting.format_time_left(all_left_s)}"
+            )
             progress(done, len(wanted), what)
-            own, method = points[info.name, gravity], _method(info.name, profile, engine_names)
-            key = GrowthKey(size, method, versions_of(info.name), here.machine, gravity, STEPS)
-            reason = info.unavailable or _too_long(own, size, min(left_s, options.time_limit_s), left_s)
+            own, method = points[info.name, gravity], _select_method(info.name, profile, engine_names)
+            key = GrowthKey(size, method, find_versions(info.name), here.machine, gravity, STEPS)
+            reason = info.unavailable or _find_skip_reason(own, size, min(left_s, options.time_limit_s), left_s)
             refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             ask = TaskRequest(size, key, GrowthTask(size, method, here.date, gravity), refused)
             ((_, answer),) = run_tasks([ask], pool, notes, alone=True)
             spent[info.name, gravity] += time.perf_counter() - before
-            own.append(_point(size, answer))
+            own.append(_build_point(size, answer))
     curves = []
     for (name, gravity), own in points.items():
         pit = {(point.discs, point.sitting): point.advance_s for point in points.get(("pit", gravity), ())}
-        method = _method(name, profile, engine_names)
-        curves.append(_curve(method, gravity, own, pit))
+        method = _select_method(name, profile, engine_names)
+        curves.append(_build_curve(method, gravity, own, pit))
     elapsed_s = time.perf_counter() - started
     return Growth(tuple(curves), here, budget_s, command, elapsed_s)
 
 
-def _method(engine: str, profile: str, asked: Sequence[str] | None) -> Method:
+def _select_method(engine: str, profile: str, asked: Sequence[str] | None) -> Method:
     """Return the method to run. PIC and PIT use the requested profile only if they are requested by name."""
     own = {method.engine: method for method in OWN_METHODS if method.engine not in (asked or ())}
     return own.get(engine, Method(engine, profile))
 
 
-def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
+def _find_skip_reason(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
     """Return the reason to omit a run, according to the previous runs; an empty text if it may be tried."""
     if left_s <= 0:
         return "its share of the budget was used up; raise --budget"
@@ -289,7 +291,7 @@ def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: f
     )
 
 
-def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
+def _build_point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
     grown = answer.value
     if grown is None:
         started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
@@ -298,7 +300,7 @@ def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
     return GrowthPoint(discs, grown.timing.prepare_s, grown.timing.advance_s, memory, peak, sitting=grown.sitting)
 
 
-def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
+def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
     """Return the points from the last one that costs less than the point before it.
 
     If the cost decreases with more discs, the method has changed: PIC solves two discs by a closed form. A single power
@@ -308,13 +310,13 @@ def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
     return list(points[falls[-1] if falls else 0 :])
 
 
-def _curve(
+def _build_curve(
     method: Method, gravity: bool, points: Sequence[GrowthPoint], pit: dict[tuple[int, str], float]
 ) -> GrowthCurve:
     held = tuple(
         replace(point, ratio=point.advance_s / pit.get((point.discs, point.sitting), math.nan)) for point in points
     )
-    fitted = same_method([point for point in held if not point.reason and point.discs >= FIT_FROM])
+    fitted = select_same_method([point for point in held if not point.reason and point.discs >= FIT_FROM])
     sizes = [float(point.discs) for point in fitted]
     time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]
     with_memory = [point for point in fitted if point.memory_bytes > 0]

@@ -13,9 +13,9 @@ from urllib.parse import quote
 from carom.execution.job import Method
 from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Document, Figure, Figures, Headline, Lines, Media, Section, Table
-from carom.report.files import as_json, require_report_extra
-from carom.report.provenance import making, stamp_lines
-from carom.report.render.html import html
+from carom.report.files import format_json, require_report_extra
+from carom.report.provenance import build_provenance, format_stamp_lines
+from carom.report.render.html import render_html
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.tables import METHOD
 from carom.support.folders import write_files
@@ -31,41 +31,45 @@ _MIB = 2.0**20
 _SIMULATED_S = STEPS * DT_S
 
 
-def growth_document(growth: Growth) -> Document:
+def build_growth_document(growth: Growth) -> Document:
     """Return a document of run time and memory against the number of discs."""
     figures = (
-        Figure(partial(_svg, growth, False), "Run time per simulated second. Dashed: with gravity."),
-        Figure(partial(_svg, growth, True), "Memory. Dashed: with gravity."),
+        Figure(partial(_render_svg, growth, False), "Run time per simulated second. Dashed: with gravity."),
+        Figure(partial(_render_svg, growth, True), "Memory. Dashed: with gravity."),
     )
     left_out = tuple(
-        f"{_method(curve)}{_gas(curve)}, {point.discs} discs, not run: {point.reason}"
+        f"{_format_method(curve)}{_format_gas(curve)}, {point.discs} discs, not run: {point.reason}"
         for curve in growth.curves
         for point in curve.points
         if point.reason
     )
     sections = (
-        Section("Run time and memory against the number of discs", (Figures(figures, large=True), *_tables(growth))),
+        Section(
+            "Run time and memory against the number of discs", (Figures(figures, large=True), *_build_tables(growth))
+        ),
         Section("Omitted runs", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3),
-        *making(growth.environment, growth.command, growth.elapsed_s),
+        *build_provenance(growth.environment, growth.command, growth.elapsed_s),
     )
-    return Document("Carom bench: growth", Headline.of(_answer(growth)), sections)
+    return Document("Carom bench: growth", Headline.of(_describe_growth(growth)), sections)
 
 
-def _answer(growth: Growth) -> Iterator[str]:
+def _describe_growth(growth: Growth) -> Iterator[str]:
     """Yield a sentence per gas: run times with the largest number of discs, and exponents of growth."""
     for gravity in (False, True):
-        curves = [curve for curve in growth.curves if curve.gravity == gravity and _ran(curve)]
+        curves = [curve for curve in growth.curves if curve.gravity == gravity and _list_completed_points(curve)]
         engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves
         if not engines:
             continue
-        discs = max(point.discs for curve in engines for point in _ran(curve))
-        ran = {id(curve): point for curve in curves for point in _ran(curve) if point.discs == discs}
+        discs = max(point.discs for curve in engines for point in _list_completed_points(curve))
+        ran = {id(curve): point for curve in curves for point in _list_completed_points(curve) if point.discs == discs}
         fastest = min((c for c in engines if id(c) in ran), key=lambda c: ran[id(c)].advance_s)
         compared = [c for c in curves if c.engine in {"pic", "pit"} and id(c) in ran and c is not fastest]
-        costs = [f"{_SHOWN.get(c.engine, _method(c))} {_cost(ran[id(c)])}{_grows(c)}" for c in compared]
-        best = f"{_SHOWN.get(fastest.engine, _method(fastest))} "
+        costs = [
+            f"{_SHOWN.get(c.engine, _format_method(c))} {_format_cost(ran[id(c)])}{_format_growth(c)}" for c in compared
+        ]
+        best = f"{_SHOWN.get(fastest.engine, _format_method(fastest))} "
         best = f"the fastest engine, {best.strip()}, " if len(engines) > 1 else best
-        costs.append(f"{best}{_cost(ran[id(fastest)])}{_grows(fastest)}")
+        costs.append(f"{best}{_format_cost(ran[id(fastest)])}{_format_growth(fastest)}")
         gas = f"A simulated second of {discs} {'falling ' if gravity else ''}discs"
         yield f"{gas} takes {formatting.join_words(costs)}."
 
@@ -74,49 +78,54 @@ def _answer(growth: Growth) -> Iterator[str]:
 _SHOWN = {"pic": "PIC", "pit": "PIT"}
 
 
-def _method(curve: GrowthCurve) -> str:
+def _format_method(curve: GrowthCurve) -> str:
     return Method(curve.engine, curve.profile).label
 
 
-def _cost(point: GrowthPoint) -> str:
-    return formatting.seconds(point.advance_s / _SIMULATED_S)
+def _format_cost(point: GrowthPoint) -> str:
+    return formatting.format_seconds(point.advance_s / _SIMULATED_S)
 
 
-def _grows(curve: GrowthCurve) -> str:
+def _format_growth(curve: GrowthCurve) -> str:
     value, _, _ = curve.time_exponent
     return "" if math.isnan(value) else f" (grows as n^{value:.2f})"
 
 
-def _gas(curve: GrowthCurve) -> str:
+def _format_gas(curve: GrowthCurve) -> str:
     return ", falling" if curve.gravity else ""
 
 
-def _tables(growth: Growth) -> tuple[Table, ...]:
-    of = {(_method(curve), curve.gravity): curve for curve in growth.curves}
+def _build_tables(growth: Growth) -> tuple[Table, ...]:
+    of = {(_format_method(curve), curve.gravity): curve for curve in growth.curves}
     plain = [curve for curve in growth.curves if not curve.gravity]
 
-    def falling(say: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
-        return lambda curve: say(of[_method(curve), True]) if (_method(curve), True) in of else ""
+    def format_falling(say: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
+        return lambda curve: say(of[_format_method(curve), True]) if (_format_method(curve), True) in of else ""
 
     return (
         Table(
             (
                 METHOD,
-                Column("run time", lambda curve: _power(curve.time_exponent), "grows as"),
-                Column("falling", falling(lambda curve: _power(curve.time_exponent)), "grows as"),
-                Column("most", _most(lambda point: str(point.discs)), "discs", number=True),
-                Column("a second", _most(_cost), "there", number=True),
-                Column("falling", falling(_most(_cost)), "there", number=True),
-                Column("memory", lambda curve: _power(curve.memory_exponent), "grows as", only=Media.IN_FULL),
+                Column("run time", lambda curve: _build_power_cell(curve.time_exponent), "grows as"),
+                Column("falling", format_falling(lambda curve: _build_power_cell(curve.time_exponent)), "grows as"),
+                Column("most", _format_largest(lambda point: str(point.discs)), "discs", number=True),
+                Column("a second", _format_largest(_format_cost), "there", number=True),
+                Column("falling", format_falling(_format_largest(_format_cost)), "there", number=True),
+                Column(
+                    "memory", lambda curve: _build_power_cell(curve.memory_exponent), "grows as", only=Media.IN_FULL
+                ),
                 Column(
                     "prepare",
-                    _most(lambda p: formatting.seconds(p.prepare_s)),
+                    _format_largest(lambda p: formatting.format_seconds(p.prepare_s)),
                     "there",
                     number=True,
                     only=Media.IN_FULL,
                 ),
                 Column(
-                    "peak", _most(lambda p: f"{formatting.number(p.peak_bytes / _MIB, 3)} MiB"), "there", number=True
+                    "peak",
+                    _format_largest(lambda p: f"{formatting.format_number(p.peak_bytes / _MIB, 3)} MiB"),
+                    "there",
+                    number=True,
                 ),
             ),
             plain,
@@ -127,18 +136,20 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
         ),
         Table(
             (
-                Column("point", lambda at: Cell(_name(*at), anchor=_anchor(*at))),
-                Column("per step, ms", lambda at: formatting.number(1e3 * at[1].advance_s / STEPS, 3), number=True),
-                Column("over PIT's", lambda at: formatting.ratio(at[1].ratio), number=True),
-                Column("prepare, s", lambda at: formatting.number(at[1].prepare_s, 3), number=True),
-                Column("memory, MiB", lambda at: formatting.number(at[1].memory_bytes / _MIB, 3), number=True),
-                Column("peak, MiB", lambda at: formatting.number(at[1].peak_bytes / _MIB, 3), number=True),
-                Column("command", lambda at: _command(*at), only=Media.PAGE),
+                Column("point", lambda at: Cell(_format_run(*at), anchor=_build_anchor(*at))),
+                Column(
+                    "per step, ms", lambda at: formatting.format_number(1e3 * at[1].advance_s / STEPS, 3), number=True
+                ),
+                Column("over PIT's", lambda at: formatting.format_ratio(at[1].ratio), number=True),
+                Column("prepare, s", lambda at: formatting.format_number(at[1].prepare_s, 3), number=True),
+                Column("memory, MiB", lambda at: formatting.format_number(at[1].memory_bytes / _MIB, 3), number=True),
+                Column("peak, MiB", lambda at: formatting.format_number(at[1].peak_bytes / _MIB, 3), number=True),
+                Column("command", lambda at: _format_command(*at), only=Media.PAGE),
             ),
-            [(curve, point) for curve in growth.curves for point in _ran(curve)],
+            [(curve, point) for curve in growth.curves for point in _list_completed_points(curve)],
             title="All runs",
-            note=f"Gas at packing {PACKING:g} in a square box, {STEPS} steps of {formatting.step(DT_S)}. Each run has "
-            "its own process, and only one runs at a time. The time per step excludes preparation. Over PIT's: "
+            note=f"Gas at packing {PACKING:g} in a square box, {STEPS} steps of {formatting.format_step(DT_S)}. Each "
+            "run has its own process, and only one runs at a time. The time per step excludes preparation. Over PIT's: "
             "run time divided by PIT's with the same discs in the same session; only this ratio can be compared "
             "between machines. Memory: peak of the process, minus its memory before the world was built.",
             only=Media.IN_FULL,
@@ -146,30 +157,30 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
     )
 
 
-def _name(curve: GrowthCurve, point: GrowthPoint) -> str:
-    return f"{_method(curve)}{_gas(curve)}, {formatting.count(point.discs, 'disc')}"
+def _format_run(curve: GrowthCurve, point: GrowthPoint) -> str:
+    return f"{_format_method(curve)}{_format_gas(curve)}, {formatting.format_count(point.discs, 'disc')}"
 
 
-def _anchor(curve: GrowthCurve, point: GrowthPoint) -> str:
+def _build_anchor(curve: GrowthCurve, point: GrowthPoint) -> str:
     """Return the anchor of a run's row within the page."""
     return quote(f"{curve.engine}/{curve.profile}/{point.discs}{'/falling' if curve.gravity else ''}")
 
 
-def _command(curve: GrowthCurve, point: GrowthPoint) -> str:
+def _format_command(curve: GrowthCurve, point: GrowthPoint) -> str:
     words = ("carom", "bench", "--grow", "-e", curve.engine, "-p", curve.profile, "--discs", str(point.discs))
     return shlex.join(words)
 
 
-def _ran(curve: GrowthCurve) -> list[GrowthPoint]:
+def _list_completed_points(curve: GrowthCurve) -> list[GrowthPoint]:
     return [point for point in curve.points if not point.reason]
 
 
-def _most(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
+def _format_largest(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
     """Return a column's text for the largest number of discs that was run."""
-    return lambda curve: say(ran[-1]) if (ran := _ran(curve)) else formatting.ABSENT
+    return lambda curve: say(ran[-1]) if (ran := _list_completed_points(curve)) else formatting.ABSENT
 
 
-def _power(exponent: tuple[float, float, float]) -> Cell:
+def _build_power_cell(exponent: tuple[float, float, float]) -> Cell:
     value, low, high = exponent
     if math.isnan(value):
         return Cell("too few runs")
@@ -178,43 +189,49 @@ def _power(exponent: tuple[float, float, float]) -> Cell:
     return Cell(f"n^{value:.2f} ({low:.2f} to {high:.2f})", short=f"n^{value:.2f}")
 
 
-def _svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
+def _render_svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
     """Return run time (or memory) against the number of discs as SVG. A narrow one fits a phone."""
-    links = {_anchor(curve, point): _name(curve, point) for curve in growth.curves for point in _ran(curve)}
-    with svg.drawing():
-        figure = _figure(growth, memory, narrow=narrow)
+    links = {
+        _build_anchor(curve, point): _format_run(curve, point)
+        for curve in growth.curves
+        for point in _list_completed_points(curve)
+    }
+    with svg.use_drawing_style():
+        figure = _draw_figure(growth, memory, narrow=narrow)
         return svg.render(figure, "Memory" if memory else "Run time", links, narrow=narrow)
 
 
-def _figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: bool = False) -> drawn.Figure:
+def _draw_figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narrow: bool = False) -> drawn.Figure:
     what = "Memory" if memory else "Run time per simulated second"
     title = what if narrow else f"{what} against the number of discs"
-    figure, axes = svg.framed(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
+    figure, axes = svg.build_framed_figure(_WIDTH_IN, _HEIGHT_IN, title, foot, narrow=narrow)
     axes.set_xscale("log")
     axes.set_yscale("log")
     ends = list[svg.LineEnd]()
     for curve in growth.curves:
         places = [
-            (point.discs, height, _anchor(curve, point))
-            for point in _ran(curve)
+            (point.discs, height, _build_anchor(curve, point))
+            for point in _list_completed_points(curve)
             if (height := point.memory_bytes / _MIB if memory else point.advance_s / _SIMULATED_S) > 0
         ]
         if not places:
             continue
-        style = svg.line_style(curve.engine, profile=curve.profile) | {"linestyle": "--" if curve.gravity else "-"}
+        style = svg.choose_line_style(curve.engine, profile=curve.profile) | {
+            "linestyle": "--" if curve.gravity else "-"
+        }
         axes.plot([discs for discs, _, _ in places], [height for _, height, _ in places], **style)
         for place in places:
-            svg.aim(axes, *place)
+            svg.draw_link_target(axes, *place)
         value, _, _ = curve.memory_exponent if memory else curve.time_exponent
         grows = "" if math.isnan(value) or narrow else f": n^{value:.2f}"
-        name = f"{_SHOWN.get(curve.engine, curve.engine)}{_gas(curve)}{grows}"
+        name = f"{_SHOWN.get(curve.engine, curve.engine)}{_format_gas(curve)}{grows}"
         ends.append(svg.LineEnd(*places[-1][:2], name, style["color"]))
     axes.set_xlabel("discs")
     axes.set_ylabel("memory of the world, MiB" if memory else "run time per simulated second, s")
-    axes.xaxis.set_major_formatter(svg.plain_number)
-    axes.yaxis.set_major_formatter(svg.plain_number)
+    axes.xaxis.set_major_formatter(svg.format_tick)
+    axes.yaxis.set_major_formatter(svg.format_tick)
     svg.finish(axes)
-    svg.name_lines(figure, axes, ends)
+    svg.label_lines(figure, axes, ends)
     return figure
 
 
@@ -226,11 +243,11 @@ def write_growth(growth: Growth, folder: Path) -> Path:
         InputError: The folder is not writable, or contains foreign files.
     """
     require_report_extra()
-    foot = stamp_lines(growth.environment, growth.command)
-    page, numbers = html(growth_document(growth)), as_json("growth", growth)
+    foot = format_stamp_lines(growth.environment, growth.command)
+    page, numbers = render_html(build_growth_document(growth)), format_json("growth", growth)
     files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
-        files[f"{name}.svg"] = svg.alone(_svg(growth, memory))
-        with svg.drawing():
-            files[f"{name}.png"] = svg.png(_figure(growth, memory, foot))
+        files[f"{name}.svg"] = svg.to_separate_svg(_render_svg(growth, memory))
+        with svg.use_drawing_style():
+            files[f"{name}.png"] = svg.render_png(_draw_figure(growth, memory, foot))
     return write_files(folder, "bench", files)

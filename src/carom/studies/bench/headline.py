@@ -8,25 +8,25 @@ from collections.abc import Iterator
 from carom.execution.job import Method
 from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind
-from carom.studies.bench.result import Bench, Curve, Point, SceneBench, run_s
-from carom.studies.bench.tables import error_text, losses, milliseconds
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, read_run_time
+from carom.studies.bench.tables import format_error, format_losses, format_milliseconds
 
 #: With more scenes than this, a terminal shows only the table of all scenes.
 SCENES_SHOWN = 2
 
 
-def answers(bench: Bench) -> Iterator[str]:
+def describe_bench(bench: Bench) -> Iterator[str]:
     """Yield the headline: for one scene in full; for several, the counts of cheapest engines, then each scene."""
     target, kind = bench.plan.target, bench.plan.error
     if len(bench.scenes) == 1:
-        yield scene_answer(bench.scenes[0], target, kind)
+        yield describe_scene(bench.scenes[0], target, kind)
         return
     exact = [scene.exact for scene in bench.scenes if scene.exact is not None]
-    scenes = formatting.count(len(bench.scenes), "scene")
-    found = [scene.cheapest_engine(target) for scene in bench.scenes]
-    tally = Counter(_method(point) for point in found if point is not None)
-    parts = [f"PIC is exact on {len(exact)} of {scenes}{_range(exact)}"] * bool(exact)
-    wanted = f"{error_text(target, kind)} error"
+    scenes = formatting.format_count(len(bench.scenes), "scene")
+    found = [scene.find_cheapest_engine(target) for scene in bench.scenes]
+    tally = Counter(_format_method(point) for point in found if point is not None)
+    parts = [f"PIC is exact on {len(exact)} of {scenes}{_format_time_range(exact)}"] * bool(exact)
+    wanted = f"{format_error(target, kind)} error"
     if tally:
         best = formatting.join_words([f"{name} on {_scenes_of(name, found, bench)}" for name, _ in tally.most_common()])
         best = best.removesuffix(" on every scene")
@@ -37,21 +37,25 @@ def answers(bench: Bench) -> Iterator[str]:
         parts.append(f"every engine misses or invents impacts on {_names(lossy, bench)}")
     if len(unreached) > len(lossy):
         parts.append(f"no engine reaches {wanted} on {len(unreached) - len(lossy) if tally or lossy else 'any'}")
-    yield formatting.capitalised(f"{'; '.join(parts)}.")
+    yield formatting.capitalise(f"{'; '.join(parts)}.")
     if len(bench.scenes) <= SCENES_SHOWN:
-        yield from (scene_answer(scene, target, kind, next_best=False) for scene in bench.scenes)
+        yield from (describe_scene(scene, target, kind, next_best=False) for scene in bench.scenes)
 
 
-def _range(points: list[Point]) -> str:
+def _format_time_range(points: list[Point]) -> str:
     """Return the least and the largest run time as text; a single time if they are equal."""
     spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
-    return f" in {' to '.join(dict.fromkeys(milliseconds(time) for time in (spent[0], spent[-1])))} ms" if spent else ""
+    return (
+        f" in {' to '.join(dict.fromkeys(format_milliseconds(time) for time in (spent[0], spent[-1])))} ms"
+        if spent
+        else ""
+    )
 
 
 def _scenes_of(name: str, cheapest: list[Point | None], bench: Bench) -> str:
     """Return the scenes on which a method is the cheapest."""
     pairs = zip(bench.scenes, cheapest, strict=True)
-    return _names([scene for scene, point in pairs if point is not None and _method(point) == name], bench)
+    return _names([scene for scene, point in pairs if point is not None and _format_method(point) == name], bench)
 
 
 def _names(scenes: list[SceneBench], bench: Bench) -> str:
@@ -63,7 +67,7 @@ def _names(scenes: list[SceneBench], bench: Bench) -> str:
     return formatting.join_words([one.scene.name for one in scenes])
 
 
-def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
+def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
     """Describe a scene in a sentence: PIC, the cheapest engine for the target, the most accurate, and the next."""
     exact, parts = scene.exact, list[str]()
     if exact is not None:
@@ -71,26 +75,28 @@ def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best
     ranked = [(curve, curve.best) for curve in scene.engines]
     sound = [(curve, best) for curve, best in ranked if best is not None and best.sound]
     if sound:
-        parts += _engines(scene, sound, target, kind)
+        parts += _describe_engines(scene, sound, target, kind)
         others = [best for curve, best in sound if curve.engine != sound[0][0].engine]
         parts += [f"the next engine is {_describe_point(best, kind)}" for best in others[:next_best]]
     elif lossy := [best for _, best in ranked if best is not None]:
         best = lossy[0]
         if best.lost:
             parts.append(
-                f"every engine misses or invents impacts at every step; the best is {_method(best)}, which "
-                f"{losses(best)}{_ms(best)} at steps of {formatting.step(best.dt_s)}"
+                f"every engine misses or invents impacts at every step; the best is {_format_method(best)}, which "
+                f"{format_losses(best)}{_ms(best)} at steps of {formatting.format_step(best.dt_s)}"
             )
         else:
             parts.append("the scene has no error to measure")
     else:
         parts.append("no engine was scored")
-    return f"{scene.scene.name}: {'. '.join([parts[0], *map(formatting.capitalised, parts[1:])])}."
+    return f"{scene.scene.name}: {'. '.join([parts[0], *map(formatting.capitalise, parts[1:])])}."
 
 
-def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float, kind: ErrorKind) -> Iterator[str]:
-    wanted = f"{error_text(target, kind)} error"
-    cheap, (_, best) = scene.cheapest_engine(target), sound[0]
+def _describe_engines(
+    scene: SceneBench, sound: list[tuple[Curve, Point]], target: float, kind: ErrorKind
+) -> Iterator[str]:
+    wanted = f"{format_error(target, kind)} error"
+    cheap, (_, best) = scene.find_cheapest_engine(target), sound[0]
     if cheap is None:
         which = "the most accurate engine"
         if best.error > target:  # without a timing pass, no engine is the cheapest
@@ -102,26 +108,29 @@ def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float,
     else:
         cost = ""
         if cheap.timing:
-            cost = f" with {milliseconds(cheap.timing.advance_s)} ms at steps of {formatting.step(cheap.dt_s)}"
-        yield f"the fastest engine with at most {wanted} is {_method(cheap)}{cost}{_ratio(scene, cheap)}"
+            cost = (
+                f" with {format_milliseconds(cheap.timing.advance_s)} ms at steps of "
+                f"{formatting.format_step(cheap.dt_s)}"
+            )
+        yield f"the fastest engine with at most {wanted} is {_format_method(cheap)}{cost}{_ratio(scene, cheap)}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 
 
 def _describe_point(point: Point, kind: ErrorKind) -> str:
-    error = error_text(point.error, kind)
-    return f"{_method(point)}: {error} error{_ms(point)} at steps of {formatting.step(point.dt_s)}"
+    error = format_error(point.error, kind)
+    return f"{_format_method(point)}: {error} error{_ms(point)} at steps of {formatting.format_step(point.dt_s)}"
 
 
-def _method(point: Point) -> str:
+def _format_method(point: Point) -> str:
     return Method(point.engine, point.profile).phrase
 
 
 def _ms(point: Point) -> str:
-    return f" in {milliseconds(point.timing.advance_s)} ms" if point.timing else ""
+    return f" in {format_milliseconds(point.timing.advance_s)} ms" if point.timing else ""
 
 
 def _ratio(scene: SceneBench, point: Point) -> str:
     exact = scene.exact
     if exact is None or exact.timing is None or point.timing is None:
         return ""
-    return f" ({formatting.ratio(run_s(point) / run_s(exact))} PIC's time)"
+    return f" ({formatting.format_ratio(read_run_time(point) / read_run_time(exact))} PIC's time)"

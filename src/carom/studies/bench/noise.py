@@ -22,7 +22,7 @@ class Spread:
     high: float
 
 
-def spread(values: list[float]) -> Spread:
+def compute_spread(values: list[float]) -> Spread:
     """Return median and quartiles. For a single value, all three are that value."""
     low, median, high = (float(q) for q in np.percentile(values, (25, 50, 75)))
     return Spread(median, low, high)
@@ -52,21 +52,21 @@ class NoiseProbe:
         self._loops = 1000
         trials = []
         for _ in range(9):
-            self._loops = max(1, round(self._loops * PROBE_S / self._work()))
+            self._loops = max(1, round(self._loops * PROBE_S / self._time_work()))
             trials.append(self._loops)
         self._loops = round(statistics.median(trials[3:]))  # the first measurements only determine the size
         self._times: list[float] = []
 
     def take(self) -> None:
         """Do the work once and record its time."""
-        self._times.append(self._work())
+        self._times.append(self._time_work())
 
-    def noise(self) -> Noise:
+    def compute_noise(self) -> Noise:
         """Return the spread of the probes. At least one probe must have been taken."""
-        found, times = spread(self._times), self._times
+        found, times = compute_spread(self._times), self._times
         return Noise(found.median, (found.high - found.low) / found.median, max(times) / found.median, len(times))
 
-    def _work(self) -> float:
+    def _time_work(self) -> float:
         started = time.perf_counter()
         total = 0
         for k in range(self._loops):

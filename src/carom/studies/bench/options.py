@@ -6,11 +6,27 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
-from carom.execution.shared_options import MOST_SEED, LimitOptions, engine_names, no_scheduler, profile_names
+from carom.execution.shared_options import (
+    MOST_SEED,
+    LimitOptions,
+    declare_engines,
+    declare_no_scheduler,
+    declare_profiles,
+)
 from carom.studies.bench.axes import ErrorKind
-from carom.studies.bench.series import STEPS, geometric_steps
+from carom.studies.bench.series import STEPS, compute_geometric_steps
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
-from carom.support.options import flag, fraction, measure, name, one_of, option, seconds, step, whole
+from carom.support.options import (
+    build_enum_kind,
+    build_flag_kind,
+    build_measure_kind,
+    build_name_kind,
+    build_seconds_kind,
+    build_step_kind,
+    build_whole_number_kind,
+    declare_option,
+    parse_fraction,
+)
 
 #: Smallest number of rounds with a useful spread.
 LEAST_ROUNDS = 3
@@ -19,25 +35,27 @@ LEAST_ROUNDS = 3
 BUDGET_S = 80.0
 
 
-def step_series(text: str) -> tuple[float, ...]:
+def parse_step_series(text: str) -> tuple[float, ...]:
     """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``.
 
     Raises:
         ValueError: The text is neither a step nor a series.
     """
     if ".." not in text:
-        return (fraction(text),)
+        return (parse_fraction(text),)
     ends, _, count = text.partition(":")
     coarsest, _, finest = ends.partition("..")
     if count and not (count.isascii() and count.isdigit() and len(count) < 10 and 2 <= int(count) <= MOST_SERIES):
         raise ValueError
-    first, last = (step().take(fraction(end)) for end in (coarsest, finest))
-    return geometric_steps(first, last, int(count) if count else STEPS)
+    first, last = (build_step_kind().take(parse_fraction(end)) for end in (coarsest, finest))
+    return compute_geometric_steps(first, last, int(count) if count else STEPS)
 
 
-def own_methods() -> Any:
+def declare_own_methods() -> Any:
     """Declare the option to run Carom's own methods."""
-    return option(True, flag(), "Run PIC and PIT in addition to the chosen engines.", "--own/--no-own")
+    return declare_option(
+        True, build_flag_kind(), "Run PIC and PIT in addition to the chosen engines.", "--own/--no-own"
+    )
 
 
 @dataclass(frozen=True)
@@ -63,31 +81,39 @@ class BenchPlan(LimitOptions):
         InputError: A value is invalid.
     """
 
-    engines: Sequence[str] | None = engine_names()
-    dts: Sequence[float] | None = option(
+    engines: Sequence[str] | None = declare_engines()
+    dts: Sequence[float] | None = declare_option(
         None,
-        step(step_series, f", or in the shell a series such as 1/60..1/10000:6, of {MOST_SERIES} steps at most"),
+        build_step_kind(
+            parse_step_series, f", or in the shell a series such as 1/60..1/10000:6, of {MOST_SERIES} steps at most"
+        ),
         f"Time step in seconds, or a series such as 1/60..1/10000:6 of up to {MOST_SERIES} steps; repeatable.",
         "--dt",
         many=True,
         said="six, from one frame of each scene to 1/167 of it",
     )
-    profiles: Sequence[str] = profile_names("default", "tuned")
-    phases: int = option(4, whole(1, MOST_PHASES), "Number of start positions per step.", "--phases")
-    error: ErrorKind = option(ErrorKind.IMPACT, one_of(ErrorKind), "Error to plot.", "--error")
-    target: float = option(
+    profiles: Sequence[str] = declare_profiles("default", "tuned")
+    phases: int = declare_option(
+        4, build_whole_number_kind(1, MOST_PHASES), "Number of start positions per step.", "--phases"
+    )
+    error: ErrorKind = declare_option(ErrorKind.IMPACT, build_enum_kind(ErrorKind), "Error to plot.", "--error")
+    target: float = declare_option(
         0.01,
-        measure("a positive number", "NUMBER", 0.0, LARGEST),
+        build_measure_kind("a positive number", "NUMBER", 0.0, LARGEST),
         "Error for which the fastest engine is named.",
         "--target",
     )
-    rounds: int = option(7, whole(LEAST_ROUNDS, MOST_ROUNDS), "Number of timing rounds.", "--rounds")
-    seed: int = option(1, whole(0, MOST_SEED), "Seed of the random order within a timing round.", "--seed")
-    budget_s: float = option(
-        BUDGET_S, seconds(), "Seconds per scene, half for scoring and half for timing.", "--budget"
+    rounds: int = declare_option(
+        7, build_whole_number_kind(LEAST_ROUNDS, MOST_ROUNDS), "Number of timing rounds.", "--rounds"
     )
-    timing: bool = option(True, flag(), "Measure run times.", "--timing/--no-timing")
-    own: bool = own_methods()
+    seed: int = declare_option(
+        1, build_whole_number_kind(0, MOST_SEED), "Seed of the random order within a timing round.", "--seed"
+    )
+    budget_s: float = declare_option(
+        BUDGET_S, build_seconds_kind(), "Seconds per scene, half for scoring and half for timing.", "--budget"
+    )
+    timing: bool = declare_option(True, build_flag_kind(), "Measure run times.", "--timing/--no-timing")
+    own: bool = declare_own_methods()
 
 
 @dataclass(frozen=True)
@@ -106,17 +132,17 @@ class GrowthOptions(LimitOptions):
         InputError: A value is invalid.
     """
 
-    engines: Sequence[str] | None = engine_names()
-    profile: str = option("tuned", name(), "Settings profile.", "--profile")
-    sizes: Sequence[int] | None = option(
+    engines: Sequence[str] | None = declare_engines()
+    profile: str = declare_option("tuned", build_name_kind(), "Settings profile.", "--profile")
+    sizes: Sequence[int] | None = declare_option(
         None,
-        whole(1, MOST_DISCS),
+        build_whole_number_kind(1, MOST_DISCS),
         "With --grow: number of discs, repeatable.",
         "--discs",
         many=True,
         said="10 to 10,000, PIC and PIT to 100,000",
     )
-    budget_s: float = option(BUDGET_S, seconds(), "Seconds per gas.", "--budget")
-    own: bool = own_methods()
+    budget_s: float = declare_option(BUDGET_S, build_seconds_kind(), "Seconds per gas.", "--budget")
+    own: bool = declare_own_methods()
     _: KW_ONLY
-    scheduler: str | None = no_scheduler("run time and memory are measured on this machine")
+    scheduler: str | None = declare_no_scheduler("run time and memory are measured on this machine")

@@ -15,7 +15,7 @@ EXACT_METHOD = Method("pic", "event-driven")
 OWN_METHODS = (EXACT_METHOD, PIT_METHOD)
 
 
-def with_own_methods(
+def add_own_methods(
     infos: Sequence[EngineInfo], asked: Sequence[str] | None, pool: Pool, *, own: bool
 ) -> list[EngineInfo]:
     """Return engines with PIC and PIT first. Without `own`, PIC and PIT are only included if they were requested.

@@ -94,7 +94,9 @@ class Curve:
     def best(self) -> Point | None:
         """The sound point of smallest error, otherwise the point with fewest lost impacts; None if none was scored."""
         scored = [point for point in self.points if not point.reason]
-        return min(scored, key=lambda point: (not point.sound, point.lost, point.error, run_s(point)), default=None)
+        return min(
+            scored, key=lambda point: (not point.sound, point.lost, point.error, read_run_time(point)), default=None
+        )
 
 
 @dataclass(frozen=True)
@@ -129,19 +131,19 @@ class SceneBench:
     def exact(self) -> Point | None:
         """PIC's point of smallest run time; None if PIC was not run or is not exact to rounding."""
         points = [point for curve in self.curves if curve.exact for point in curve.points if point.sound]
-        return min((p for p in points if p.error <= THRESHOLDS.rounding), key=run_s, default=None)
+        return min((p for p in points if p.error <= THRESHOLDS.rounding), key=read_run_time, default=None)
 
     @property
     def engines(self) -> list[Curve]:
         """The curves of engines, best first; PIT's curve if no engine was run."""
         for own in ({"pic", "pit"}, {"pic"}):
             if found := [curve for curve in self.curves if curve.engine not in own]:
-                return best_first(found)
+                return sort_best_first(found)
         return []
 
-    def cheapest_engine(self, target: float) -> Point | None:
+    def find_cheapest_engine(self, target: float) -> Point | None:
         """Return the cheapest point of all engines that reaches a target; None if no point does."""
-        return cheapest([point for curve in self.engines for point in curve.points], target)
+        return find_cheapest([point for curve in self.engines for point in curve.points], target)
 
 
 @dataclass(frozen=True)
@@ -163,28 +165,28 @@ class Bench:
     elapsed_s: float
 
 
-def run_s(point: Point | None) -> float:
+def read_run_time(point: Point | None) -> float:
     """Return the run time of all steps, seconds; infinity if there is no point or it was not timed."""
     return point.timing.advance_s.median if point is not None and point.timing else math.inf
 
 
-def pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
+def find_pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
     """Return the sound, timed points that no other point beats in both run time and error, from fast to exact."""
     front: list[Point] = []
-    for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (run_s(p), p.error)):
+    for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (read_run_time(p), p.error)):
         # Differences within rounding are no gain in accuracy.
         if not front or point.error < front[-1].error - THRESHOLDS.rounding:
             front.append(point)
     return tuple(front)
 
 
-def cheapest(points: Sequence[Point], target: float) -> Point | None:
+def find_cheapest(points: Sequence[Point], target: float) -> Point | None:
     """Return the sound point of smallest run time whose error is at most the target; None if there is none."""
     meeting = [point for point in points if point.sound and point.timing and point.error <= target]
-    return min(meeting, key=run_s, default=None)
+    return min(meeting, key=read_run_time, default=None)
 
 
-def best_first(curves: Iterable[Curve]) -> list[Curve]:
+def sort_best_first(curves: Iterable[Curve]) -> list[Curve]:
     """Sort curves by their best points: first sound points by error and run time, then others by lost impacts."""
 
     def place(curve: Curve) -> tuple[bool, bool, float, float, float]:
@@ -193,6 +195,6 @@ def best_first(curves: Iterable[Curve]) -> list[Curve]:
             return (True, True, math.inf, math.inf, math.inf)
         # Errors that look equal in tables count as equal. For equal errors, the faster method is better.
         error = 0.0 if best.error <= THRESHOLDS.rounding else float(f"{best.error:.1e}")
-        return (False, not best.sound, best.lost / max(1, best.expected), error, run_s(best))
+        return (False, not best.sound, best.lost / max(1, best.expected), error, read_run_time(best))
 
     return sorted(curves, key=place)

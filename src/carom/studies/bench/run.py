@@ -8,11 +8,11 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from carom.comparator.shifted_scenes import even_phases
+from carom.comparator.shifted_scenes import list_even_phases
 from carom.engines.registry import EngineInfo
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.describe_engines import Methods, describe_engines, list_methods, select_engines
-from carom.execution.environment import environment
+from carom.execution.environment import describe_environment
 from carom.execution.job import Answer, Job, Progress, no_progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.plan import resolve_scenes, select_profiles
@@ -21,17 +21,17 @@ from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.score_jobs import Measures
 from carom.model.scene import Scene
 from carom.report import formatting
-from carom.studies.bench.axes import ErrorKind, error_of
+from carom.studies.bench.axes import ErrorKind, compute_error
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.own_methods import EXACT_METHOD, OWN_METHODS, with_own_methods
-from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.studies.bench.own_methods import EXACT_METHOD, OWN_METHODS, add_own_methods
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, find_pareto_front
 from carom.studies.bench.scoring_pass import ScoringPass
-from carom.studies.bench.series import default_steps
-from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, timing_key
+from carom.studies.bench.series import compute_default_steps
+from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, build_timing_key
 
 
-def work_precision(
+def measure_work_precision(
     scenes: Sequence[Scene],
     plan: BenchPlan,
     pool: Pool,
@@ -60,8 +60,8 @@ def work_precision(
     with pool:  # the pool is closed here, so that its processes end before the timing pass
         infos = select_engines(describe_engines(plan.engines, pool), plan.engines)
         profiles = select_profiles(infos, plan.profiles)
-        infos = with_own_methods(infos, plan.engines, pool, own=plan.own)
-        jobs, methods = _jobs(scenes, infos, profiles, plan, pool)
+        infos = add_own_methods(infos, plan.engines, pool, own=plan.own)
+        jobs, methods = _build_jobs(scenes, infos, profiles, plan, pool)
         scored = []
         done = 0
         for scene in scenes:
@@ -71,17 +71,17 @@ def work_precision(
             done += len(own)
     benches = []
     for scene, own, results, unscored in scored:
-        points = _points(own, results, unscored, plan.error)
+        points = _build_points(own, results, unscored, plan.error)
         ran = [point.at for point in points if not point.reason]
-        timing = _timed(scene, ran, plan, timings or MemoryJournal(), progress) if plan.timing and ran else None
+        timing = _time_scene(scene, ran, plan, timings or MemoryJournal(), progress) if plan.timing and ran else None
         if timing is not None:
             clocks, why = dict(timing.timings), dict(timing.untimed)
             points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
-        benches.append(_scene_bench(scene, points, timing, plan.target))
-    return Bench(tuple(benches), plan, environment(infos), command, time.perf_counter() - started)
+        benches.append(_build_scene_bench(scene, points, timing, plan.target))
+    return Bench(tuple(benches), plan, describe_environment(infos), command, time.perf_counter() - started)
 
 
-def _jobs(
+def _build_jobs(
     scenes: Sequence[Scene], infos: Sequence[EngineInfo], profiles: Sequence[str], plan: BenchPlan, pool: Pool
 ) -> tuple[list[Job], Methods]:
     """Return all jobs of the scoring pass, and the descriptions of their methods.
@@ -90,7 +90,7 @@ def _jobs(
     requested profiles only if they are requested by name.
     """
     plain, _ = resolve_scenes(scenes)
-    steps = {scene.name: sorted(set(plan.dts or default_steps(scene)), reverse=True) for scene in plain}
+    steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}
     found = list_methods(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
     added = {method.engine: (method,) for method in OWN_METHODS if method.engine not in (plan.engines or ())}
     at = {(name, dt_s): added.get(name, methods) for (name, dt_s), methods in found.at.items()}
@@ -101,12 +101,12 @@ def _jobs(
         for refinement, dt_s in enumerate(steps[scene.name])
         for method in at[info.name, dt_s]
         if method != EXACT_METHOD or refinement == 0
-        for phase in even_phases(plan.phases)
+        for phase in list_even_phases(plan.phases)
     ]
     return jobs, found
 
 
-def _timed(
+def _time_scene(
     scene: Scene,
     asked: Sequence[At],
     plan: BenchPlan,
@@ -114,23 +114,23 @@ def _timed(
     progress: Progress,
 ) -> SceneTiming | None:
     question = TimeScene(scene, tuple(asked), plan.rounds, plan.seed, plan.budget_s / 2, progress)
-    ask = TaskRequest(scene, timing_key(scene, asked, plan.seed), question)
-    with plan.local_pool(1) as pool:
+    ask = TaskRequest(scene, build_timing_key(scene, asked, plan.seed), question)
+    with plan.open_local_pool(1) as pool:
         ((_, answer),) = run_tasks([ask], pool, timings, alone=True)
     return answer.value
 
 
-def _points(
+def _build_points(
     jobs: Sequence[Job], results: Mapping[JobKey, Answer[Measures]], unscored: Mapping[At, str], kind: ErrorKind
 ) -> list[Point]:
-    found = formatting.group_by(((job.method, job.dt_s), results.get(job_key(job))) for job in jobs)
-    return [_point(at, answers, unscored.get(at, ""), kind) for at, answers in found.items()]
+    found = formatting.group_by(((job.method, job.dt_s), results.get(build_job_key(job))) for job in jobs)
+    return [_build_point(at, answers, unscored.get(at, ""), kind) for at, answers in found.items()]
 
 
-def _point(at: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
+def _build_point(at: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
     answers = [answer for answer in found if answer is not None]
     measured = [answer.value for answer in answers if answer.value is not None]
-    errors = [error for measures in measured if not math.isnan(error := error_of(measures, kind))]
+    errors = [error for measures in measured if not math.isnan(error := compute_error(measures, kind))]
     reason = unscored or next((answer.said for answer in answers if answer.said), "")
     if not reason:
         reason = next((f"ended early: {m.outcome}" for m in measured if m.outcome != "completed"), "")
@@ -151,18 +151,18 @@ def _point(at: At, found: Sequence[Answer[Measures] | None], unscored: str, kind
     )
 
 
-def _scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTiming | None, target: float) -> SceneBench:
+def _build_scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTiming | None, target: float) -> SceneBench:
     by_curve = formatting.group_by(((point.engine, point.profile), point) for point in points)
     curves = []
     for (engine, profile), own in by_curve.items():
         sound = [point for point in own if point.sound]
         order = fit_order([point.dt_s for point in sound], [point.error for point in sound])
-        curves.append(Curve(engine, profile, tuple(own), order, cheapest(own, target)))
+        curves.append(Curve(engine, profile, tuple(own), order, find_cheapest(own, target)))
     return SceneBench(
         scene,
         tuple(curves),
-        pareto_front([point for point in points if point.engine != "pic"]),
-        cheapest(points, target),
+        find_pareto_front([point for point in points if point.engine != "pic"]),
+        find_cheapest(points, target),
         timing.noise if timing else None,
         timing.rounds if timing else 0,
         timing.date if timing else "",

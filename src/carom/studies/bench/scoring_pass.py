@@ -7,12 +7,12 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.describe_engines import Methods
 from carom.execution.job import Answer, Job, Method, Progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.score_jobs import Measures, score_jobs, steps_of
+from carom.execution.score_jobs import Measures, estimate_steps, score_jobs
 from carom.report import formatting
 from carom.studies.bench.timing_pass import At
 
@@ -56,9 +56,9 @@ class ScoringPass:
             left_s = self.budget_s - (time.perf_counter() - started)
             chosen: list[Job] = []
             steps = 0.0
-            for method in self._best_first(at_level, results):
+            for method in self._rank_methods(at_level, results):
                 own = at_level[method]
-                more = sum(steps_of(job) for job in own if self._missing(job))
+                more = sum(estimate_steps(job) for job in own if self._is_missing(job))
                 if more and step_s * (steps + more) > left_s:
                     beyond = f"the {self.budget_s:.0f} s for scoring this scene are used up; raise --budget"
                     unscored[method, own[0].dt_s] = beyond
@@ -66,35 +66,35 @@ class ScoringPass:
                 steps += more
                 chosen += own
             began = time.perf_counter()
-            step = formatting.step(min(job.dt_s for own in at_level.values() for job in own))
-            shown = self._shown(len(results), left_s, step)
+            step = formatting.format_step(min(job.dt_s for own in at_level.values() for job in own))
+            shown = self._build_progress(len(results), left_s, step)
             results.update(score_jobs(chosen, self.pool, self.notes, shown, refusal=self.methods.find_job_refusal))
             if steps:
                 step_s = (time.perf_counter() - began) / steps
         return results, unscored
 
-    def _shown(self, done: int, left_s: float, step: str) -> Progress:
+    def _build_progress(self, done: int, left_s: float, step: str) -> Progress:
         """Return a progress function that adds the step and the time left."""
         until_s = time.perf_counter() + left_s
 
         def show(now: int, _all: int, what: str) -> None:
-            left = formatting.time_left(until_s - time.perf_counter())
+            left = formatting.format_time_left(until_s - time.perf_counter())
             self.progress(self.before + done + now, self.total, f"scoring {what} at {step}{left}")
 
         return show
 
-    def _missing(self, job: Job) -> bool:
-        return job_key(job) not in self.notes.entries and self.methods.find_job_refusal(job) is None
+    def _is_missing(self, job: Job) -> bool:
+        return build_job_key(job) not in self.notes.entries and self.methods.find_job_refusal(job) is None
 
-    def _best_first(
+    def _rank_methods(
         self, methods: Mapping[Method, Sequence[Job]], results: Mapping[JobKey, Answer[Measures]]
     ) -> list[Method]:
         """Return the best profile of each engine, then the second best of each: by lost impacts, then by error."""
 
         def badness(method: Method) -> tuple[int, float]:
-            found = [job for job in self.jobs if job.method == method and job_key(job) in results]
+            found = [job for job in self.jobs if job.method == method and build_job_key(job) in results]
             finest = min((job.dt_s for job in found), default=math.inf)
-            values = [results[job_key(job)].value for job in found if job.dt_s == finest]
+            values = [results[build_job_key(job)].value for job in found if job.dt_s == finest]
             measured = [value for value in values if value is not None]
             errors = [value.total.velocity for value in measured]
             lost = sum(value.missed + value.spurious for value in measured)

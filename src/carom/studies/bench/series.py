@@ -15,7 +15,7 @@ FINEST = 60 / 10_000
 STEPS = 6
 
 
-def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
+def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
     """Return steps that are evenly spread on a logarithmic axis.
 
     If the frame rates of both ends are whole numbers, all steps have whole frame rates.
@@ -37,7 +37,7 @@ def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[flo
     return (coarsest_s, *(1.0 / rate for rate in rates[1:-1]), finest_s)
 
 
-def default_steps(scene: Scene) -> tuple[float, ...]:
+def compute_default_steps(scene: Scene) -> tuple[float, ...]:
     """Return a scene's default series of steps."""
     frame_s = 1.0 / scene.frame_rate_hz
-    return geometric_steps(frame_s, frame_s * FINEST, STEPS)
+    return compute_geometric_steps(frame_s, frame_s * FINEST, STEPS)

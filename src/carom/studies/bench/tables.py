@@ -12,7 +12,7 @@ from typing import NamedTuple
 from urllib.parse import quote
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.engines.registry import engine_argument
+from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Table
@@ -20,7 +20,7 @@ from carom.studies.bench.axes import TARGETS, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.noise import Spread
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.result import Bench, Curve, Point, SceneBench, best_first, cheapest, run_s
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_cheapest, read_run_time, sort_best_first
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
@@ -44,16 +44,16 @@ TARGETS_SHOWN = 3
 METHOD = Column("method", lambda of: Method(of.engine, of.profile).label)
 
 
-def error_text(error: float, kind: ErrorKind) -> str:
+def format_error(error: float, kind: ErrorKind) -> str:
     """Return an error as shown in tables and sentences: exact, 0.16 %, 2e-6, or 0.01 rad."""
     if error <= THRESHOLDS.rounding:
         return EXACT
     if not kind.in_percent:
-        return f"{formatting.number(error)} rad"
-    return formatting.percent(error) if error >= LEAST_PERCENT else formatting.number(error)
+        return f"{formatting.format_number(error)} rad"
+    return formatting.format_percent(error) if error >= LEAST_PERCENT else formatting.format_number(error)
 
 
-def reached(bench: Bench) -> list[float]:
+def list_reached_targets(bench: Bench) -> list[float]:
     """Return the targets that engines reach on a scene, from coarse to fine.
 
     The last target is the error of rounding, for exact results.
@@ -61,15 +61,15 @@ def reached(bench: Bench) -> list[float]:
     engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
     every = [point for scene in bench.scenes for point in scene.points]
     asked = sorted({bench.plan.target, *TARGETS}, reverse=True)
-    found = [target for target in asked if any(_meets(point, target) for point in engines)]
-    return found + [THRESHOLDS.rounding] * any(_meets(point, THRESHOLDS.rounding) for point in every)
+    found = [target for target in asked if any(_is_within_target(point, target) for point in engines)]
+    return found + [THRESHOLDS.rounding] * any(_is_within_target(point, THRESHOLDS.rounding) for point in every)
 
 
-def _meets(point: Point, target: float) -> bool:
+def _is_within_target(point: Point, target: float) -> bool:
     return point.sound and point.error <= target
 
 
-def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
+def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
     """Return a table with one row per method, best first: smallest error, and run time for each target."""
 
     def best(say: Callable[[Point], Cell | str]) -> Callable[[Curve], Cell | str]:
@@ -77,21 +77,23 @@ def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -
 
     columns = [
         METHOD,
-        Column("least", partial(_least, kind), "error", number=True),
-        Column("run", best(lambda p: milliseconds(p.timing.advance_s) if p.timing else ""), "ms", number=True),
-        Column("at", lambda curve: _step(curve, curve.best), "step", number=True),
+        Column("least", partial(_build_least_error_cell, kind), "error", number=True),
+        Column("run", best(lambda p: format_milliseconds(p.timing.advance_s) if p.timing else ""), "ms", number=True),
+        Column("at", lambda curve: _format_step(curve, curve.best), "step", number=True),
         *(
-            Column(error_text(target, kind), partial(_cost, scene, target), "ms", number=True, only=only)
+            Column(format_error(target, kind), partial(_build_cost_cell, scene, target), "ms", number=True, only=only)
             # A terminal shows the run time of exact results only once, next to their error.
-            for target, only in zip(targets, _shown_where(targets, exact=Media.IN_FULL), strict=True)
+            for target, only in zip(targets, _select_media(targets, exact=Media.IN_FULL), strict=True)
         ),
-        Column("order", lambda curve: _order(curve.order)),
-        Column("steps that find all", _sound, number=True, only=Media.IN_FULL),
+        Column("order", lambda curve: _format_order(curve.order)),
+        Column("steps that find all", _format_sound_steps, number=True, only=Media.IN_FULL),
     ]
-    return Table(columns, best_first(scene.curves), title=f"{scene.scene.name}: accuracy and run time of each method")
+    return Table(
+        columns, sort_best_first(scene.curves), title=f"{scene.scene.name}: accuracy and run time of each method"
+    )
 
 
-def _shown_where(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> list[Media]:
+def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> list[Media]:
     """Return the media that show each target.
 
     A terminal shows only the finest targets, and rounding only on request.
@@ -101,25 +103,25 @@ def _shown_where(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> l
     return [Media.IN_FULL] * hidden + [Media.EVERYWHERE] * (errors - hidden) + [exact] * (len(targets) - errors)
 
 
-def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
+def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     """Return a table with one row per method: the numbers of scenes with no loss, and with each target reached."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = formatting.group_by(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
     columns = [
         METHOD,
-        Column("found", lambda method: _share(method, sum(b.sound for b in method.best)), "all", number=True),
+        Column("found", lambda method: _format_share(method, sum(b.sound for b in method.best)), "all", number=True),
         *(
-            Column(error_text(target, kind), partial(_reach, target), "n, ×", only=only)  # noqa: RUF001 - the sign of a ratio
-            for target, only in zip(targets, _shown_where(targets), strict=True)
+            Column(format_error(target, kind), partial(_build_reach_cell, target), "n, ×", only=only)  # noqa: RUF001 - the sign of a ratio
+            for target, only in zip(targets, _select_media(targets), strict=True)
         ),
-        Column("order", _median_order, "median", number=True),
+        Column("order", _format_median_order, "median", number=True),
     ]
     methods = [_Method(engine, profile, tuple(own)) for (engine, profile), own in by_method.items()]
     return Table(
         columns,
-        sorted(methods, key=lambda method: method.rank(targets)),
-        title=f"All methods on {formatting.count(len(bench.scenes), 'scene')}",
+        sorted(methods, key=lambda method: method.build_sort_key(targets)),
+        title=f"All methods on {formatting.format_count(len(bench.scenes), 'scene')}",
         note="n, ×: scenes that reach the error, median run time over PIC's; order: exponent",  # noqa: RUF001
     )
 
@@ -135,28 +137,30 @@ class _Method(NamedTuple):
     def best(self) -> list[Point]:
         return [curve.best for _, curve in self.curves if curve.best is not None]
 
-    def reaching(self, target: float) -> list[SceneBench]:
-        return [scene for scene, curve in self.curves if any(_meets(point, target) for point in curve.points)]
+    def list_scenes_within(self, target: float) -> list[SceneBench]:
+        return [
+            scene for scene, curve in self.curves if any(_is_within_target(point, target) for point in curve.points)
+        ]
 
-    def cost(self, target: float) -> float:
+    def compute_median_cost(self, target: float) -> float:
         """Return the median, over scenes, of the run time for a target over PIC's run time; NaN if none is known."""
-        cheap = [(scene, cheapest(curve.points, target)) for scene, curve in self.curves]
-        costs = [run_s(point) / run_s(scene.exact) for scene, point in cheap]
+        cheap = [(scene, find_cheapest(curve.points, target)) for scene, curve in self.curves]
+        costs = [read_run_time(point) / read_run_time(scene.exact) for scene, point in cheap]
         known = [cost for cost in costs if 0 < cost < math.inf]  # a point that was not timed has no cost
         return statistics.median(known) if known else math.nan
 
-    def rank(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
+    def build_sort_key(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
         """Return the sort key: first by the number of scenes that reach the finest target, last by cost."""
-        costs = [self.cost(target) for target in reversed(targets)]
-        reached = [-len(self.reaching(target)) for target in reversed(targets)]
+        costs = [self.compute_median_cost(target) for target in reversed(targets)]
+        reached = [-len(self.list_scenes_within(target)) for target in reversed(targets)]
         return reached, [math.inf if math.isnan(cost) else cost for cost in costs]
 
 
-def _share(method: _Method, count: int) -> str:
+def _format_share(method: _Method, count: int) -> str:
     return f"{count} of {len(method.curves)}"
 
 
-def _median_order(method: _Method) -> str:
+def _format_median_order(method: _Method) -> str:
     orders = [curve.order for _, curve in method.curves]
     if all(order.verdict is Convergence.EXACT for order in orders):
         return EXACT
@@ -164,115 +168,139 @@ def _median_order(method: _Method) -> str:
     return f"{statistics.median(known):.2f}" if known else ""
 
 
-def _reach(target: float, method: _Method) -> Cell:
-    scenes = method.reaching(target)
-    found = method.cost(target)
-    cost = "" if math.isnan(found) else f", {formatting.ratio(found)}"
+def _build_reach_cell(target: float, method: _Method) -> Cell:
+    scenes = method.list_scenes_within(target)
+    found = method.compute_median_cost(target)
+    cost = "" if math.isnan(found) else f", {formatting.format_ratio(found)}"
     short = f"{len(scenes)}{cost.removesuffix(' ×')}"  # noqa: RUF001 - the sign of a ratio
-    return Cell(f"{_share(method, len(scenes))}{cost}", short=short) if scenes else Cell("")
+    return Cell(f"{_format_share(method, len(scenes))}{cost}", short=short) if scenes else Cell("")
 
 
-def _order(order: ConvergenceOrder) -> Cell:
+def _format_order(order: ConvergenceOrder) -> Cell:
     if math.isnan(order.exponent):
         return Cell(order.verdict.value, short=EXACT if order.verdict is Convergence.EXACT else formatting.ABSENT)
     short = f"{order.exponent:.2f}"
     if math.isnan(order.low):
-        return Cell(f"{formatting.number(order.exponent)} from two steps", order.verdict.value, short=short)
-    interval = f"{formatting.number(order.low, 3)} to {formatting.number(order.high, 3)}"
-    return Cell(f"{formatting.number(order.exponent, 3)} ({interval})", order.verdict.value, short=short)
+        return Cell(f"{formatting.format_number(order.exponent)} from two steps", order.verdict.value, short=short)
+    interval = f"{formatting.format_number(order.low, 3)} to {formatting.format_number(order.high, 3)}"
+    return Cell(f"{formatting.format_number(order.exponent, 3)} ({interval})", order.verdict.value, short=short)
 
 
-def _sound(curve: Curve) -> str:
+def _format_sound_steps(curve: Curve) -> str:
     return f"{sum(point.sound for point in curve.points)} of {sum(not point.reason for point in curve.points)}"
 
 
-def _least(kind: ErrorKind, curve: Curve) -> Cell:
+def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
     best = curve.best
     if best is None:
         reasons = list(dict.fromkeys(point.reason for point in curve.points))
         return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if reasons else "")
     if best.sound:
-        return Cell(error_text(best.error, kind))
-    return Cell(losses(best), short=formatting.missed_and_invented(best.missed, best.spurious) or formatting.ABSENT)
+        return Cell(format_error(best.error, kind))
+    return Cell(
+        format_losses(best),
+        short=formatting.format_missed_and_invented(best.missed, best.spurious) or formatting.ABSENT,
+    )
 
 
-def losses(point: Point) -> str:
+def format_losses(point: Point) -> str:
     """Describe a point's missed and invented impacts over all starts."""
     lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
     if not lost:
         return "has no error to measure"
-    return f"{formatting.join_words(lost)} of {formatting.count(point.expected, 'impact')}"
+    return f"{formatting.join_words(lost)} of {formatting.format_count(point.expected, 'impact')}"
 
 
-def _step(curve: Curve, point: Point | None) -> str:
+def _format_step(curve: Curve, point: Point | None) -> str:
     if point is None:
         return ""
-    return "any" if curve.exact else formatting.step(point.dt_s).removesuffix(" s")
+    return "any" if curve.exact else formatting.format_step(point.dt_s).removesuffix(" s")
 
 
-def _cost(scene: SceneBench, target: float, curve: Curve) -> Cell:
+def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
     """Return a cell for the cheapest point that reaches a target: run time, step, and ratio to PIC."""
-    point = cheapest(curve.points, target)
+    point = find_cheapest(curve.points, target)
     if point is None or point.timing is None:
-        met = next((p for p in curve.points if _meets(p, target)), None)
+        met = next((p for p in curve.points if _is_within_target(p, target)), None)
         why = f"not timed: {(met and met.untimed) or 'there was no timing pass'}"
         return Cell("") if met is None else Cell("reached", title=why, short="yes")
-    spent = milliseconds(point.timing.advance_s)
-    notes = [f"at {formatting.step(point.dt_s)}", f"{milliseconds(point.timing.whole_s)} ms with preparation"]
+    spent = format_milliseconds(point.timing.advance_s)
+    notes = [
+        f"at {formatting.format_step(point.dt_s)}",
+        f"{format_milliseconds(point.timing.whole_s)} ms with preparation",
+    ]
     if scene.exact is not None and not curve.exact:
-        notes.append(f"{formatting.ratio(run_s(point) / run_s(scene.exact))} PIC's")
+        notes.append(f"{formatting.format_ratio(read_run_time(point) / read_run_time(scene.exact))} PIC's")
     return Cell(spent, title="; ".join(notes))
 
 
-def _error(point: Point) -> str:
+def _format_point_error(point: Point) -> str:
     if point.reason:
         return formatting.ABSENT
-    lost = formatting.missed_and_invented(point.missed, point.spurious)
-    error = EXACT if point.error <= THRESHOLDS.rounding else formatting.number(point.error)
+    lost = formatting.format_missed_and_invented(point.missed, point.spurious)
+    error = EXACT if point.error <= THRESHOLDS.rounding else formatting.format_number(point.error)
     return f"{error} ({lost})" if lost else error
 
 
-def _clock(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
+def _format_timing(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
     """Return the function that makes a column's text from the timing of a point."""
     return lambda point: "" if point.timing is None else say(point.timing)
 
 
 #: Columns for points. The cost without collisions has separate columns.
 _POINT_COLUMNS = (
-    Column("error", _error, number=True),
+    Column("error", _format_point_error, number=True),
     Column(
-        "smallest over starts", lambda point: formatting.number(point.error_least), number=True, only=Media.ON_PAPER
+        "smallest over starts",
+        lambda point: formatting.format_number(point.error_least),
+        number=True,
+        only=Media.ON_PAPER,
     ),
-    Column("all steps, ms", _clock(lambda timing: milliseconds(timing.advance_s)), number=True),
-    Column("spread", _clock(lambda timing: _spread(timing.advance_s)), number=True),
-    Column("prepare, ms", _clock(lambda timing: milliseconds(timing.prepare_s)), number=True),
-    Column("whole, ms", _clock(lambda timing: milliseconds(timing.whole_s)), number=True),
-    Column("per step, µs", _clock(lambda timing: _microseconds(timing.step_s)), number=True),
-    Column("empty world, µs", _clock(lambda timing: _microseconds(timing.empty_s.median / timing.steps)), number=True),
-    Column("call, µs", _clock(lambda timing: _microseconds(timing.call_s / timing.steps)), number=True),
-    Column("net, µs", _clock(lambda timing: _microseconds(timing.net_s.median / timing.steps)), number=True),
-    Column("steps / PIT", _clock(lambda timing: _median(timing.ratio)), number=True),
-    Column("ratio, quartiles", _clock(lambda timing: quartiles(timing.ratio)), number=True, only=Media.ON_PAPER),
-    Column("whole / PIT", _clock(lambda timing: _median(timing.whole_ratio)), number=True),
+    Column("all steps, ms", _format_timing(lambda timing: format_milliseconds(timing.advance_s)), number=True),
+    Column("spread", _format_timing(lambda timing: _format_spread(timing.advance_s)), number=True),
+    Column("prepare, ms", _format_timing(lambda timing: format_milliseconds(timing.prepare_s)), number=True),
+    Column("whole, ms", _format_timing(lambda timing: format_milliseconds(timing.whole_s)), number=True),
+    Column("per step, µs", _format_timing(lambda timing: _format_microseconds(timing.step_s)), number=True),
     Column(
-        "whole ratio, quartiles", _clock(lambda timing: quartiles(timing.whole_ratio)), number=True, only=Media.ON_PAPER
+        "empty world, µs",
+        _format_timing(lambda timing: _format_microseconds(timing.empty_s.median / timing.steps)),
+        number=True,
+    ),
+    Column("call, µs", _format_timing(lambda timing: _format_microseconds(timing.call_s / timing.steps)), number=True),
+    Column(
+        "net, µs", _format_timing(lambda timing: _format_microseconds(timing.net_s.median / timing.steps)), number=True
+    ),
+    Column("steps / PIT", _format_timing(lambda timing: _format_median(timing.ratio)), number=True),
+    Column(
+        "ratio, quartiles",
+        _format_timing(lambda timing: format_quartiles(timing.ratio)),
+        number=True,
+        only=Media.ON_PAPER,
+    ),
+    Column("whole / PIT", _format_timing(lambda timing: _format_median(timing.whole_ratio)), number=True),
+    Column(
+        "whole ratio, quartiles",
+        _format_timing(lambda timing: format_quartiles(timing.whole_ratio)),
+        number=True,
+        only=Media.ON_PAPER,
     ),
 )
 
 
-def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
+def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
     """Return a table with one row per point of the diagrams: its numbers, and the command that repeats it."""
     name = bench.scene.name
     return Table(
         (
-            Column("point", lambda point: Cell(point_name(point), anchor=point_anchor(name, point))),
+            Column("point", lambda point: Cell(format_point_name(point), anchor=build_point_anchor(name, point))),
             *_POINT_COLUMNS,
-            Column("command", partial(_command, name, plan), only=Media.PAGE),
+            Column("command", partial(_format_command, name, plan), only=Media.PAGE),
         ),
         [point for point in bench.points if not point.reason],
         title=f"{name}: all points",
-        note=f"{formatting.capitalised(plan.error.meaning)}. It is the largest error over "
-        f"{formatting.count(plan.phases, 'start')} that are spread evenly over a step. -1 +2: one impact is missed and "
+        note=f"{formatting.capitalise(plan.error.meaning)}. It is the largest error over "
+        f"{formatting.format_count(plan.phases, 'start')} that are spread evenly over a step. -1 +2: one impact is "
+        "missed and "
         "two are invented over all starts; the error is then that of all other impacts. Times are medians over rounds. "
         "Spread is the distance between the quartiles, divided by the median. Empty world is the time of a step with "
         "one disc at rest. Call is the time of one Python call, divided by its number of steps. Net is the time per "
@@ -285,19 +313,19 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
     )
 
 
-def point_name(point: Point) -> str:
+def format_point_name(point: Point) -> str:
     """Return the name of a point of the diagrams."""
-    return f"{Method(point.engine, point.profile).label} at {formatting.step(point.dt_s)}"
+    return f"{Method(point.engine, point.profile).label} at {formatting.format_step(point.dt_s)}"
 
 
-def point_anchor(scene: str, point: Point) -> str:
+def build_point_anchor(scene: str, point: Point) -> str:
     """Return the anchor of a point's row within the page."""
     return quote(f"{scene}/{point.engine}/{point.profile}/{point.dt_s!r}")
 
 
-def _command(scene: str, plan: BenchPlan, point: Point) -> str:
+def _format_command(scene: str, plan: BenchPlan, point: Point) -> str:
     """Return the command that repeats a point, with the bench's options that are not the defaults."""
-    words = ["carom", "bench", scene, "-e", engine_argument(point.engine), "-p", point.profile]
+    words = ["carom", "bench", scene, "-e", format_engine_argument(point.engine), "-p", point.profile]
     words += ["--dt", repr(point.dt_s)]
     usual = {field.name: field.default for field in fields(BenchPlan)}
     for name in ("phases", "error", "rounds", "seed"):
@@ -306,23 +334,27 @@ def _command(scene: str, plan: BenchPlan, point: Point) -> str:
     return shlex.join(words)
 
 
-def _microseconds(value: float) -> str:
-    return formatting.number(value * 1e6, 3)
+def _format_microseconds(value: float) -> str:
+    return formatting.format_number(value * 1e6, 3)
 
 
-def milliseconds(found: Spread) -> str:
+def format_milliseconds(found: Spread) -> str:
     """Return the median of a run time, without its unit."""
-    return formatting.number(found.median * 1e3, 3)
+    return formatting.format_number(found.median * 1e3, 3)
 
 
-def _spread(found: Spread) -> str:
-    return formatting.percent((found.high - found.low) / found.median)
+def _format_spread(found: Spread) -> str:
+    return formatting.format_percent((found.high - found.low) / found.median)
 
 
-def _median(found: Spread | None) -> str:
-    return formatting.ABSENT if found is None else formatting.ratio(found.median)
+def _format_median(found: Spread | None) -> str:
+    return formatting.ABSENT if found is None else formatting.format_ratio(found.median)
 
 
-def quartiles(found: Spread | None) -> str:
+def format_quartiles(found: Spread | None) -> str:
     """Return the quartiles of a ratio."""
-    return formatting.ABSENT if found is None else f"{formatting.number(found.low)} to {formatting.number(found.high)}"
+    return (
+        formatting.ABSENT
+        if found is None
+        else f"{formatting.format_number(found.low)} to {formatting.format_number(found.high)}"
+    )

@@ -17,8 +17,8 @@ from functools import partial
 import numpy as np
 
 from carom.engines.registry import load_adapter
-from carom.execution.cache_key import scene_hash, versions_of
-from carom.execution.environment import environment
+from carom.execution.cache_key import compute_scene_hash, find_versions
+from carom.execution.environment import describe_environment
 from carom.execution.job import PIT_METHOD, Answer, Method, Progress, Status, no_progress
 from carom.execution.journal import Journal, JournalEntry
 from carom.execution.pool import TaskRunner
@@ -26,9 +26,9 @@ from carom.execution.scheduler import DependentTasks
 from carom.execution.timing import time_run
 from carom.model.scene import Disc, Scene
 from carom.report import formatting
-from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
+from carom.studies.bench.noise import Noise, NoiseProbe, Spread, compute_spread
 from carom.studies.bench.options import LEAST_ROUNDS
-from carom.support.formatting import seconds
+from carom.support.formatting import format_seconds
 
 #: A visit repeats a short run for this many seconds to reduce effects of clock and caches.
 VISIT_S = 5e-3
@@ -88,13 +88,13 @@ class VisitTask:
         steps = self.scene.step_count(dt_s)
         some = min(steps, EMPTY_STEPS)
         full = time_run(adapter, self.scene, method.profile, dt_s, runs=self.repeats, call=True)
-        nothing = empty_world(self.scene)
+        nothing = build_empty_world(self.scene)
         empty = time_run(adapter, nothing, method.profile, dt_s, steps=some, runs=min(self.repeats, 5), zero=True)
         paid_s = 0.0 if math.isnan(full.call_s) else full.call_s
         return Visit(full.prepare_s, full.advance_s, full.call_s, max(0.0, empty.advance_s - paid_s) * steps / some)
 
 
-def empty_world(scene: Scene) -> Scene:
+def build_empty_world(scene: Scene) -> Scene:
     """Return a scene for an empty world: one disc at rest and no wall."""
     radius_m = max(disc.radius_m for disc in scene.discs)
     return Scene(name="empty", discs=[Disc(position_m=(0.0, 0.0), radius_m=radius_m)], duration_s=scene.duration_s)
@@ -181,12 +181,12 @@ class SceneTiming:
         return bool(self.untimed)
 
 
-def timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
+def build_timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
     """Return the key of a timing on this machine."""
     ordered = tuple(sorted(asked))
     engines = sorted({method.engine for method, _ in ordered})
-    versions = tuple((engine, versions_of(engine)) for engine in engines)
-    return TimingKey(scene.name, scene_hash(scene), ordered, versions, environment().machine, seed)
+    versions = tuple((engine, find_versions(engine)) for engine in engines)
+    return TimingKey(scene.name, compute_scene_hash(scene), ordered, versions, describe_environment().machine, seed)
 
 
 #: Opens the journal of a timing pass.
@@ -229,8 +229,8 @@ class TimeScene(DependentTasks[SceneTiming]):
         ordered = [*pit, *sorted(kept - set(pit), key=lambda at: (at[0], -at[1]))]
         until_s = time.perf_counter() + self.budget_s
         probe = NoiseProbe()
-        warm, untimed = _warm_up(scene, ordered, runner, self.budget_s, progress)
-        rounds = _fit(warm, untimed, self.rounds, until_s - time.perf_counter())
+        warm, untimed = _measure_visit_costs(scene, ordered, runner, self.budget_s, progress)
+        rounds = _count_fitting_rounds(warm, untimed, self.rounds, until_s - time.perf_counter())
         tasks = {at: VisitTask(scene, at, min(MOST_REPEATS, math.ceil(VISIT_S / cost))) for at, cost in warm.items()}
         visits: dict[At, list[Visit]] = {at: [] for at in warm}
         draw = np.random.default_rng(self.seed)
@@ -249,27 +249,27 @@ class TimeScene(DependentTasks[SceneTiming]):
                         untimed[at] = answer.said
                     else:
                         visits[at].append(answer.value)
-                left = formatting.time_left(until_s - time.perf_counter())
-                what = f"timing {scene.name} on {at[0].engine} at {formatting.step(at[1])}{left}"
+                left = formatting.format_time_left(until_s - time.perf_counter())
+                what = f"timing {scene.name} on {at[0].engine} at {formatting.format_step(at[1])}{left}"
                 progress(turn * len(tasks) + place + 1, rounds * len(tasks), what)
             last_s = time.perf_counter() - began
         probe.take()
         timed = {at: found for at, found in visits.items() if at not in untimed}
         found = SceneTiming(
-            environment().date,
+            describe_environment().date,
             tuple(
-                (at, _summary(scene.step_count(at[1]), found, timed.get((PIT_METHOD, at[1]))))
+                (at, _summarise_visits(scene.step_count(at[1]), found, timed.get((PIT_METHOD, at[1]))))
                 for at, found in timed.items()
                 if at in kept
             ),
             tuple((at, reason) for at, reason in untimed.items() if at in kept),
             rounds,
-            probe.noise(),
+            probe.compute_noise(),
         )
         return Answer(Status.RAN, value=found)
 
 
-def _warm_up(
+def _measure_visit_costs(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
     """Return the cost of a visit by method and step, seconds, and the reasons for a missing cost."""
@@ -300,29 +300,29 @@ def _warm_up(
     return costs, untimed
 
 
-def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
+def _count_fitting_rounds(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
     """Return the number of rounds that fit.
 
     If the smallest number of rounds does not fit, omit the most expensive methods.
     """
 
-    def round_s() -> float:
+    def compute_round_time() -> float:
         return sum(max(cost, VISIT_S) for cost in costs.values())
 
-    while costs and round_s() * LEAST_ROUNDS > max(left_s, 0.0):
+    while costs and compute_round_time() * LEAST_ROUNDS > max(left_s, 0.0):
         most_expensive = max(costs, key=lambda at: costs[at])
         if costs[most_expensive] <= VISIT_S:  # nothing more can be omitted
             break
         cost = costs.pop(most_expensive)
         untimed[most_expensive] = (
-            f"a run takes {seconds(cost)}, more than the rest of the timing budget; raise --budget"
+            f"a run takes {format_seconds(cost)}, more than the rest of the timing budget; raise --budget"
         )
     if not costs:
         return LEAST_ROUNDS
-    return max(LEAST_ROUNDS, int(min(rounds, left_s / round_s())))
+    return max(LEAST_ROUNDS, int(min(rounds, left_s / compute_round_time())))
 
 
-def _summary(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
+def _summarise_visits(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
     # The k-th visits of all methods are in round k, so both times of a ratio were measured under the same conditions.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
@@ -330,13 +330,13 @@ def _summary(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -
     return CellTiming(
         steps=steps,
         rounds=len(visits),
-        advance_s=spread([visit.advance_s for visit in visits]),
-        prepare_s=spread([visit.prepare_s for visit in visits]),
-        whole_s=spread([visit.whole_s for visit in visits]),
+        advance_s=compute_spread([visit.advance_s for visit in visits]),
+        prepare_s=compute_spread([visit.prepare_s for visit in visits]),
+        whole_s=compute_spread([visit.whole_s for visit in visits]),
         call_s=statistics.median(calls) if calls else math.nan,
-        empty_s=spread([visit.empty_s for visit in visits]),
-        net_s=spread([visit.net_s for visit in visits]),
-        ratio=spread(list(ratios)) if ratios else None,
-        whole_ratio=spread([own.whole_s / base.whole_s for own, base in rounds]) if rounds else None,
+        empty_s=compute_spread([visit.empty_s for visit in visits]),
+        net_s=compute_spread([visit.net_s for visit in visits]),
+        ratio=compute_spread(list(ratios)) if ratios else None,
+        whole_ratio=compute_spread([own.whole_s / base.whole_s for own, base in rounds]) if rounds else None,
         ratios=ratios,
     )

@@ -19,9 +19,9 @@ from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Media, Text
 from carom.report.outcome_marks import BROKEN, Mark, parse_mark
-from carom.report.replay import replay_key
+from carom.report.replay import build_replay_key
 from carom.report.results_file.line_types import RowLine, SceneLine, Summary
-from carom.report.results_file.lines_from_rows import line_of, reasons_of, summary_of
+from carom.report.results_file.lines_from_rows import build_line, build_summary, list_reasons
 
 T = TypeVar("T")
 
@@ -112,7 +112,7 @@ class GridCell:
     @property
     def link(self) -> str:
         """The link to the replay on the same page; empty if there is none."""
-        return f"#{quote(replay_key(self.row.job))}" if self.row and self.has_replay else ""
+        return f"#{quote(build_replay_key(self.row.job))}" if self.row and self.has_replay else ""
 
     @property
     def expected(self) -> int:
@@ -192,18 +192,18 @@ class GridCell:
         # If a head-on impact is late, its velocities are still right, so the time error is shown.
         if velocity <= self.rounding and not spin > self.rounding and self.time_error_s:
             side = "late" if self.errors.time_s > 0 else "early"
-            return f"{formatting.steps(abs(self.errors.time_s), self.line.dt_s)} {side}"
+            return f"{formatting.format_steps(abs(self.errors.time_s), self.line.dt_s)} {side}"
         if math.isfinite(self.cost):
-            return f"{formatting.number(self.cost)} of PIT"
+            return f"{formatting.format_number(self.cost)} of PIT"
         if spin > velocity:
-            return f"{formatting.percent(spin)} of greatest rim speed"
-        return f"{formatting.percent(velocity)} of greatest speed"
+            return f"{formatting.format_percent(spin)} of greatest rim speed"
+        return f"{formatting.format_percent(velocity)} of greatest speed"
 
     @property
     def compact(self) -> str:
         """The most important number in short form, for a terminal."""
         if self.missed or self.invented:
-            return formatting.missed_and_invented(self.missed, self.invented)
+            return formatting.format_missed_and_invented(self.missed, self.invented)
         return re.sub(" (late|early|of greatest.*)$", "", self.figure.replace(" of PIT", "\N{MULTIPLICATION SIGN}"))
 
 
@@ -254,7 +254,7 @@ class Grid:
     unrun: tuple[NotRun, ...]
     results: Results
 
-    def cells(self, column: GridColumn) -> tuple[GridCell, ...]:
+    def list_cells(self, column: GridColumn) -> tuple[GridCell, ...]:
         """Return the cells of a column, one for each scene."""
         return tuple(cell for row in self.rows for cell in row.cells if cell.column == column)
 
@@ -267,14 +267,14 @@ class Grid:
     @property
     def compared(self) -> list[GridColumn]:
         """The columns that are compared with PIC, best first; PIC itself if nothing else ran."""
-        ran = [column for column in self.columns.values() if any(cell.scored for cell in self.cells(column))]
+        ran = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
         return rank_methods(self, [column for column in ran if column.engine != "pic"] or ran)
 
 
 def build_grid(results: Results) -> Grid:
     """Build the grid of a cross-check."""
-    summary, lines = summary_of(results), [line_of(row) for row in results.rows]
-    grid = _build(summary, lines, results.rows, results)
+    summary, lines = build_summary(results), [build_line(row) for row in results.rows]
+    grid = _assemble_grid(summary, lines, results.rows, results)
     own_frames = (
         math.isclose(row.job.dt_s * row.job.scene.frame_rate_hz, 1.0, rel_tol=formatting.WHOLE)
         for row in results.rows
@@ -286,11 +286,11 @@ def build_grid(results: Results) -> Grid:
 def read_grid(summary: Summary, lines: Sequence[RowLine]) -> Grid:
     """Build the grid of a cross-check from its records, which contain no traces and references."""
     results = Results((), {}, {}, (), summary.environment, summary.command, summary.elapsed_s)
-    return _build(summary, lines, [None] * len(lines), results)
+    return _assemble_grid(summary, lines, [None] * len(lines), results)
 
 
-def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
-    methods = list(dict.fromkeys(map(_method, lines)))
+def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None], results: Results) -> Grid:
+    methods = list(dict.fromkeys(map(_build_method, lines)))
     # Sort the profiles of each engine, because the first step may not have all profiles.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
@@ -299,9 +299,9 @@ def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None
     runs = tuple(
         GridCell(
             line.scene,
-            columns[_method(line)],
+            columns[_build_method(line)],
             parse_mark(line.status, line.grade, line.float_bits),
-            reasons_of(line, summary.verdicts),
+            list_reasons(line, summary.verdicts),
             line,
             summary.scenes.get(line.scene, _NO_SCENE),
             pit.get((line.scene, line.dt_s), {}),
@@ -312,7 +312,7 @@ def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None
     coarsest = {(cell.scene, cell.column): cell for cell in runs if cell.line.refinement == 0}
     scenes = {line.scene: row.job.scene.description if row else "" for line, row in zip(lines, rows, strict=True)}
 
-    def row_of(name: str) -> GridRow:
+    def build_row(name: str) -> GridRow:
         found = results.certified.get(name, "")
         certified = f"certified to impact {found.certified}" if isinstance(found, Horizon) else found
         certified = certified.partition(";")[0].partition(":")[0]
@@ -324,11 +324,11 @@ def _build(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Row | None
         return GridRow(name, scenes[name], certified, cells)
 
     return Grid(
-        columns, tuple(map(row_of, scenes)), runs, "the coarsest step", _group_not_run(runs, len(scenes)), results
+        columns, tuple(map(build_row, scenes)), runs, "the coarsest step", _group_not_run(runs, len(scenes)), results
     )
 
 
-def _method(line: RowLine) -> Method:
+def _build_method(line: RowLine) -> Method:
     return Method(line.engine, line.profile, tuple(line.tried.items()))
 
 
@@ -373,7 +373,7 @@ RANKING_NOTE = (
 
 def rank_methods(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:
     """Sort methods, best first. Equal methods keep the order of the grid's columns."""
-    return sorted(columns, key=lambda column: compute_standing(grid.cells(column)))
+    return sorted(columns, key=lambda column: compute_standing(grid.list_cells(column)))
 
 
 def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:

@@ -13,10 +13,10 @@ from carom.execution.job import PIT_METHOD
 from carom.report import formatting
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.replay import Replay, replay
-from carom.support.folders import temporary, write_file
-from carom.web.installed_engines import DEFAULT_ENGINES, page_engines
+from carom.support.folders import build_temporary_path, write_file
+from carom.web.installed_engines import DEFAULT_ENGINES, load_page_engines
 from carom.web.open_page import open_page
-from carom.web.page import page_html, with_gallery
+from carom.web.page import add_gallery, render_page
 
 _SCENE, _PROFILE = "paper/missed", "default"
 
@@ -42,9 +42,11 @@ class Demo:
         observed, missed = self.replay.observed, self.replay.score.missed
         method = observed.method if observed.method == PIT_METHOD.engine else f"{observed.method} with default settings"
         rate = f"{1 / observed.dt_s:g} steps per second"
-        due = formatting.count(self.replay.score.expected, "impact")
+        due = formatting.format_count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])
-        sentence = f"{method} misses {len(missed)} of {due} at {rate}; the first is at {formatting.number(when, 4)} s."
+        sentence = (
+            f"{method} misses {len(missed)} of {due} at {rate}; the first is at {formatting.format_number(when, 4)} s."
+        )
         return f"{sentence}\nPlay page, to throw the discs yourself: {self.page}"
 
     def _repr_html_(self) -> str | None:
@@ -72,16 +74,16 @@ def demo(path: str | Path | None = None) -> Demo:
     """
     if path is not None and Path(path).suffix != ".html":
         raise InputError(f"the demo page must end in .html, got {str(path)!r}")
-    shown = _missed()
-    html = page_html(with_gallery(all_scenes()[_SCENE].scene), page_engines(DEFAULT_ENGINES, required=False))
-    page = write_file(temporary("demo.html") if path is None else Path(path), html)
+    shown = _find_missing_replay()
+    html = render_page(add_gallery(all_scenes()[_SCENE].scene), load_page_engines(DEFAULT_ENGINES, required=False))
+    page = write_file(build_temporary_path("demo.html") if path is None else Path(path), html)
     return Demo(shown, page.resolve(), open_page(page.resolve()))
 
 
-def _missed() -> Replay:
+def _find_missing_replay() -> Replay:
     """Return the replay of the first method that misses an impact. PIT always misses an impact in this scene."""
     reference = solve_pic(_SCENE)
-    for name in _methods():
+    for name in _list_methods():
         try:
             found = replay(reference, name, profile=_PROFILE)
         except CaromError:  # skip an engine that is not installed or fails
@@ -91,7 +93,7 @@ def _missed() -> Replay:
     raise AdapterError(f"no installed method misses the impact of {_SCENE}")
 
 
-def _methods() -> Iterator[str]:
+def _list_methods() -> Iterator[str]:
     """Yield methods in the order of trial.
 
     Other engines are only looked up if the first one does not miss an impact.

@@ -11,21 +11,21 @@ from carom.errors import CaromError
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import Status
 from carom.execution.results import Results, Row
-from carom.execution.run_options import default_dts
+from carom.execution.run_options import compute_default_dts
 from carom.report.document import Document
-from carom.report.files import packed
-from carom.report.provenance import making
-from carom.report.replay import replay_data
+from carom.report.files import pack_data
+from carom.report.provenance import build_provenance
+from carom.report.replay import build_replay_data
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.studies.cross_check import grade_tables, reference_sections, run_sections, scene_sections
 from carom.studies.cross_check.cells import Grid, build_grid, read_grid
-from carom.studies.cross_check.fault_pictures import picture_sections
+from carom.studies.cross_check.fault_pictures import build_picture_sections
 from carom.studies.cross_check.headline import build_headline
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
-from carom.studies.cross_check.sampling_cost_section import sampling_cost_section
-from carom.studies.cross_check.skipping_section import skipping_section
-from carom.studies.cross_check.stepwise_section import steps_section
-from carom.studies.cross_check.trend_section import trend_section
+from carom.studies.cross_check.sampling_cost_section import build_sampling_cost_section
+from carom.studies.cross_check.skipping_section import build_skipping_section
+from carom.studies.cross_check.stepwise_section import build_steps_section
+from carom.studies.cross_check.trend_section import build_trend_section
 from carom.support.folders import write_files
 
 ABOUT = (
@@ -42,36 +42,36 @@ PURPOSE = "cross-check"
 
 def cross_check_document(results: Results) -> Document:
     """Build the report of a cross-check."""
-    return _document("Carom cross-check", ABOUT, build_grid(results))
+    return _build_document("Carom cross-check", ABOUT, build_grid(results))
 
 
 def rebuild_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
     """Build the report of a cross-check from its records, without running engines."""
-    return _document("Carom cross-check, from its records", f"{ABOUT} {FROM_RECORDS}", read_grid(summary, lines))
+    return _build_document("Carom cross-check, from its records", f"{ABOUT} {FROM_RECORDS}", read_grid(summary, lines))
 
 
-def _document(title: str, about: str, grid: Grid) -> Document:
+def _build_document(title: str, about: str, grid: Grid) -> Document:
     results = grid.results
     sections = (
-        grade_tables.methods_section(grid),
-        grade_tables.impacts_section(grid),
-        sampling_cost_section(grid),
-        scene_sections.scenes_section(grid),
-        scene_sections.unscored_section(grid),
-        steps_section(grid),
-        reference_sections.reference_section(grid),
-        run_sections.spread_section(grid),
-        trend_section(grid),
-        *picture_sections(grid),
-        reference_sections.known_section(grid),
-        run_sections.run_time_section(grid),
-        skipping_section(grid),
-        *making(results.environment, results.command or _python_call(grid), results.elapsed_s),
-        run_sections.settings_section(grid),
-        run_sections.cells_section(grid),
-        run_sections.impact_tables_section(grid),
+        grade_tables.build_methods_section(grid),
+        grade_tables.build_impacts_section(grid),
+        build_sampling_cost_section(grid),
+        scene_sections.build_scenes_section(grid),
+        scene_sections.build_unscored_section(grid),
+        build_steps_section(grid),
+        reference_sections.build_reference_section(grid),
+        run_sections.build_spread_section(grid),
+        build_trend_section(grid),
+        *build_picture_sections(grid),
+        reference_sections.build_known_answers_section(grid),
+        run_sections.build_run_time_section(grid),
+        build_skipping_section(grid),
+        *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
+        run_sections.build_settings_section(grid),
+        run_sections.build_cells_section(grid),
+        run_sections.build_impact_tables_section(grid),
     )
-    return Document(title, build_headline(grid), sections, about=about, watch=grade_tables.first_replay(grid))
+    return Document(title, build_headline(grid), sections, about=about, watch=grade_tables.find_first_replay(grid))
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Report:
         return write_files(Path(folder), PURPOSE, self.files)
 
 
-def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Report:
+def build_report(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Report:
     """Build the report of a cross-check in memory, before the first file is written.
 
     Args:
@@ -109,25 +109,25 @@ def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Rep
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
     """
     try:
-        return _report(results, fail_on)
+        return _render_report(results, fail_on)
     except CaromError:
         raise
     except Exception:  # noqa: BLE001 - find the rows that can't be reported, and replace them
-        return _report(_replace_unreportable(results), fail_on)
+        return _render_report(_replace_unreportable(results), fail_on)
 
 
-def _report(results: Results, fail_on: Grade | None) -> Report:
-    from carom.report.junit import junit
-    from carom.report.render.html import html
-    from carom.report.render.markdown import markdown
-    from carom.report.results_file.read_write import records
+def _render_report(results: Results, fail_on: Grade | None) -> Report:
+    from carom.report.junit import render_junit
+    from carom.report.render.html import render_html
+    from carom.report.render.markdown import render_markdown
+    from carom.report.results_file.read_write import format_records
 
     document = cross_check_document(results)
     files = {
-        "index.html": html(document),
-        "report.md": markdown(document),
-        "results.jsonl": records(results),
-        "junit.xml": junit(results, fail_on),
+        "index.html": render_html(document),
+        "report.md": render_markdown(document),
+        "results.jsonl": format_records(results),
+        "junit.xml": render_junit(results, fail_on),
     }
     if page := build_play_page(reference.scene for reference in results.references.values()):
         files[PLAY_PAGE] = page
@@ -136,13 +136,13 @@ def _report(results: Results, fail_on: Grade | None) -> Report:
 
 def _replace_unreportable(results: Results) -> Results:
     """Replace each row that can't be written or replayed by a failure with the reason."""
-    from carom.report.results_file.read_write import record
+    from carom.report.results_file.read_write import format_record
 
     def check(row: Row) -> Row:
         try:
-            record(row)
+            format_record(row)
             if row.trace is not None and row.score is not None:
-                packed(replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
+                pack_data(build_replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
         except Exception as error:  # noqa: BLE001 - one bad row must not prevent a report
             return Row(row.job, Status.FAILED, f"the engine's result can't be reported: {describe_exception(error)}")
         return row
@@ -150,13 +150,13 @@ def _replace_unreportable(results: Results) -> Results:
     return replace(results, rows=tuple(map(check, results.rows)))
 
 
-def _python_call(grid: Grid) -> str:
+def _format_python_call(grid: Grid) -> str:
     """Return the Python call that reproduces the results of a cross-check not started from the command line."""
     engines = list(dict.fromkeys(method.engine for method in grid.columns))
     profiles = list(dict.fromkeys(method.profile for method in grid.columns))
     tried = next((dict(method.tried) for method in grid.columns if method.tried), {})
     settings = f", settings={tried!r}" if tried else ""
     jobs = [row.job for row in grid.results.rows]
-    own = all(job.dt_s in default_dts(job.scene) for job in jobs)
+    own = all(job.dt_s in compute_default_dts(job.scene) for job in jobs)
     dts = "" if own else f", dts={sorted({job.dt_s for job in jobs}, reverse=True)!r}"
     return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{settings}{dts})"

@@ -7,25 +7,25 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from carom.comparator.shifted_scenes import shifted_references
+from carom.comparator.shifted_scenes import solve_shifted_references
 from carom.engines.registry import EngineInfo
 from carom.execution.describe_engines import select_engines
 from carom.execution.job import Job
-from carom.execution.phases import phase_values
+from carom.execution.phases import generate_phases
 from carom.execution.plan import Plan
 from carom.execution.scene_reference import solve_reference
 from carom.execution.time_saved import (
     SkippedTime,
+    count_tests_per_frame,
     is_closed_form,
     measure_pic_saving,
     measure_pit_saving,
-    tests_per_frame,
 )
 from carom.model.scene import Scene
-from carom.model.trace import Trace, canonical_profile
+from carom.model.trace import Trace, resolve_profile
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.support.formatting import instant, number
+from carom.support.formatting import format_instant, format_number
 from carom.support.limits import MOST_DISCS_DRAWN
 
 #: Largest number of frames for which PIT is run to describe what it skips.
@@ -37,7 +37,7 @@ def explain(plan: Plan) -> Iterator[str]:
     options, run = plan.options, select_engines(plan.engines, plan.options.engines)
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
-        steps = options.steps_of(scene)
+        steps = options.list_steps(scene)
         reference = solve_reference(scene)
         skipped = "" if isinstance(reference, str) else _list_skipped(scene, reference, steps[0])
         bodies = f"{_describe_bodies(scene)}, {scene.duration_s:g} s"
@@ -51,16 +51,16 @@ def explain(plan: Plan) -> Iterator[str]:
         yield f"  PIC: {describe_pic(scene, reference)}{saved}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
             saved = _describe_saving(measure_pit_saving(scene, dt_s), "the plain loop")
-            yield f"  PIT at {instant(dt_s)}: {describe_pit(scene, dt_s)}{saved}"
+            yield f"  PIT at {format_instant(dt_s)}: {describe_pit(scene, dt_s)}{saved}"
         yield f"  engines: {_describe_engines(scene, reference, steps[0])}"
         yield f"  states: {_describe_samples(scene, drawn=options.samples)}"
         if options.phases:
-            kept = len(shifted_references(reference, steps[0], phase_values(options.phases, options.seed)))
+            kept = len(solve_shifted_references(reference, steps[0], generate_phases(options.phases, options.seed)))
             why = "shifts that change the scene's impacts are omitted"
-            yield f"  phases: {kept} of {options.phases} at {instant(steps[0])}; {why}"
+            yield f"  phases: {kept} of {options.phases} at {format_instant(steps[0])}; {why}"
         for info in run:
             asked = plan.profiles if info.profiles else plan.profiles[-1:]
-            for profile in dict.fromkeys(canonical_profile(info.name, one) for one in asked):
+            for profile in dict.fromkeys(resolve_profile(info.name, one) for one in asked):
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
                 shown = planned[0].method.profile_shown if planned else profile
                 name = f"{info.name} {shown}".rstrip()
@@ -82,16 +82,16 @@ def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
         counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
         if unseen := counts["frames"] - counts["frames_looked_at"]:
             skipped.append(f"{unseen} of {counts['frames']} frames of PIT")
-    if (needed := _needed_steps(scene, reference, dt_s)) < frames:
+    if (needed := _count_needed_steps(scene, reference, dt_s)) < frames:
         skipped.append(f"engine steps after step {needed} of {frames}")
     return f"; skipped: {', '.join(skipped)}" if skipped else ""
 
 
-def _needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
+def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
     """Return the number of steps until, according to PIC, only free flight remains."""
     steps = scene.step_count(dt_s)
     forces = any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2
-    if forces or not len(reference.impacts) or not _nothing_follows(scene, reference):
+    if forces or not len(reference.impacts) or not _is_last_impact(scene, reference):
         return steps
     return min(steps, math.ceil(float(reference.impacts["time_s"][-1]) / dt_s) + 1)
 
@@ -117,7 +117,7 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
     if frames > MOST_FRAMES:
         return f"{frames} frames"
     counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
-    plain = counts["frames"] * tests_per_frame(scene)
+    plain = counts["frames"] * count_tests_per_frame(scene)
     looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
         looked_at += ", the others skipped because no pair can touch earlier"
@@ -128,35 +128,38 @@ def _describe_saving(saved: SkippedTime | None, plain: str) -> str:
     """Describe the measured saving of skipping; an empty text if the run without it would take too long."""
     if saved is None:
         return ""
-    return f"; it takes {number(1e3 * saved.with_s, 3)} ms, and {plain} takes {number(saved.ratio)} times as long"
+    return (
+        f"; it takes {format_number(1e3 * saved.with_s, 3)} ms, and {plain} takes {format_number(saved.ratio)} times "
+        "as long"
+    )
 
 
 def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     steps = scene.step_count(dt_s)
-    every = f"run for all {steps} steps at {instant(dt_s)}"
+    every = f"run for all {steps} steps at {format_instant(dt_s)}"
     if any(scene.gravity_m_s2):
         ends = ""
         if reference.contact_s < math.inf:
-            until = number(reference.contact_s, 4)
+            until = format_number(reference.contact_s, 4)
             ends = f", and the comparison with PIC ends at {until} s, when a disc {reference.contact_of_disc}"
         return f"{every}: gravity changes velocities between impacts{ends}"
     if scene.damping_per_s or scene.table_deceleration_m_s2:
         slows = "damping" if scene.damping_per_s else "the table"
         return f"{every}: {slows} changes velocities between impacts"
     until = "the state shows only free flight"
-    if not _nothing_follows(scene, reference):
+    if not _is_last_impact(scene, reference):
         return f"{every}, or until {until}: PIC finds later impacts within twice the duration"
     if not len(reference.impacts):
         return f"stopped once {until}, because no discs meet in PIC"
     last_s = float(reference.impacts["time_s"][-1])
-    needed = _needed_steps(scene, reference, dt_s)
+    needed = _count_needed_steps(scene, reference, dt_s)
     return (
-        f"stopped once {until} after PIC's last impact at {number(last_s, 4)} s, which is in step {needed} of "
-        f"{steps} at {instant(dt_s)}"
+        f"stopped once {until} after PIC's last impact at {format_number(last_s, 4)} s, which is in step {needed} of "
+        f"{steps} at {format_instant(dt_s)}"
     )
 
 
-def _nothing_follows(scene: Scene, reference: Trace) -> bool:
+def _is_last_impact(scene: Scene, reference: Trace) -> bool:
     longer = scene.model_copy(update={"duration_s": 2.0 * scene.duration_s})
     later = solve_pic(longer, max_impacts=len(reference.impacts) + 1)
     return len(later.impacts) == len(reference.impacts) and bool(np.isfinite(reference.final_position_m).all())
@@ -178,8 +181,8 @@ def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile
     refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.find_job_refusal(job)) is not None}
     if len(refused) == len(planned) and len(set(refused.values())) == 1:
         return f"skipped: {refused[planned[0].dt_s]}"
-    left_out = [f"skipped at {instant(dt_s)}: {reason}" for dt_s, reason in refused.items()]
-    runs = ", ".join(number(job.dt_s, 6) for job in planned if job.dt_s not in refused)
+    left_out = [f"skipped at {format_instant(dt_s)}: {reason}" for dt_s, reason in refused.items()]
+    runs = ", ".join(format_number(job.dt_s, 6) for job in planned if job.dt_s not in refused)
     if runs and len(planned) < steps:
         runs += " s only, which is the coarsest step; --dt adds finer ones"
     elif runs:

@@ -33,25 +33,25 @@ class Divergence(NamedTuple):
     observed: Trace
 
 
-def picture_sections(grid: Grid) -> Iterator[Section]:
+def build_picture_sections(grid: Grid) -> Iterator[Section]:
     """Yield the sections with pictures of runs."""
     paper, worst = find_divergences(grid)
     if paper or worst:
         yield Section("What goes wrong", (Text(PICTURE_NOTE, Media.ON_PAPER),))
     for heading, shown in (("The source paper's cases with PIT", paper), ("The worst runs of other scenes", worst)):
         if shown:
-            yield Section(heading, (Pairs(tuple(map(_pair, shown))),), level=3)
+            yield Section(heading, (Pairs(tuple(map(_build_pair, shown))),), level=3)
 
 
-def _pair(entry: Divergence) -> Pair:
+def _build_pair(entry: Divergence) -> Pair:
     """Return a pair of pictures with method, step, and all verdicts with their numbers."""
     cell, reference, observed = entry
     scene, name = reference.scene, cell.column.name
-    said = f"{name} at {formatting.step(observed.dt_s)}: {'; '.join(cell.reasons)}."
+    said = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
     labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {said}")
     sides = (
-        f"PIC: {formatting.count(len(reference.impacts), 'impact')}",
-        f"{name}: {formatting.count(len(observed.impacts), 'impact')}",
+        f"PIC: {formatting.format_count(len(reference.impacts), 'impact')}",
+        f"{name}: {formatting.format_count(len(observed.impacts), 'impact')}",
     )
     draw = partial(draw_pair, reference, observed, cell.line.missed or (), labels)
     return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, said))))
@@ -78,13 +78,13 @@ def find_divergences(
     ]
     paper_scenes = {entry.cell.scene for entry in paper}
     worst: dict[str, Divergence] = {}
-    for entry in sorted(cells, key=lambda entry: _badness(entry.cell), reverse=True):
+    for entry in sorted(cells, key=lambda entry: _compute_badness(entry.cell), reverse=True):
         if (entry.cell.mark.rank or 0) > 1 and entry.cell.scene not in paper_scenes:
             worst.setdefault(entry.cell.scene, entry)
     return tuple(paper), tuple(worst.values())[:WORST_SHOWN]
 
 
-def _badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
+def _compute_badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
     """Return the sort key of a run: grade, share of wrong impacts, engines before PIT, velocity error, energy error."""
     velocity = 0.0 if math.isnan(cell.errors.velocity) else cell.errors.velocity
     share = (cell.missed + cell.invented) / max(1, cell.expected)

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from carom.model.prescribed_motion import Drive
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.report.paths import exact_paths, extent_of, observed_paths
-from carom.report.picture import Limits, draw_walls, limits_of
-from carom.report.replay import first_fault, held_at_s, impact_rows, meetings
+from carom.report.paths import build_exact_paths, build_observed_paths, compute_extent
+from carom.report.picture import Limits, compute_limits, draw_walls
+from carom.report.replay import build_impact_rows, find_first_fault, find_pause_time, list_meetings
 from carom.report.svg import SERIES, SURFACE, WALL
-from carom.report.tracks import Track, observed_tracks, reference_tracks
-from carom.support.formatting import number
+from carom.report.tracks import Track, build_observed_tracks, build_reference_tracks
+from carom.support.formatting import format_number
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
@@ -55,7 +55,7 @@ class _Moving(NamedTuple):
     alphas: Array | None = None
 
 
-def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
+def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     """Return both runs side by side as an animation, with the same clock and scale, and the outcome of each impact.
 
     On each side, the discs of the run are solid, exact positions are grey, and positions at the last frame are dashed.
@@ -66,24 +66,24 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     from matplotlib.transforms import Affine2D
 
     scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
-    rows, places = list(impact_rows(reference, observed, score)), list(meetings(reference))
-    exact, seen = reference_tracks(reference), observed_tracks(observed, extent_of(reference))
-    limits = limits_of(scene, exact_paths(reference), observed_paths(observed))
+    rows, places = list(build_impact_rows(reference, observed, score)), list(list_meetings(reference))
+    exact, seen = build_reference_tracks(reference), build_observed_tracks(observed, compute_extent(reference))
+    limits = compute_limits(scene, build_exact_paths(reference), build_observed_paths(observed))
     figure = Figure(figsize=(8.0, 4.4), dpi=80)
     clock = figure.suptitle("")
     left, right = figure.subplots(1, 2)
     pictures = [(left, limits), (right, limits)]
     failing, held_s = list[int](), None
     near: list[Artist] = []  # the inset and its frame, shown while the film is slow
-    if (fault := first_fault(rows)) is not None:
+    if (fault := find_first_fault(rows)) is not None:
         failing, at = rows[fault]["bodies"], rows[fault].get("at")
-        held_s = held_at_s(rows[fault], None if at is None else places[at][2], observed)
+        held_s = find_pause_time(rows[fault], None if at is None else places[at][2], observed)
         middle = seen[failing[0]].at(np.array([held_s]))[0] if at is None else np.array(places[at][:2])
-        if (within := _magnified(scene, middle, failing, limits)) is not None:
-            inset, frame = _inset(right, within, limits)
+        if (within := _find_magnified_region(scene, middle, failing, limits)) is not None:
+            inset, frame = _draw_inset(right, within, limits)
             near += [inset, frame]
             pictures.append((inset, within))
-    times = _times(scene, held_s)
+    times = _compute_frame_times(scene, held_s)
     moving: list[_Moving] = []
     crosses: list[tuple[float, Artist]] = []
     driven: list[tuple[Axes, Drive, Artist]] = []
@@ -91,10 +91,10 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
         axes.set(xticks=(), yticks=())  # no tick labels, which would take most of the drawing time
         drawn = zip(scene.walls, draw_walls(axes, scene, within, ends=False), strict=True)
         driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
-        moving += _discs(axes, scene, exact if axes is left else seen, times)
+        moving += _draw_discs(axes, scene, exact if axes is left else seen, times)
         if axes is left:
             continue
-        moving += _discs(axes, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
+        moving += _draw_discs(axes, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
         if observed.dt_s:
             moving += _draw_frames(axes, scene, seen, times, observed.dt_s, failing)
         crosses += [
@@ -118,8 +118,8 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
         for since, cross in crosses:
             cross.set_visible(bool(now >= since))
         for artist in near:
-            artist.set_visible(held_s is not None and bool(abs(now - held_s) <= _lead_s(scene)))
-        clock.set_text(f"{number(now, 4)} s of {number(scene.duration_s, 4)} s")
+            artist.set_visible(held_s is not None and bool(abs(now - held_s) <= _compute_lead_time(scene)))
+        clock.set_text(f"{format_number(now, 4)} s of {format_number(scene.duration_s, 4)} s")
         said = [
             became for when, became in changes if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s
         ]
@@ -129,7 +129,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     return FuncAnimation(figure, show, frames=len(times))
 
 
-def _times(scene: Scene, held_s: float | None) -> Array:
+def _compute_frame_times(scene: Scene, held_s: float | None) -> Array:
     """Return the scene's time in each frame, seconds.
 
     The film is slower before the first fault, and pauses at the fault.
@@ -137,18 +137,18 @@ def _times(scene: Scene, held_s: float | None) -> Array:
     step_s, now, before = scene.duration_s / (_FILM_S * FRAMES_PER_S), 0.0, list[float]()
     while held_s is not None and now < held_s:
         before.append(now)
-        now = min(held_s, now + step_s * min(1.0, max(_SLOWEST, (held_s - now) / _lead_s(scene))))
+        now = min(held_s, now + step_s * min(1.0, max(_SLOWEST, (held_s - now) / _compute_lead_time(scene))))
     held = [] if held_s is None else [held_s] * (round(_HELD_S * FRAMES_PER_S) - 1)
     after = np.linspace(now, scene.duration_s, max(1, round((scene.duration_s - now) / step_s)))
     return np.concatenate([before, held, after])
 
 
-def _lead_s(scene: Scene) -> float:
+def _compute_lead_time(scene: Scene) -> float:
     """Return the length of the slow part of a film before the first fault, in seconds of the scene."""
     return scene.duration_s * _LEAD_S / _FILM_S
 
 
-def _discs(
+def _draw_discs(
     axes: Axes,
     scene: Scene,
     tracks: Sequence[Track],
@@ -165,7 +165,7 @@ def _discs(
         if disc.immovable and not path:
             continue
         colour = WALL if disc.immovable else SERIES[k % len(SERIES)]
-        places = track.at(np.minimum(times, track.time_s[-1]))
+        places = track.positions_at(np.minimum(times, track.time_s[-1]))
         drawn = Circle(track.position_m[0], disc.radius_m, alpha=alpha, **({"color": colour} | style))
         axes.add_patch(drawn)
         if path:
@@ -179,12 +179,12 @@ def _draw_frames(
     """Draw the discs at the last frame of a run, and at earlier frames while these fade."""
     # The last frame of the run at each frame of the film. The summand prevents the loss of a frame by rounding.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
-    yield from _discs(axes, scene, seen, looks * dt_s, fill=False, linestyle="--", path=False)
+    yield from _draw_discs(axes, scene, seen, looks * dt_s, fill=False, linestyle="--", path=False)
     alone = len(scene.discs) > _CROWD and bool(failing)
     for back in range(_MOST_FLASHES):
         since = frames - np.searchsorted(looks, looks - back)
         alphas = np.clip(1.0 - since / (_FLASH_S * FRAMES_PER_S), 0.0, 1.0) * (looks >= back)
-        flashing = _discs(
+        flashing = _draw_discs(
             axes, scene, seen, np.maximum(looks - back, 0.0) * dt_s, fill=False, linewidth=2.5, path=False
         )
         movable = (k for k, disc in enumerate(scene.discs) if not disc.immovable)
@@ -192,22 +192,22 @@ def _draw_frames(
             yield moving._replace(alphas=np.zeros(len(times)) if alone and k not in failing else alphas)
 
 
-def _magnified(scene: Scene, middle: Array, failing: Sequence[int], limits: Limits) -> Limits | None:
+def _find_magnified_region(scene: Scene, middle: Array, failing: Sequence[int], limits: Limits) -> Limits | None:
     """Return the corners of the magnified region around a position; None if the magnification is too small."""
     reach = _REACH * max(scene.discs[body].radius_m for body in failing if body >= 0)
-    return (middle - reach, middle + reach) if _side_m(limits) >= _MAGNIFIES * 2.0 * reach else None
+    return (middle - reach, middle + reach) if _compute_inset_side(limits) >= _MAGNIFIES * 2.0 * reach else None
 
 
-def _side_m(limits: Limits) -> float:
+def _compute_inset_side(limits: Limits) -> float:
     """Return the side of the inset, metres on the scale of its picture."""
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 
-def _inset(axes: Axes, within: Limits, limits: Limits) -> tuple[Axes, Artist]:
+def _draw_inset(axes: Axes, within: Limits, limits: Limits) -> tuple[Axes, Artist]:
     """Return axes in the picture's corner that is farthest from the magnified region, and that region's frame."""
     from matplotlib.patches import Rectangle
 
-    (low, high), side = limits, _side_m(limits)
+    (low, high), side = limits, _compute_inset_side(limits)
     size, gap = within[1] - within[0], 0.02 * side
     corner = np.where(within[0] + size / 2.0 < (low + high) / 2.0, high - side - gap, low + gap)
     frame = axes.add_patch(Rectangle(tuple(within[0]), *size, fill=False, linestyle=":"))

@@ -13,7 +13,7 @@ from carom.comparator import Verdict
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Section, Share, Table, Text
 from carom.report.outcome_marks import RIGHT, Mark
-from carom.report.replay import impact_rows
+from carom.report.replay import build_impact_rows
 from carom.studies.cross_check.cells import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
 #: Largest number of listed impacts, largest number of impact columns in the table of methods, and largest number of
@@ -44,7 +44,7 @@ _COUNTED = {
 }
 
 
-def methods_section(grid: Grid) -> Section:
+def build_methods_section(grid: Grid) -> Section:
     """Return a section with all methods, best first. For a single scene, add the errors of each run."""
     methods, alone = grid.compared, len(grid.rows) == 1
     impacts = _find_impacts(grid, methods)
@@ -52,8 +52,8 @@ def methods_section(grid: Grid) -> Section:
     short = METHOD_SHORT.format(median="" if alone else ", median")
     symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
-        *(_run_tables(grid) if alone else (_counts_table(grid, methods),)),
-        _method_table(grid, methods, impacts if len(impacts) <= MOST_BESIDE else ()),
+        *(_build_run_tables(grid) if alone else (_build_counts_table(grid, methods),)),
+        _build_method_table(grid, methods, impacts if len(impacts) <= MOST_BESIDE else ()),
         Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.PAGE),
         Text(METHOD_NOTE, Media.ON_PAPER),
         Text(METHOD_DETAIL + RANKING_NOTE, Media.ON_PAPER, folded=True),
@@ -64,57 +64,67 @@ def methods_section(grid: Grid) -> Section:
     return Section(title, blocks if methods else (), short="Every method")
 
 
-def _method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_Impact]) -> Table:
+def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_Impact]) -> Table:
     """Return one row per method: grades, missed and invented impacts, error over PIT's, and groups of scenes.
 
     For a single scene, the table also has a column for each given impact.
     """
     numbers = (
-        Column("impacts", lambda method: _format_lost(grid.cells(method)), "- +", number=True),
-        Column("error", lambda method: _format_cost(grid.cells(method)), "/ PIT's", number=True),
+        Column("impacts", lambda method: _format_lost(grid.list_cells(method)), "- +", number=True),
+        Column("error", lambda method: _format_cost(grid.list_cells(method)), "/ PIT's", number=True),
     )
     if len(grid.rows) == 1:
         columns: tuple[Column, ...] = (
-            Column("grade", lambda method: _linked(grid.cells(method)[0])),
-            *numbers,
-            *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
-        )
-    else:
-        groups = formatting.group_by((_group_of(row.name), row.name) for row in grid.rows)
-        columns = (
-            Column("scenes by grade", lambda method: _grade_bar(grid.cells(method))),
+            Column("grade", lambda method: _build_linked_cell(grid.list_cells(method)[0])),
             *numbers,
             *(
-                Column(name, partial(_group_cell, grid, names), formatting.count(len(names), "scene"), only=Media.PAGE)
+                Column(impact.bodies, partial(_format_impact_result, impact=impact), f"{impact.when} s")
+                for impact in impacts
+            ),
+        )
+    else:
+        groups = formatting.group_by((_read_group(row.name), row.name) for row in grid.rows)
+        columns = (
+            Column("scenes by grade", lambda method: _build_grade_bar(grid.list_cells(method))),
+            *numbers,
+            *(
+                Column(
+                    name,
+                    partial(_build_group_cell, grid, names),
+                    formatting.format_count(len(names), "scene"),
+                    only=Media.PAGE,
+                )
                 for name, names in groups.items()
             ),
-            Column("worst scene", lambda method: _worst_scene(grid.cells(method))),
+            Column("worst scene", lambda method: _build_worst_scene_cell(grid.list_cells(method))),
         )
     name = Column("method", lambda method: Cell(method.label, method.profile, short=method.name))
     return Table((name, *columns), methods, css="methods", only=Media.IN_FULL)
 
 
-def _linked(cell: GridCell) -> Cell:
+def _build_linked_cell(cell: GridCell) -> Cell:
     return replace(cell.mark.cell, title=f"{cell.mark.sentence}. {'; '.join(cell.reasons)}", link=cell.link)
 
 
-def _shares(cells: Sequence[GridCell]) -> tuple[Share, ...]:
+def _build_shares(cells: Sequence[GridCell]) -> tuple[Share, ...]:
     found = [cell.mark for cell in cells]
     return tuple(Share(m.css, found.count(m), m.symbol, m.style) for m in Mark if m in found)
 
 
-def _grade_bar(cells: Sequence[GridCell]) -> Cell:
-    shares = _shares(cells)
+def _build_grade_bar(cells: Sequence[GridCell]) -> Cell:
+    shares = _build_shares(cells)
     return Cell(" ".join(f"{share.size}{share.symbol}" for share in shares), shares=shares)
 
 
 def _format_lost(cells: Sequence[GridCell]) -> str:
-    return formatting.missed_and_invented(sum(cell.missed for cell in cells), sum(cell.invented for cell in cells))
+    return formatting.format_missed_and_invented(
+        sum(cell.missed for cell in cells), sum(cell.invented for cell in cells)
+    )
 
 
 def _format_cost(cells: Sequence[GridCell]) -> str:
     known = [cell.cost for cell in cells if not math.isnan(cell.cost)]
-    return formatting.number(statistics.median(known)) if known else formatting.ABSENT
+    return formatting.format_number(statistics.median(known)) if known else formatting.ABSENT
 
 
 def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
@@ -126,36 +136,36 @@ def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
     return max((cell for cell in cells if cell.mark.rank is not None), key=badness, default=None)
 
 
-def _worst_scene(cells: Sequence[GridCell]) -> Cell:
+def _build_worst_scene_cell(cells: Sequence[GridCell]) -> Cell:
     cell = _find_worst(cells)
     return Cell(cell.scene, title="; ".join(cell.reasons), link=cell.link) if cell and cell.mark.rank else Cell("")
 
 
-def _group_of(scene: str) -> str:
+def _read_group(scene: str) -> str:
     """Return the group in a scene's name. Scenes without a group form a group of their own."""
     group, slash, _ = scene.partition("/")
     return group if slash else "others"
 
 
-def _group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
+def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
     """Return a cell with the number of a group's scenes that a method gets right, and a link to the worst scene."""
-    cells = [cell for cell in grid.cells(method) if cell.scene in names]
+    cells = [cell for cell in grid.list_cells(method) if cell.scene in names]
     worst, graded = _find_worst(cells), [cell.mark for cell in cells if cell.mark.rank is not None]
     if worst is None:
-        return Cell("", shares=_shares(cells))
+        return Cell("", shares=_build_shares(cells))
     missed = sum(cell.has_miss for cell in cells)
     title = f"worst: {worst.scene}, {worst.mark.word}: {'; '.join(worst.reasons)}"
     return Cell(
         f"{sum(mark in RIGHT for mark in graded)} of {len(graded)}",
-        title=f"an impact is missed in {formatting.count(missed, 'scene')}; {title}" if missed else title,
+        title=f"an impact is missed in {formatting.format_count(missed, 'scene')}; {title}" if missed else title,
         css="share",
         link=worst.link,
-        shares=_shares(cells),
+        shares=_build_shares(cells),
         corner=Mark.WRONG.symbol if missed else "",
     )
 
 
-def first_replay(grid: Grid) -> Cell | None:
+def find_first_replay(grid: Grid) -> Cell | None:
     """Return a link to the replay of an engine's worst run; among equals, of the scene with fewest impacts."""
     graded = [cell for row in grid.rows for cell in row.cells if cell.mark.rank and cell.has_replay]
     engines = [cell for cell in graded if not cell.column.own] or graded
@@ -166,11 +176,11 @@ def first_replay(grid: Grid) -> Cell | None:
     return Cell(f"Watch {cell.column.name} {does}", link=cell.link)
 
 
-def _counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
+def _build_counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
     """Return a table with one row per method: its numbers of scenes by grade."""
 
     def count(marks: Sequence[Mark], method: GridColumn) -> str:
-        return str(sum(cell.mark in marks for cell in grid.cells(method)) or "")
+        return str(sum(cell.mark in marks for cell in grid.list_cells(method)) or "")
 
     others = tuple(mark for mark in Mark if mark.rank is None)
     columns = [Column("method", lambda method: method.name)]
@@ -178,28 +188,36 @@ def _counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
     return Table(columns, methods, only=Media.TERMINAL, note="n/a: not graded or not run; -v lists the reasons")
 
 
-def _scored_runs(grid: Grid) -> list[GridCell]:
+def _list_scored_runs(grid: Grid) -> list[GridCell]:
     """Return the scored runs of the methods at all steps, sorted by step (coarsest first) and quality."""
     methods = grid.compared
     runs = [cell for cell in grid.runs if cell.scored and cell.column in methods]
     return sorted(runs, key=lambda cell: (-cell.line.dt_s, compute_standing([cell])))
 
 
-def _run_tables(grid: Grid) -> tuple[Table, ...]:
+def _build_run_tables(grid: Grid) -> tuple[Table, ...]:
     """Return one table of errors for each step of the scene."""
-    runs = _scored_runs(grid)
+    runs = _list_scored_runs(grid)
     by_step = formatting.group_by((cell.line.dt_s, cell) for cell in runs)
     columns = (
         Column("method", lambda cell: cell.column.name),
         Column("impacts", _format_found, number=True),
         Column(
-            "time", lambda cell: _error(cell, cell.time_error_s, 1e3, sign=True, limit=0.0), number=True, under="ms"
+            "time",
+            lambda cell: _format_error(cell, cell.time_error_s, 1e3, sign=True, limit=0.0),
+            number=True,
+            under="ms",
         ),
-        Column("velocity", lambda cell: _error(cell, cell.errors.velocity, 100.0), number=True, under="%"),
+        Column("velocity", lambda cell: _format_error(cell, cell.errors.velocity, 100.0), number=True, under="%"),
         Column(
-            "angle", lambda cell: _error(cell, cell.errors.direction_rad, math.degrees(1.0)), number=True, under="°"
+            "angle",
+            lambda cell: _format_error(cell, cell.errors.direction_rad, math.degrees(1.0)),
+            number=True,
+            under="°",
         ),
-        Column("energy", lambda cell: _error(cell, cell.errors.energy, 100.0, sign=True), number=True, under="%"),
+        Column(
+            "energy", lambda cell: _format_error(cell, cell.errors.energy, 100.0, sign=True), number=True, under="%"
+        ),
         Column("grade", _format_grade),
     )
     words = dict.fromkeys(f"{cell.mark.symbol} {cell.mark.css.replace('-', ' ')}" for cell in runs)
@@ -207,7 +225,7 @@ def _run_tables(grid: Grid) -> tuple[Table, ...]:
         Table(
             columns,
             own,
-            title=f"at {formatting.step(dt_s)}" if len(by_step) > 1 else "",
+            title=f"at {formatting.format_step(dt_s)}" if len(by_step) > 1 else "",
             note=f"{', '.join(words)}. {SCENE_NOTE}" if dt_s == min(by_step) else "",
             only=Media.TERMINAL | Media.DETAIL,
         )
@@ -220,23 +238,23 @@ def _format_found(cell: GridCell) -> str:
     return f"{cell.expected - cell.missed - cell.undecided}/{cell.expected}{invented}"
 
 
-def _error(cell: GridCell, value: float, unit: float, *, sign: bool = False, limit: float | None = None) -> str:
+def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = False, limit: float | None = None) -> str:
     """Format an error; absent if the trajectory diverged, because errors of impacts are then accidental."""
     if math.isnan(value) or cell.has_verdict(Verdict.PARTED):
         return formatting.ABSENT
     if abs(value) <= (cell.rounding if limit is None else limit):
         return "0"
-    return f"{'+' * (sign and value > 0.0)}{formatting.number(unit * value, 3 if limit == 0.0 else 2)}"
+    return f"{'+' * (sign and value > 0.0)}{formatting.format_number(unit * value, 3 if limit == 0.0 else 2)}"
 
 
 def _format_grade(cell: GridCell) -> str:
     """Return the symbol of the grade, and the error over PIT's."""
     if cell.mark in _COUNTED["exact"] or math.isnan(cell.cost) or not cell.matched:
         return f"{cell.mark.symbol} float32" if cell.mark is Mark.EXACT_32 else cell.mark.symbol
-    return f"{cell.mark.symbol} {formatting.ratio(cell.cost).replace(' ', '')}"
+    return f"{cell.mark.symbol} {formatting.format_ratio(cell.cost).replace(' ', '')}"
 
 
-def impacts_section(grid: Grid) -> Section:
+def build_impacts_section(grid: Grid) -> Section:
     """Return a section with the impacts of a single scene by method, and each method's verdicts."""
     methods = grid.compared
     if len(grid.rows) != 1 or not methods:
@@ -249,11 +267,11 @@ def impacts_section(grid: Grid) -> Section:
     columns = [
         Column("bodies", lambda impact: impact.bodies),
         Column("time, s", lambda impact: impact.when, number=True),
-        *(Column(method.label, partial(_became, method), method.profile) for method in methods),
+        *(Column(method.label, partial(_format_impact_result, method), method.profile) for method in methods),
     ]
     left_out = len(impacts) - MOST_IMPACTS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
-    short, full = _verdict_lines(grid, full=len(methods) == 1), _verdict_lines(grid, full=True)
+    short, full = _format_verdict_lines(grid, full=len(methods) == 1), _format_verdict_lines(grid, full=True)
     blocks = (
         Table(columns, impacts[:MOST_IMPACTS], note=note, only=media),
         Lines(short, Media.TERMINAL),
@@ -263,12 +281,12 @@ def impacts_section(grid: Grid) -> Section:
     return Section("Impacts by method", shown, level=3)
 
 
-def _verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
+def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
     """Return one line per run that is not exact, best first, with its verdicts; if `full`, also their numbers.
 
     Without `full`, only the runs at the coarsest step have lines.
     """
-    runs = _scored_runs(grid)
+    runs = _list_scored_runs(grid)
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)
     several = any(cell.line.dt_s != coarsest for cell in runs)
     said: dict[tuple[str, str], str] = {}
@@ -276,7 +294,7 @@ def _verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
         if cell.mark in _COUNTED["exact"] or (cell.line.dt_s != coarsest and not full):
             continue
         found = "; ".join(reason if full else reason.partition(" (")[0] for reason in cell.reasons)
-        step = f", {formatting.step(cell.line.dt_s)}" if several and full else ""
+        step = f", {formatting.format_step(cell.line.dt_s)}" if several and full else ""
         said.setdefault((cell.column.name, found), step)  # equal lines at several steps are shown once
     return tuple(f"{name}{step}: {found}" for (name, found), step in said.items())
 
@@ -291,7 +309,7 @@ class _Impact(NamedTuple):
     @property
     def when(self) -> str:
         """The time in seconds; empty if it is unknown."""
-        return "" if self.time_s is None else formatting.number(self.time_s, 6)
+        return "" if self.time_s is None else formatting.format_number(self.time_s, 6)
 
 
 def _find_impacts(grid: Grid, methods: Sequence[GridColumn]) -> list[_Impact]:
@@ -299,11 +317,11 @@ def _find_impacts(grid: Grid, methods: Sequence[GridColumn]) -> list[_Impact]:
     found: dict[tuple[str, float | None], dict[GridColumn, str]] = {}
     for cell in grid.rows[0].cells if len(grid.rows) == 1 else ():
         if cell.column in methods and cell.row and cell.row.trace is not None and cell.row.score is not None:
-            for impact in impact_rows(grid.results.references[cell.scene], cell.row.trace, cell.row.score):
+            for impact in build_impact_rows(grid.results.references[cell.scene], cell.row.trace, cell.row.score):
                 when = impact.get("true", impact.get("reported"))
                 found.setdefault((impact["pair"], when), {})[cell.column] = impact["became"]
     return sorted((_Impact(*key, became) for key, became in found.items()), key=lambda one: one.time_s or 0.0)
 
 
-def _became(method: GridColumn, impact: _Impact) -> str:
+def _format_impact_result(method: GridColumn, impact: _Impact) -> str:
     return impact.became.get(method, "")

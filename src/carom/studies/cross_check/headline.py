@@ -33,13 +33,13 @@ def build_headline(grid: Grid) -> Headline:
 
 def _describe_scene(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the result of each method on a single scene."""
-    cells = [cell for column in columns for cell in grid.cells(column) if cell.scored]
+    cells = [cell for column in columns for cell in grid.list_cells(column) if cell.scored]
     kinds = list(formatting.group_by((_describe_run(cell), cell.column.name) for cell in cells).items())
     shown = kinds if len(kinds) < MOST_NAMES else [kinds[0], kinds[-1]]
     parts = [f"{_join_names(names)}: {does}" for does, names in shown]
     more = f"; {len(kinds) - len(shown)} outcomes in between are omitted" if len(shown) < len(kinds) else ""
     steps = {cell.line.dt_s for cell in grid.rows[0].cells if cell.mark is not Mark.ABSENT}
-    at = f" at {formatting.step(steps.pop())}" if len(steps) == 1 else ""
+    at = f" at {formatting.format_step(steps.pop())}" if len(steps) == 1 else ""
     return f"{grid.rows[0].name}{at}: {'; '.join(parts)}{more}."
 
 
@@ -49,12 +49,12 @@ def _describe_run(cell: GridCell) -> str:
         return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, with a diverged trajectory"
     lost = [f"{cell.missed} missed"] * bool(cell.missed) + [f"{cell.invented} invented"] * bool(cell.invented)
     if lost:
-        return f"{formatting.join_words(lost)} of {formatting.count(cell.expected, 'impact')}"
+        return f"{formatting.join_words(lost)} of {formatting.format_count(cell.expected, 'impact')}"
     if cell.matched and cell.mark not in (Mark.EXACT, Mark.EXACT_32):
         if cell.errors.velocity > cell.rounding:
-            return f"velocities are wrong by {formatting.percent(cell.errors.velocity)} of the greatest speed"
+            return f"velocities are wrong by {formatting.format_percent(cell.errors.velocity)} of the greatest speed"
         if late_s := cell.time_error_s:
-            return f"{formatting.number(abs(late_s) * 1e3, 3)} ms {'late' if late_s > 0 else 'early'}"
+            return f"{formatting.format_number(abs(late_s) * 1e3, 3)} ms {'late' if late_s > 0 else 'early'}"
     return cell.mark.word
 
 
@@ -67,20 +67,20 @@ def _describe_scenes(grid: Grid, columns: Sequence[GridColumn]) -> str:
     shipped, tuned = by_profile[first], by_profile[second]
     misses, sampled = _describe_misses(grid, shipped), _describe_sampled(grid, tuned)
     if columns[0].own:  # without an engine, PIT would be compared with itself
-        return f"{formatting.capitalised(misses)}."
+        return f"{formatting.capitalise(misses)}."
     if first == second:
-        return f"{_settings(first)}: {misses}; {sampled}."
-    return f"{_settings(first)}: {misses}. {_settings(second)}: {sampled}."
+        return f"{_format_profile(first)}: {misses}; {sampled}."
+    return f"{_format_profile(first)}: {misses}. {_format_profile(second)}: {sampled}."
 
 
-def _settings(profile: str) -> str:
-    return "Default settings" if profile == SHIPPED else formatting.capitalised(profile)
+def _format_profile(profile: str) -> str:
+    return "Default settings" if profile == SHIPPED else formatting.capitalise(profile)
 
 
 def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the number of scenes in which all methods miss an impact; if it is 0, the range over single methods."""
     scenes = len(grid.rows)
-    counts = [sum(cell.has_miss for cell in grid.cells(column)) for column in columns]
+    counts = [sum(cell.has_miss for cell in grid.list_cells(column)) for column in columns]
     ran = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
     by_all = sum(bool(cells) and all(cell.has_miss for cell in cells) for cells in ran)
     if len(columns) == 1:
@@ -91,19 +91,19 @@ def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
         return f"every {kind} misses an impact in {by_all} of {scenes} scenes"
     if not any(counts):
         return f"no {kind} misses an impact in {scenes} scenes"
-    return f"each {kind} misses an impact in {_range(counts)} of {scenes} scenes"
+    return f"each {kind} misses an impact in {_format_count_range(counts)} of {scenes} scenes"
 
 
 def _describe_sampled(grid: Grid, columns: Sequence[GridColumn]) -> str:
     """Describe the number of scenes in which methods find all impacts with errors within sampling error."""
     good = RIGHT | {Mark.SAMPLED}
-    counts = [sum(cell.mark in good for cell in grid.cells(column)) for column in columns]
+    counts = [sum(cell.mark in good for cell in grid.list_cells(column)) for column in columns]
     names, does = _join_names([column.label for column in columns]), "is" if len(columns) == 1 else "are"
     scenes = "scene" if max(counts) == 1 else "scenes"
-    return f"{names} {does} within sampling error in {_range(counts)} {scenes}"
+    return f"{names} {does} within sampling error in {_format_count_range(counts)} {scenes}"
 
 
-def _range(counts: Sequence[int]) -> str:
+def _format_count_range(counts: Sequence[int]) -> str:
     low, high = min(counts), max(counts)
     return str(low) if low == high else f"{low} to {high}"
 
@@ -122,15 +122,15 @@ def _describe_reference(results: Results) -> str:
         unknown = "None of these scenes has a known answer"
         if not proven:
             return f"{unknown}: PIC is the reference, without independent proof."
-        which = f"{len(proven)} of {formatting.count(len(results.references), 'scene')}"
+        which = f"{len(proven)} of {formatting.format_count(len(results.references), 'scene')}"
         return f"{unknown}; every impact of PIC is certified in {which}."
     deviations = {name: deviation for name, (_, deviation) in results.known.items()}
     off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
     if off:
-        right = f"{len(deviations) - len(off)} of {formatting.count(len(deviations), 'known answer')}"
+        right = f"{len(deviations) - len(off)} of {formatting.format_count(len(deviations), 'known answer')}"
         return f"PIC reproduces {right} to rounding, but not {formatting.join_words(off)}."
     which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
-    return f"PIC reproduces {which} (largest deviation {formatting.number(max(deviations.values()))})."
+    return f"PIC reproduces {which} (largest deviation {formatting.format_number(max(deviations.values()))})."
 
 
 def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
@@ -140,20 +140,20 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
         asked = list(columns) or list(grid.columns.values())
         labels = {column.label for column in asked}
         what = f"{labels.pop()} run" if len(labels) == 1 else "run"
-    tally = Counter(cell.mark for column in asked for cell in grid.cells(column))
+    tally = Counter(cell.mark for column in asked for cell in grid.list_cells(column))
     ran = sum(n for mark, n in tally.items() if mark.ran)
     scored = [f"{tally[mark]} {mark.word}" for mark in Mark if mark.ran and tally[mark]]
     others = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]]
     said = f"No {what} at {grid.step_phrase} could be scored."
     if ran:
-        said = f"Of {formatting.count(ran, what)} at {grid.step_phrase}: {'; '.join(scored)}."
+        said = f"Of {formatting.format_count(ran, what)} at {grid.step_phrase}: {'; '.join(scored)}."
     return f"{said} Not scored: {'; '.join(others)}." if others else said
 
 
 def _describe_phase_dependence(grid: Grid) -> Iterator[str]:
     """Describe grades that depend on the phase of the step at which an impact falls."""
     for column in grid.columns.values():
-        scores = [cell.row.score for cell in grid.cells(column) if cell.row and cell.row.score]
+        scores = [cell.row.score for cell in grid.list_cells(column) if cell.row and cell.row.score]
         found = [score.lucky_phase for score in scores if score.lucky_phase]
         if column.engine != "pit" or not found:
             continue

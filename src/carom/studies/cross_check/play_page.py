@@ -11,16 +11,16 @@ from carom.model.scene import Scene
 PLAY_PAGE = "play.html"
 
 
-def play_link(scene: Scene) -> str:
+def build_play_link(scene: Scene) -> str:
     """Return the relative link to a scene on the play page; empty if the page can't show the scene."""
-    from carom.web.page import beyond_page
+    from carom.web.page import find_page_limit
 
-    return "" if beyond_page(scene) else f"{PLAY_PAGE}#{quote(scene.name, safe='')}"
+    return "" if find_page_limit(scene) else f"{PLAY_PAGE}#{quote(scene.name, safe='')}"
 
 
 def build_play_page(scenes: Iterable[Scene]) -> str:
     """Build the page with all scenes that it can show; an empty text if there are none."""
-    from carom.web.page import page_html, with_gallery
+    from carom.web.page import add_gallery, render_page
 
-    own = [scene for scene in scenes if play_link(scene)]
-    return page_html(with_gallery(*own)) if own else ""
+    own = [scene for scene in scenes if build_play_link(scene)]
+    return render_page(add_gallery(*own)) if own else ""

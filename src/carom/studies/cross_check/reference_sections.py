@@ -30,7 +30,7 @@ KNOWN_NOTE = (
 )
 
 
-def reference_section(grid: Grid) -> Section:
+def build_reference_section(grid: Grid) -> Section:
     """Describe the reliable part of references, if requested or if a reference is not reliable to its end."""
     results, lines = grid.results, []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
@@ -39,17 +39,17 @@ def reference_section(grid: Grid) -> Section:
         times = reference.impacts["time_s"]
         reliable = len(times) if until_s is None else int((times <= until_s).sum())
         if until_s is not None and until_s < reference.contact_s and reliable < len(times):
-            until = formatting.seconds(until_s)
+            until = formatting.format_seconds(until_s)
             said.append(f"the reference is reliable for {reliable} of {len(times)} impacts, up to {until}")
         if said:
             lines.append(f"{name}: {'; '.join(said)}.")
     rests = [
-        f"{name}: runs are compared up to {formatting.seconds(reference.contact_s)} of "
-        f"{formatting.seconds(reference.scene.duration_s)}, when a disc {reference.contact_of_disc}."
+        f"{name}: runs are compared up to {formatting.format_seconds(reference.contact_s)} of "
+        f"{formatting.format_seconds(reference.scene.duration_s)}, when a disc {reference.contact_of_disc}."
         for name, reference in results.references.items()
         if reference.contact_s < math.inf
     ]
-    listed = _lines(lines, Media.EVERYWHERE if len(lines) <= MOST_LISTED else Media.IN_FULL)
+    listed = _build_lines(lines, Media.EVERYWHERE if len(lines) <= MOST_LISTED else Media.IN_FULL)
     blocks: tuple[Block, ...] = (
         (listed, Text(REFERENCE_NOTE, Media.ON_PAPER), Text(ESTIMATE_NOTE, Media.ON_PAPER, folded=True))
         if lines
@@ -57,14 +57,16 @@ def reference_section(grid: Grid) -> Section:
     )
     if rests:
         blocks += (
-            _lines(rests, Media.EVERYWHERE if len(results.references) == 1 else Media.IN_FULL),
+            _build_lines(rests, Media.EVERYWHERE if len(results.references) == 1 else Media.IN_FULL),
             Text(REST_NOTE, Media.ON_PAPER),
         )
     return Section("Reliability of the reference", blocks, level=3)
 
 
-def _lines(lines: list[str], media: Media) -> Lines:
-    return Lines(tuple(lines), media, folded="" if len(lines) <= MOST_LISTED else formatting.count(len(lines), "scene"))
+def _build_lines(lines: list[str], media: Media) -> Lines:
+    return Lines(
+        tuple(lines), media, folded="" if len(lines) <= MOST_LISTED else formatting.format_count(len(lines), "scene")
+    )
 
 
 class _Known(NamedTuple):
@@ -75,26 +77,26 @@ class _Known(NamedTuple):
     deviation: float
 
 
-def _known_deviation(known: _Known) -> str:
+def _format_deviation(known: _Known) -> str:
     sign = "✓" if known.deviation <= THRESHOLDS.rounding else "✗"
     far = math.isinf(known.deviation)
-    return f"{sign} {'an impact is missing or wrong' if far else formatting.number(known.deviation)}"
+    return f"{sign} {'an impact is missing or wrong' if far else formatting.format_number(known.deviation)}"
 
 
-def _known_source(known: _Known) -> Cell:
+def _build_source_cell(known: _Known) -> Cell:
     convention = f". Convention: {known.answer.convention}" if known.answer.convention else ""
     return Cell(f"{known.answer.source}{convention}", css="prose")
 
 
-def known_section(grid: Grid) -> Section:
+def build_known_answers_section(grid: Grid) -> Section:
     """Return a section with every known answer, in the order of scenes, and PIC's deviation from it."""
     columns = (
         Column("scene", lambda known: known.scene),
-        Column("source", _known_source),
+        Column("source", _build_source_cell),
         Column(
             "impacts", lambda known: "not known" if known.answer.count is None else str(known.answer.count), number=True
         ),
-        Column("deviation of PIC", _known_deviation, number=True),
+        Column("deviation of PIC", _format_deviation, number=True),
     )
     found = [_Known(name, *answer) for name, answer in grid.results.known.items()]
     blocks = (Table(columns, found, only=Media.ON_PAPER), Text(KNOWN_NOTE, Media.ON_PAPER)) if found else ()

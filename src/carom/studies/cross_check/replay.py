@@ -12,18 +12,18 @@ from carom.comparator.non_finite import find_non_finite
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, Method, Status
 from carom.execution.results import Row
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.model.trace import Trace
-from carom.report.files import packed, require_report_extra
+from carom.report.files import pack_data, require_report_extra
 from carom.report.picture import draw_pair
-from carom.report.render.html import replay_page
-from carom.report.replay import describe_run, replay_data, run_command
-from carom.report.svg import drawing
+from carom.report.render.html import render_replay_page
+from carom.report.replay import build_replay_data, describe_run, format_run_command
+from carom.report.svg import use_drawing_style
 from carom.solvers.pic import solve_pic
-from carom.studies.cross_check.film import FRAMES_PER_S, film
+from carom.studies.cross_check.film import FRAMES_PER_S, build_film
 from carom.studies.cross_check.run import run
-from carom.support.checks import instance
-from carom.support.escaping import visible
+from carom.support.checks import check_instance
+from carom.support.escaping import escape_controls
 from carom.support.folders import write_file
 from carom.support.limits import MOST_DISCS_DRAWN
 
@@ -58,18 +58,18 @@ class Replay:
         job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.tried.items())), trace.dt_s)
         row = Row(job, Status.RAN, trace=trace, score=self.score)
         # A trace by a solver that was called directly has no profile and no command.
-        command = run_command("scene.toml", job) if trace.profile else ""
-        said = describe_run(row, trace.method, visible(trace.scene.name), command)
-        data = packed(replay_data(self.reference, [(trace, self.score, said)]))
-        return replay_page(visible(trace.scene.name), data, said["said"], self._stills())
+        command = format_run_command("scene.toml", job) if trace.profile else ""
+        said = describe_run(row, trace.method, escape_controls(trace.scene.name), command)
+        data = pack_data(build_replay_data(self.reference, [(trace, self.score, said)]))
+        return render_replay_page(escape_controls(trace.scene.name), data, said["said"], self._draw_stills())
 
-    def _stills(self) -> list[tuple[str, str]]:
+    def _draw_stills(self) -> list[tuple[str, str]]:
         """Return captions and SVG pictures for browsers without JavaScript; empty if they can't be drawn."""
         trace, name = self.observed, f"{self.observed.method} {self.observed.profile_shown}".strip()
         many = len(trace.scene.discs) > MOST_DISCS_DRAWN or len(trace.impacts) > _MOST_IMPACTS_DRAWN
         if many or find_non_finite(trace):
             return []
-        labels = (f"Exact: {visible(trace.scene.name)}", name)
+        labels = (f"Exact: {escape_controls(trace.scene.name)}", name)
         return list(zip(labels, draw_pair(self.reference, trace, self.score.missed, labels), strict=True))
 
     def _repr_html_(self) -> str | None:
@@ -104,9 +104,9 @@ class Replay:
                 "an .mp4 needs the program ffmpeg, which is not installed", hints=[".gif and .html do not need it"]
             )
         writer = (PillowWriter if path.suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
-        with tempfile.TemporaryDirectory() as folder, drawing():
+        with tempfile.TemporaryDirectory() as folder, use_drawing_style():
             made = Path(folder) / path.name
-            film(self.reference, self.observed, self.score).save(made, writer=writer)
+            build_film(self.reference, self.observed, self.score).save(made, writer=writer)
             return write_file(path, made.read_bytes())
 
 
@@ -141,13 +141,13 @@ def replay(
         'missed.html'
     """
     if isinstance(observed, str):
-        scene = reference.scene if isinstance(reference, Trace) else as_scene(reference)
+        scene = reference.scene if isinstance(reference, Trace) else to_scene(reference)
         observed = run(scene, observed, dt=dt, profile=profile)
     elif dt is not None:
         raise InputError("dt is allowed only with an engine name; a given run has its own step")
     if not isinstance(reference, Trace):
         reference = solve_pic(reference)
-    instance("observed", observed, Trace)
+    check_instance("observed", observed, Trace)
     if broken := find_non_finite(observed):
         raise InputError(f"{broken} in the run, so it can't be replayed")
     return Replay(reference, observed, compare(reference, observed) if score is None else score)

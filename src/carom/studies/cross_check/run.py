@@ -13,33 +13,33 @@ from typing import Any, TypeVar
 
 from carom.catalogue import CatalogueScene, deviation
 from carom.comparator import Score, Scorer, compare
-from carom.comparator.shifted_scenes import shifted_references
+from carom.comparator.shifted_scenes import solve_shifted_references
 from carom.engines.registry import require_named, resolve_engine
 from carom.errors import AdapterError
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.codec import CarriedTrace
 from carom.execution.describe_engines import describe_engines
 from carom.execution.engine_run import ObserveTask
-from carom.execution.environment import environment
+from carom.execution.environment import describe_environment
 from carom.execution.exception_text import describe_exception
 from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, no_progress
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
-from carom.execution.phases import compute_spread, phase_values
+from carom.execution.phases import compute_spread, generate_phases
 from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job, select_profiles
 from carom.execution.pool import Pool
 from carom.execution.results import Results, Row
 from carom.execution.run_options import Options
-from carom.execution.scene_reference import Reference, build_reference, solve_reference, will_certify
+from carom.execution.scene_reference import Reference, build_reference, needs_certification, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.score_jobs import steps_of
+from carom.execution.score_jobs import estimate_steps
 from carom.execution.settings_override import resolve_settings
 from carom.execution.shared_options import LimitOptions
 from carom.execution.time_saved import measure_skips
 from carom.execution.timing import TimeTask, Timing
-from carom.model.scene import Scene, as_scene
+from carom.model.scene import Scene, to_scene
 from carom.model.trace import Setting, Trace
 from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
-from carom.support.options import check_value, step
+from carom.support.options import build_step_kind, check_value
 
 #: The form of a job with states for drawing; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
@@ -86,12 +86,12 @@ def run(
         >>> len(trace.impacts)  # the impact is missed
         0
     """
-    scene = as_scene(scene)
+    scene = to_scene(scene)
     dt = 1.0 / scene.frame_rate_hz if dt is None else dt
     limits = LimitOptions(jobs=1, time_limit_s=time_limit_s, scheduler=scheduler)
-    check_value(step(), "dt", dt)
+    check_value(build_step_kind(), "dt", dt)
     require_named(engine := resolve_engine(engine))
-    with limits.pool() as pool:
+    with limits.open_pool() as pool:
         tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
         job = Job(scene, Method(engine, profile, tried), dt)
         answer = observe_job(job, pool, samples=True)
@@ -131,10 +131,10 @@ def cross_check(
         >>> [(row.job.scene.name, row.score.missed) for row in results.rows]
         [('paper/missed', (0,))]
     """
-    asked = Options.passed("cross_check", options, engines=engine_names)
+    asked = Options.build_from_arguments("cross_check", options, engines=engine_names)
     asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool]
-    own = asked.pool() if pool is None else nullcontext(pool)
+    own = asked.open_pool() if pool is None else nullcontext(pool)
     with own as opened:
         return execute(build_plan(scenes, asked, opened), opened, progress=progress or no_progress, command=command)
 
@@ -160,22 +160,24 @@ def execute(
     references = _solve_references(plan, progress)
     usable = {name: found for name, found in references.items() if isinstance(found, Reference)}
     jobs = [job for job in plan.jobs if job.scene.name in usable]
-    shifted = _shift_references(jobs, usable, phase_values(options.phases, options.seed))
+    shifted = _shift_references(jobs, usable, generate_phases(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
     observer = _Observer(plan, pool, notes, progress)
-    observed = {_key(job) for one in jobs for job in (one, _pit_job(one))}
+    observed = {_build_key(job) for one in jobs for job in (one, _build_pit_job(one))}
     observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
     rows = _score_jobs(jobs, usable, observer)
     rows |= _run_phases(rows, shifted, usable, observer)
-    rows |= _time_jobs([rows[_key(job)] for job in timed], observer)
+    rows |= _time_jobs([rows[_build_key(job)] for job in timed], observer)
     for job in plan.jobs:
         if isinstance(reason := references[job.scene.name], str):
-            rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
+            rows[_build_key(job)] = Row(job, Status.UNSUPPORTED, reason)
     skipped = {}
     if options.samples:  # needed for a report only
         steps = {job.scene.name: job.dt_s for job in timed}  # each scene once, although several jobs time it
         skipped = {name: measure_skips(usable[name].trace, dt_s) for name, dt_s in steps.items()}
-    found = _build_results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
+    found = _build_results(
+        plan, [rows[_build_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started
+    )
     return replace(found, skipped=skipped)
 
 
@@ -192,7 +194,7 @@ class _Observer:
         self._done += done
         self._progress(self._done, self.total, what)
 
-    def traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
+    def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
 
         States are kept for drawing, at the coarsest step of scenes that fit a picture.
@@ -200,15 +202,15 @@ class _Observer:
         asks = []
         for job in jobs:
             drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
-            key = job_key(job, DRAWN if drawn else "")
-            asks.append(TaskRequest(job, key, ObserveTask(job, drawn), self._refusal(job), steps_of(job)))
+            key = build_job_key(job, DRAWN if drawn else "")
+            asks.append(TaskRequest(job, key, ObserveTask(job, drawn), self._refusal(job), estimate_steps(job)))
         for job, answer in self._count_each(run_tasks(asks, self._pool, self._notes)):
             yield job, check_own_scene(job, answer)
 
-    def timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
+    def measure_timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
         """Yield the run time of each job, one after another with nothing else running."""
-        asks = [TaskRequest(job, job_key(job), TimeTask(job)) for job in jobs]
-        with self._pool.on_this_machine() as pool:
+        asks = [TaskRequest(job, build_job_key(job), TimeTask(job)) for job in jobs]
+        with self._pool.to_local_pool() as pool:
             yield from self._count_each(run_tasks(asks, pool, MemoryJournal[JobKey, Timing](), alone=True))
 
     def _count_each(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
@@ -217,7 +219,7 @@ class _Observer:
             yield job, answer
 
 
-def _key(job: Job) -> Key:
+def _build_key(job: Job) -> Key:
     return (job.scene.name, job.method, job.dt_s)
 
 
@@ -230,30 +232,30 @@ def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | s
         if isinstance(trace, str):
             found[scene.name] = trace
             continue
-        if will_certify(scene, options.certified):
+        if needs_certification(scene, options.certified):
             progress(0, len(plan.jobs), f"certifying {scene.name}")
         found[scene.name] = build_reference(trace, options.certified, options.certify_s)
     return found
 
 
-def _pit_job(job: Job) -> Job:
+def _build_pit_job(job: Job) -> Job:
     """Return the job of PIT on the same scene at the same step. PIT's errors are the cost of sampling."""
     return replace(job, method=PIT_METHOD)
 
 
 def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
     """Score all jobs. PIT always runs first on each scene at each step, even if it was not requested."""
-    sampling = {_key(one): one for one in map(_pit_job, jobs)}
-    pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
+    sampling = {_build_key(one): one for one in map(_build_pit_job, jobs)}
+    pit = {_build_key(job): answer for job, answer in observer.observe_traces(sampling.values())}
     rows: dict[Key, Row] = {}
     scorers: dict[tuple[str, float], Scorer] = {}
     left = iter(pit)
 
     def score_answer(job: Job, answer: Answer[Trace]) -> Row:
-        return _row(job, answer, usable, pit[_key(_pit_job(job))].value, scorers)
+        return _build_row(job, answer, usable, pit[_build_key(_build_pit_job(job))].value, scorers)
 
     rows_by_engine: dict[tuple[str, str, float], list[Row]] = {}
-    for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
+    for job, answer in observer.observe_traces(job for job in jobs if job.method != PIT_METHOD):
         similar = rows_by_engine.setdefault((job.scene.name, job.engine, job.dt_s), [])
         same = next((row for row in similar if _is_same_run(row.trace, answer.value)), None)
         if same is None:
@@ -261,7 +263,7 @@ def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: 
             similar.append(row)
         else:
             row = replace(same, job=job, trace=answer.value)
-        rows[_key(job)] = row
+        rows[_build_key(job)] = row
         if answer.status is Status.RAN:  # score PIT while engines run
             rows |= {key: score_answer(sampling[key], pit[key]) for key in islice(left, 1)}
     return rows | {key: score_answer(sampling[key], pit[key]) for key in left}
@@ -275,7 +277,7 @@ def _is_same_run(one: Trace | None, other: Trace | None) -> bool:
     return replace(one, **settings) == other
 
 
-def _row(
+def _build_row(
     job: Job,
     answer: Answer[Trace],
     usable: Mapping[str, Reference],
@@ -293,11 +295,11 @@ def _row(
             scorers[at] = Scorer(reference.trace, pit, reference.horizon_s)
         score = scorers[at].score(answer.value)
     except Exception as error:  # noqa: BLE001 - one bad run must not affect other rows
-        return _failed_row(job, error)
+        return _build_failed_row(job, error)
     return replace(row, score=score)
 
 
-def _failed_row(job: Job, error: Exception) -> Row:
+def _build_failed_row(job: Job, error: Exception) -> Row:
     """Return the row of a job whose run could not be scored."""
     return Row(job, Status.FAILED, f"the engine's result can't be scored: {describe_exception(error)}")
 
@@ -309,8 +311,8 @@ def _shift_references(
     if not phases:
         return {}
     steps = {(job.scene.name, job.dt_s) for job in jobs}
-    at = {step: list(shifted_references(usable[step[0]].trace, step[1], phases)) for step in steps}
-    return {_key(job): at[job.scene.name, job.dt_s] for job in jobs}
+    at = {step: list(solve_shifted_references(usable[step[0]].trace, step[1], phases)) for step in steps}
+    return {_build_key(job): at[job.scene.name, job.dt_s] for job in jobs}
 
 
 def _run_phases(
@@ -331,13 +333,13 @@ def _run_phases(
     origin_of = {id(job): (key, reference) for key, reference, job in jobs}
     scores: dict[Key, list[Score]] = {key: [] for key in ran}
     failed: dict[Key, Row] = {}
-    for job, answer in observer.traces((job for *_, job in jobs), shifted=True):
+    for job, answer in observer.observe_traces((job for *_, job in jobs), shifted=True):
         key, reference = origin_of[id(job)]
         if answer.value is not None:
             try:
                 scores[key].append(compare(reference, answer.value, horizon=usable[key[0]].horizon_s))
             except Exception as error:  # noqa: BLE001 - as in a row at the scene's own start
-                failed[key] = _failed_row(rows[key].job, error)
+                failed[key] = _build_failed_row(rows[key].job, error)
     return {
         key: failed.get(key) or replace(rows[key], spread=compute_spread(found, rows[key].job.scene, key[2]))
         for key, found in scores.items()
@@ -346,11 +348,14 @@ def _run_phases(
 
 def _time_jobs(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     """Time the jobs that ran, one after another with nothing else running."""
-    ran = {_key(row.job): row for row in rows if row.status is Status.RAN}
+    ran = {_build_key(row.job): row for row in rows if row.status is Status.RAN}
     if len(ran) < len(rows):
         observer.count("timing", len(rows) - len(ran))
-    times = observer.timings(row.job for row in ran.values())
-    return {_key(job): replace(ran[_key(job)], timing=answer.value, untimed=answer.said) for job, answer in times}
+    times = observer.measure_timings(row.job for row in ran.values())
+    return {
+        _build_key(job): replace(ran[_build_key(job)], timing=answer.value, untimed=answer.said)
+        for job, answer in times
+    }
 
 
 def _build_results(
@@ -365,7 +370,7 @@ def _build_results(
             if name in usable
         },
         engines=plan.engines,
-        environment=environment(plan.engines),
+        environment=describe_environment(plan.engines),
         command=command,
         elapsed_s=elapsed_s,
         certified={name: one.certified for name, one in usable.items() if one.certified is not None},
@@ -382,8 +387,8 @@ def _add_time_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
         if row.job.engine == PIT_METHOD.engine and row.timing
     }
 
-    def ratio(row: Row) -> float | None:
+    def compute_ratio(row: Row) -> float | None:
         whole_s = pit_s.get((row.job.scene.name, row.job.dt_s))
         return row.timing.advance_s / whole_s if row.timing and whole_s is not None else None
 
-    return tuple(replace(row, time_ratio=ratio(row)) for row in rows)
+    return tuple(replace(row, time_ratio=compute_ratio(row)) for row in rows)

@@ -44,7 +44,7 @@ SETTINGS_NOTE = (
 )
 
 
-def spread_section(grid: Grid) -> Section:
+def build_spread_section(grid: Grid) -> Section:
     """Return all cells that were run at several phases, except for PIC, which does not depend on the phase."""
     cells = [
         (cell, cell.line.dt_s, cell.line.spread)
@@ -52,22 +52,24 @@ def spread_section(grid: Grid) -> Section:
         if cell.line.spread and cell.line.spread.phases and cell.column.engine != "pic"
     ]
 
-    def column(head: str, say: Callable[[PhaseSpread, float], str]) -> Column:
+    def build_column(head: str, say: Callable[[PhaseSpread, float], str]) -> Column:
         return Column(head, lambda item: say(item[2], item[1]))
 
     columns = (
         Column("scene", lambda item: item[0].scene),
         Column("engine", lambda item: item[0].column.name),
-        Column("step", lambda item: formatting.step(item[1])),
-        column("phases", lambda spread, _: str(spread.phases)),
-        column("velocity error, median", lambda spread, _: formatting.number(spread.velocity_median)),
-        column("velocity error, worst", lambda spread, _: formatting.number(spread.velocity_worst)),
-        column("time error, median", lambda spread, dt_s: formatting.steps(spread.time_median_s, dt_s)),
-        column("time error, worst", lambda spread, dt_s: formatting.steps(spread.time_worst_s, dt_s)),
-        column("missed", lambda spread, _: formatting.percent(spread.miss_probability)),
-        column("PIT must miss", lambda spread, _: formatting.percent_or_blank(spread.pit_miss_probability)),
+        Column("step", lambda item: formatting.format_step(item[1])),
+        build_column("phases", lambda spread, _: str(spread.phases)),
+        build_column("velocity error, median", lambda spread, _: formatting.format_number(spread.velocity_median)),
+        build_column("velocity error, worst", lambda spread, _: formatting.format_number(spread.velocity_worst)),
+        build_column("time error, median", lambda spread, dt_s: formatting.format_steps(spread.time_median_s, dt_s)),
+        build_column("time error, worst", lambda spread, dt_s: formatting.format_steps(spread.time_worst_s, dt_s)),
+        build_column("missed", lambda spread, _: formatting.format_percent(spread.miss_probability)),
+        build_column(
+            "PIT must miss", lambda spread, _: formatting.format_percent_or_blank(spread.pit_miss_probability)
+        ),
     )
-    table = Table(columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=Media.ON_PAPER)
+    table = Table(columns, cells, folded=formatting.format_count(len(cells), "cell"), css="cells", only=Media.ON_PAPER)
     return Section("Spread over phases", (table, Text(SPREAD_NOTE, Media.ON_PAPER)) if cells else ())
 
 
@@ -79,24 +81,26 @@ class _RunTimes(NamedTuple):
     ends: list[int]
 
 
-def run_time_section(grid: Grid) -> Section:
+def build_run_time_section(grid: Grid) -> Section:
     """Return the measured run times at each scene's coarsest step."""
     found = []
     for column in grid.columns.values():
-        lines = [cell.line for cell in grid.cells(column)]
+        lines = [cell.line for cell in grid.list_cells(column)]
         ratios = [line.time_ratio for line in lines if line.time_ratio is not None]
         ends = [line.timing.ends for line in lines if line.timing is not None and line.timing.ends is not None]
         if ratios:
             found.append(_RunTimes(column, ratios, ends))
     medians = {times.column: statistics.median(times.ratios) for times in found}
 
-    def median(times: _RunTimes) -> Cell:
-        return Cell(formatting.ratio(medians[times.column]), part=medians[times.column] / max(medians.values()))
+    def build_median_cell(times: _RunTimes) -> Cell:
+        return Cell(formatting.format_ratio(medians[times.column]), part=medians[times.column] / max(medians.values()))
 
     columns = (
         Column("engine", lambda times: times.column.name),
-        Column("median", median, number=True),
-        Column("range", lambda times: " to ".join(map(formatting.ratio, (min(times.ratios), max(times.ratios))))),
+        Column("median", build_median_cell, number=True),
+        Column(
+            "range", lambda times: " to ".join(map(formatting.format_ratio, (min(times.ratios), max(times.ratios))))
+        ),
         Column("scenes", lambda times: str(len(times.ratios)), number=True),
         Column(
             "bit-identical repeats",
@@ -109,7 +113,7 @@ def run_time_section(grid: Grid) -> Section:
     return Section("Run time", (table, *notes) if found else ())
 
 
-def settings_section(grid: Grid) -> Section:
+def build_settings_section(grid: Grid) -> Section:
     """Return the settings used at the first scene's coarsest step, and how they vary with step and scene."""
     profiles = {info.name: info.profiles for info in grid.results.engines}
     used = formatting.group_by((cell.column, cell.line) for cell in grid.runs if cell.line.settings is not None)
@@ -118,7 +122,9 @@ def settings_section(grid: Grid) -> Section:
         Column("engine", lambda column: column.name),
         Column("profile", lambda column: Cell(_describe_profile(column, profiles), css="prose")),
         Column("used on", lambda column: first[column].scene),
-        Column("settings", lambda column: Cell("; ".join(_settings(first[column], used[column])), css="prose")),
+        Column(
+            "settings", lambda column: Cell("; ".join(_describe_settings(first[column], used[column])), css="prose")
+        ),
     )
     table = Table(columns, list(used), css="settings", only=Media.ON_PAPER)
     return Section("Settings used", (table, Text(SETTINGS_NOTE, Media.ON_PAPER)) if used else (), level=3)
@@ -130,11 +136,11 @@ def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, st
     own = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.tried:
         return own
-    values = ", ".join(f"{name} = {formatting.setting(value)}" for name, value in method.tried)
+    values = ", ".join(f"{name} = {formatting.format_setting(value)}" for name, value in method.tried)
     return f"With settings that no profile has: {values}. Other settings are those of {method.profile}: {own}"
 
 
-def _settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
+def _describe_settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
     """Yield each setting of a run, and whether it varies with the step or the scene."""
     same_scene = [line for line in lines if line.scene == here.scene]
     same_step = [line for line in lines if line.dt_s == here.dt_s and line.scene != here.scene]
@@ -145,40 +151,43 @@ def _settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
             if any((other.settings or {}).get(name) != value for other in others)
         ]
         said = f" (varies with the {formatting.join_words(on, 'and the')})" if on else ""
-        yield f"{name} = {formatting.setting(value)}{said}"
+        yield f"{name} = {formatting.format_setting(value)}{said}"
 
 
-def cells_section(grid: Grid) -> Section:
+def build_cells_section(grid: Grid) -> Section:
     """Return all cells at all steps."""
     columns = (
         Column("scene", lambda cell: cell.scene),
         Column("engine", lambda cell: cell.column.label),
         Column("profile", lambda cell: cell.column.profile),
-        Column("step", lambda cell: formatting.step(cell.line.dt_s)),
+        Column("step", lambda cell: formatting.format_step(cell.line.dt_s)),
         Column("grade", lambda cell: dataclasses.replace(cell.mark.cell, title="")),
         Column(
             "expected / missed / invented",
             lambda cell: f"{cell.expected} / {cell.missed} / {cell.invented}" if cell.scored else formatting.ABSENT,
         ),
-        Column("error / PIT's", lambda cell: formatting.number(cell.cost, 3)),
-        *(Column(metric.metadata["name"], partial(_metric, metric.name)) for metric in dataclasses.fields(Errors)),
+        Column("error / PIT's", lambda cell: formatting.format_number(cell.cost, 3)),
+        *(
+            Column(metric.metadata["name"], partial(_format_metric, metric.name))
+            for metric in dataclasses.fields(Errors)
+        ),
         Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
     )
     cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
     table = Table(
-        columns, cells, folded=formatting.count(len(cells), "cell"), css="cells", only=Media.PAGE, packed=True
+        columns, cells, folded=formatting.format_count(len(cells), "cell"), css="cells", only=Media.PAGE, packed=True
     )
     return Section("All cells at all steps", (table, *omission_note(cells, grid.runs, "runs", Media.PAGE)))
 
 
-def _metric(name: str, cell: GridCell) -> str:
+def _format_metric(name: str, cell: GridCell) -> str:
     """Format a metric of a cell; the metric's name contains its unit."""
     error: float = getattr(cell.errors, name)
     if name.endswith("_s") and not math.isnan(error):
-        return f"{formatting.seconds(error)} ({formatting.steps(error, cell.line.dt_s)})"
+        return f"{formatting.format_seconds(error)} ({formatting.format_steps(error, cell.line.dt_s)})"
     if name.endswith("_rad") and not math.isnan(error):
-        return f"{formatting.number(math.degrees(error), 3)}°"
-    return formatting.number(error, 3)
+        return f"{formatting.format_number(math.degrees(error), 3)}°"
+    return formatting.format_number(error, 3)
 
 
 class _Impact(NamedTuple):
@@ -190,35 +199,35 @@ class _Impact(NamedTuple):
     otherwise: str
 
 
-def _error_column(head: str, digits: int, say: Callable[[float, ImpactError], float]) -> Column:
+def _build_error_column(head: str, digits: int, say: Callable[[float, ImpactError], float]) -> Column:
     """Return a column with a number that is computed from a found impact's exact time and errors."""
 
-    def text(impact: _Impact) -> str:
+    def format_error(impact: _Impact) -> str:
         value = math.nan if impact.error is None or impact.time_s is None else say(impact.time_s, impact.error)
-        return "" if math.isnan(value) else formatting.number(value, digits)
+        return "" if math.isnan(value) else formatting.format_number(value, digits)
 
-    return Column(head, text, number=True)
+    return Column(head, format_error, number=True)
 
 
-_REPORTED = _error_column("", 9, lambda time_s, error: time_s + error.reported_time_s)
+_REPORTED = _build_error_column("", 9, lambda time_s, error: time_s + error.reported_time_s)
 _COLUMNS = (
     Column("bodies", lambda impact: impact.bodies),
     Column(
         "PIC, s",
-        lambda impact: "does not happen" if impact.time_s is None else formatting.number(impact.time_s, 9),
+        lambda impact: "does not happen" if impact.time_s is None else formatting.format_number(impact.time_s, 9),
         number=True,
     ),
     Column("reported, s", lambda impact: impact.otherwise or _REPORTED.say(impact), number=True),
-    _error_column("path turned, s", 9, lambda time_s, error: time_s + error.effective_time_s),
-    _error_column("velocity error", 3, lambda _, error: error.velocity),
-    _error_column("direction, degrees", 3, lambda _, error: math.degrees(error.direction_rad)),
-    _error_column("restitution", 6, lambda _, error: error.restitution),
+    _build_error_column("path turned, s", 9, lambda time_s, error: time_s + error.effective_time_s),
+    _build_error_column("velocity error", 3, lambda _, error: error.velocity),
+    _build_error_column("direction, degrees", 3, lambda _, error: math.degrees(error.direction_rad)),
+    _build_error_column("restitution", 6, lambda _, error: error.restitution),
 )
 #: Additional column if discs turn.
-_SPIN_COLUMN = _error_column("spin error", 3, lambda _, error: error.spin)
+_SPIN_COLUMN = _build_error_column("spin error", 3, lambda _, error: error.spin)
 
 
-def impact_tables_section(grid: Grid) -> Section:
+def build_impact_tables_section(grid: Grid) -> Section:
     """Return a table of impacts for each run, if there are few runs."""
     ran = [(cell, cell.row) for cell in grid.runs if cell.row and cell.row.trace is not None and cell.row.score]
     tables = []
@@ -229,8 +238,8 @@ def impact_tables_section(grid: Grid) -> Section:
         more = [f"{left_out} more impacts are not shown"] if left_out > 0 else []
         table = Table(
             _COLUMNS if trace.spins is None else (*_COLUMNS, _SPIN_COLUMN),
-            tuple(_impacts(score, trace, reference)),
-            title=f"{cell.scene} on {row.job.method.phrase}, dt = {formatting.instant(row.job.dt_s)}: "
+            tuple(_list_impacts(score, trace, reference)),
+            title=f"{cell.scene} on {row.job.method.phrase}, dt = {formatting.format_instant(row.job.dt_s)}: "
             f"{cell.mark.sentence}",
             note="\n".join((*cell.reasons, *more)),
             only=Media.DETAIL,
@@ -239,11 +248,11 @@ def impact_tables_section(grid: Grid) -> Section:
     return Section("Impacts of each run", tuple(tables), only=Media.DETAIL)
 
 
-def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Impact]:
+def _list_impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Impact]:
     found = {error.reference: error for error in score.errors}
     for k, impact in enumerate(reference.impacts[:MOST_IMPACTS]):
         otherwise = "not compared" if k >= score.expected else "not found" if k in score.undecided else "missed"
         yield _Impact(pair_name(impact), float(impact["time_s"]), found.get(k), "" if k in found else otherwise)
     for k in score.spurious:
-        reported = formatting.number(float(trace.impacts[k]["time_s"]), 9)
+        reported = formatting.format_number(float(trace.impacts[k]["time_s"]), 9)
         yield _Impact(pair_name(trace.impacts[k]), None, None, reported)

@@ -10,7 +10,15 @@ from functools import partial
 
 from carom.report import formatting
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
-from carom.report.svg import SURFACE, drawing, error_scale, finish, line_style, new_figure, render
+from carom.report.svg import (
+    SURFACE,
+    build_figure,
+    choose_line_style,
+    finish,
+    render,
+    scale_error_axis,
+    use_drawing_style,
+)
 from carom.studies.cross_check.cells import Grid, GridCell, GridColumn
 
 #: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, inches.
@@ -63,12 +71,12 @@ class EngineCost:
     @property
     def own(self) -> list[float]:
         """The velocity error that sampling does not explain, for each scene with such an error."""
-        return _known(cell.line.own_velocity for cell in self.cells)
+        return _select_known_errors(cell.line.own_velocity for cell in self.cells)
 
     @property
     def total(self) -> list[float]:
         """The largest velocity error against the reference, for each scene with such an error."""
-        return _known(cell.errors.velocity for cell in self.cells)
+        return _select_known_errors(cell.errors.velocity for cell in self.cells)
 
     @property
     def local_own_errors(self) -> list[float]:
@@ -83,7 +91,7 @@ class EngineCost:
         ]
 
 
-def _known(errors: Iterable[float | None]) -> list[float]:
+def _select_known_errors(errors: Iterable[float | None]) -> list[float]:
     return [error for error in errors if error is not None and not math.isnan(error)]
 
 
@@ -91,19 +99,23 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
     """Measure the cost of sampling for every engine except Carom's own methods; empty if PIT was not run."""
     found = []
     for column in grid.columns.values():
-        cells = (cell for cell in grid.cells(column) if cell.scored and cell.pit and cell.line.outcome_taken is None)
+        cells = (
+            cell for cell in grid.list_cells(column) if cell.scored and cell.pit and cell.line.outcome_taken is None
+        )
         if not column.own and (own := tuple(cells)):
             found.append(EngineCost(column, own))
     return tuple(found)
 
 
-def sampling_cost_section(grid: Grid) -> Section:
+def build_sampling_cost_section(grid: Grid) -> Section:
     """Return a section with the chart of errors, and a row per engine: its error over PIT's, and its own error."""
     found = measure_engine_costs(grid)
     if not found:
         return Section("", ())
     chart = Figures((Figure(partial(draw_sampling_costs, found), CAPTION, TITLE),), large=True)
-    columns = [column for column in _COLUMNS if any(column.cell(cost).text != formatting.ABSENT for cost in found)]
+    columns = [
+        column for column in _COLUMNS if any(column.build_cell(cost).text != formatting.ABSENT for cost in found)
+    ]
     blocks = (
         *((chart,) if any(cost.own for cost in found) else ()),
         Table(columns, found, only=Media.IN_FULL),
@@ -116,15 +128,15 @@ def sampling_cost_section(grid: Grid) -> Section:
 
 def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> str:
     """Draw each engine's velocity error against PIC, and the part not explained by sampling, as SVG."""
-    with drawing():
+    with use_drawing_style():
         shown = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
         width, height = _NARROW_IN if narrow else _WIDTH_IN, _FOOT_IN + _LINE_IN * max(2, len(shown))
-        figure = new_figure(width, height)
+        figure = build_figure(width, height)
         left = _NAMES_IN / width
         axes = figure.add_axes((left, _FOOT_IN / height, 0.97 - left, 0.96 - _FOOT_IN / height))
-        along = error_scale(axes, "x", [value for _, *both in shown for value in both], narrow=narrow)
+        along = scale_error_axis(axes, "x", [value for _, *both in shown for value in both], narrow=narrow)
         for k, (cost, total, own) in enumerate(shown):
-            style = line_style(cost.column.engine, profile=cost.column.method.profile)
+            style = choose_line_style(cost.column.engine, profile=cost.column.method.profile)
             colour, dash = style["color"], style["linestyle"]
             axes.plot([along(own), along(total)], [-k, -k], color=colour, linestyle=dash, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
@@ -136,15 +148,15 @@ def draw_sampling_costs(found: Sequence[EngineCost], narrow: bool = False) -> st
         return render(figure, TITLE, narrow=narrow)
 
 
-def _median_column(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
+def _build_median_formatter(numbers: Callable[[EngineCost], list[float]]) -> Callable[[EngineCost], Cell | str]:
     """Return a column's text for several numbers: the median, with smallest and largest value."""
 
     def say(cost: EngineCost) -> Cell | str:
         known = numbers(cost)
         if not known:
             return formatting.ABSENT
-        low, high = formatting.number(min(known)), formatting.number(max(known))
-        return Cell(formatting.number(statistics.median(known)), f"({low} to {high})" if low != high else "")
+        low, high = formatting.format_number(min(known)), formatting.format_number(max(known))
+        return Cell(formatting.format_number(statistics.median(known)), f"({low} to {high})" if low != high else "")
 
     return say
 
@@ -156,12 +168,12 @@ def _format_equal_scenes(cost: EngineCost) -> Cell:
 
 _COLUMNS = (
     Column("engine", lambda cost: cost.column.name),
-    Column("error / PIT's, median", _median_column(lambda cost: cost.cost_ratios)),
+    Column("error / PIT's, median", _build_median_formatter(lambda cost: cost.cost_ratios)),
     Column("without cost", lambda cost: f"{cost.cost_ratios.count(0.0)} of {len(cost.cells)}"),
     Column("worse than PIT", lambda cost: f"{cost.worse_than_pit} of {len(cost.cells)}"),
     Column("equals PIT", _format_equal_scenes),
-    Column("own velocity error, median", _median_column(lambda cost: cost.own)),
+    Column("own velocity error, median", _build_median_formatter(lambda cost: cost.own)),
     Column("impacts missed", lambda cost: str(sum(cell.missed for cell in cost.cells))),
     Column("missed by PIT", lambda cost: str(sum(int(cell.pit.get("missed") or 0) for cell in cost.cells))),
-    Column("own velocity error, single impacts", _median_column(lambda cost: cost.local_own_errors)),
+    Column("own velocity error, single impacts", _build_median_formatter(lambda cost: cost.local_own_errors)),
 )

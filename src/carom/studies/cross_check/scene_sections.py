@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from carom.comparator import Score
-from carom.execution.plan import missing_profile_reason
+from carom.execution.plan import explain_missing_profile
 from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Replays, Section, Table, Text
-from carom.report.files import packed
+from carom.report.files import pack_data
 from carom.report.outcome_marks import Mark
-from carom.report.replay import describe_run, replay_data, replay_key, run_command
+from carom.report.replay import build_replay_data, build_replay_key, describe_run, format_run_command
 from carom.studies.cross_check.cells import Grid, GridCell, GridRow, NotRun, keep_worst, omission_note
-from carom.studies.cross_check.play_page import play_link
-from carom.support.escaping import visible
+from carom.studies.cross_check.play_page import build_play_link
+from carom.support.escaping import escape_controls
 
 #: Largest number of scenes in the table.
 MOST_SCENES = 500
@@ -44,10 +44,10 @@ SHORT_NOTE = (
 )
 
 
-def scenes_section(grid: Grid) -> Section:
+def build_scenes_section(grid: Grid) -> Section:
     """Return the table of all scenes and engines."""
     columns = [Column("scene", lambda row: Cell(row.name, row.certified, title=row.description))]
-    columns += [Column(label, partial(_cell, k), profile) for k, label, profile in _merge_columns(grid)]
+    columns += [Column(label, partial(_build_cell, k), profile) for k, label, profile in _merge_columns(grid)]
     legend = Legend(tuple((mark.cell, mark.meaning) for mark in grid.marks), Media.MARKDOWN | Media.DETAIL)
     rows = keep_worst(grid.rows, MOST_SCENES, lambda row: row.cells)
     blocks: tuple[Block, ...] = (
@@ -66,18 +66,18 @@ def _merge_columns(grid: Grid) -> Iterator[tuple[int, str, str]]:
     """Yield number and heading of each column. Equal profiles of Carom's own methods are merged."""
     columns = list(grid.columns.values())
 
-    def content(k: int) -> list[tuple[Mark, str]]:
+    def list_column_content(k: int) -> list[tuple[Mark, str]]:
         return [(row.cells[k].mark, row.cells[k].figure) for row in grid.rows]
 
     for k, column in enumerate(columns):
         same = [j for j, other in enumerate(columns) if column.own and other.engine == column.engine]
-        if len(same) < 2 or any(content(j) != content(k) for j in same):
+        if len(same) < 2 or any(list_column_content(j) != list_column_content(k) for j in same):
             yield k, column.label, column.profile
         elif k == same[-1]:
             yield k, column.label, ""
 
 
-def _cell(k: int, row: GridRow) -> Cell:
+def _build_cell(k: int, row: GridRow) -> Cell:
     """Return the cell of a scene in the k-th column."""
     cell = row.cells[k]
     short = cell.compact or ("" if cell.mark.ran else cell.mark.word)
@@ -89,21 +89,26 @@ def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
     """Yield the name and the packed replays of each scene that has a reference."""
     for row in grid.rows:
         reference = grid.results.references.get(row.name)
-        runs = [found for cell in row.cells if (found := _replay(cell))]
+        runs = [found for cell in row.cells if (found := _build_replay(cell))]
         if reference is not None and runs:
-            yield visible(row.name), packed(replay_data(reference, runs) | {"drag": play_link(reference.scene)})
+            yield (
+                escape_controls(row.name),
+                pack_data(build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}),
+            )
 
 
-def _replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
+def _build_replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
     """Return a run, its score and its description; None if there is no replay."""
     if cell.row is None or cell.row.trace is None or cell.row.score is None:
         return None
     job = cell.row.job
-    said = describe_run(cell.row, cell.column.label, replay_key(job), run_command(visible(job.scene.name), job))
+    said = describe_run(
+        cell.row, cell.column.label, build_replay_key(job), format_run_command(escape_controls(job.scene.name), job)
+    )
     return cell.row.trace, cell.row.score, said
 
 
-def unscored_section(grid: Grid) -> Section:
+def build_unscored_section(grid: Grid) -> Section:
     """Return a section with cells that were not run or scored. A terminal shows only cells that a user can act on."""
     every = tuple(map(_describe_not_run, grid.unrun))
     important = tuple(_describe_not_run(one) for one in grid.unrun if one.everywhere or one.mark in _ACTIONABLE)
@@ -112,13 +117,13 @@ def unscored_section(grid: Grid) -> Section:
     here = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
     names = formatting.join_words([info.name for info in missing])
     lines = (
-        Lines(every, Media.IN_FULL, folded=formatting.count(len(every), "reason")),
+        Lines(every, Media.IN_FULL, folded=formatting.format_count(len(every), "reason")),
         Lines(important, Media.TERMINAL),
         Lines(tuple(f"{one.name} is not run: {one.unavailable.replace(here, '')}" for one in missing), Media.IN_FULL),
         Lines(
             (f"Not installed: {names}; 'carom engines' shows how to install them.",) if missing else (), Media.TERMINAL
         ),
-        Lines(tuple(_missing_profiles(grid)), Media.ON_PAPER),
+        Lines(tuple(_describe_missing_profiles(grid)), Media.ON_PAPER),
     )
     return Section("Runs without a score", tuple(block for block in lines if block.items), level=3)
 
@@ -128,10 +133,10 @@ def _describe_not_run(entry: NotRun) -> str:
     return f"{formatting.join_words(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
 
 
-def _missing_profiles(grid: Grid) -> Iterator[str]:
+def _describe_missing_profiles(grid: Grid) -> Iterator[str]:
     """Describe why an engine lacks a profile that other engines were run with."""
     profiles = dict.fromkeys(column.method.profile for column in grid.columns.values() if not column.own)
     for info in grid.results.engines:
         for profile in profiles:
             if info.available and info.capabilities is not None and not info.own_profiles([profile]):
-                yield f"{info.name} has no profile {profile}: {missing_profile_reason(profile, info.capabilities)}"
+                yield f"{info.name} has no profile {profile}: {explain_missing_profile(profile, info.capabilities)}"

@@ -11,10 +11,10 @@ from carom.execution.time_saved import SceneSkips, SkippedTime
 from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
-from carom.report.svg import SURFACE, drawing, finish, line_style, new_figure, plain_number, render
+from carom.report.svg import SURFACE, build_figure, choose_line_style, finish, format_tick, render, use_drawing_style
 from carom.studies.cross_check.cells import Grid
 from carom.studies.cross_check.explain import describe_pic, describe_pit
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 NOTE = (
     "Skipping changes no result. Without skipping, PIC predicts all pairs after each impact, and runs event by "
@@ -30,7 +30,7 @@ class _Scene(NamedTuple):
     skips: SceneSkips
 
 
-def skipping_section(grid: Grid) -> Section:
+def build_skipping_section(grid: Grid) -> Section:
     """Return a section with the skipped work of each scene and the time saved; empty if nothing was timed."""
     found = [_Scene(grid.results.references[name], skips) for name, skips in grid.results.skipped.items()]
     if not found:
@@ -38,22 +38,22 @@ def skipping_section(grid: Grid) -> Section:
     pit = [one.skips.pit.ratio for one in found if one.skips.pit]
     pic = [one.skips.pic.ratio for one in found if one.skips.pic]
     said = [
-        f"Without skipping, {name} takes {formatting.ratio(statistics.median(ratios))} the run time (median of "
-        f"{formatting.count(len(ratios), 'scene')}, up to {formatting.ratio(max(ratios))})."
+        f"Without skipping, {name} takes {formatting.format_ratio(statistics.median(ratios))} the run time (median of "
+        f"{formatting.format_count(len(ratios), 'scene')}, up to {formatting.format_ratio(max(ratios))})."
         for name, ratios in (("PIC", pic), ("PIT", pit))
         if ratios
     ]
     columns = (
         Column("scene", lambda one: one.reference.scene.name),
         Column("PIC", lambda one: Cell(describe_pic(one.reference.scene, one.reference), css="prose")),
-        Column("PIC, ms", lambda one: _with(one.skips.pic), number=True),
-        Column("without", lambda one: _without(one.skips.pic), number=True),
+        Column("PIC, ms", lambda one: _format_time_with(one.skips.pic), number=True),
+        Column("without", lambda one: _format_ratio_without(one.skips.pic), number=True),
         Column("PIT", lambda one: Cell(describe_pit(one.reference.scene, one.skips.dt_s), css="prose")),
-        Column("PIT, ms", lambda one: _with(one.skips.pit), number=True),
-        Column("without", lambda one: _without(one.skips.pit), number=True),
+        Column("PIT, ms", lambda one: _format_time_with(one.skips.pit), number=True),
+        Column("without", lambda one: _format_ratio_without(one.skips.pit), number=True),
     )
-    folded = f"Skipped work in {formatting.count(len(found), 'scene')}"
-    figure = Figure(partial(_diagram, found), "Run time with skipping (filled) and without (ring).")
+    folded = f"Skipped work in {formatting.format_count(len(found), 'scene')}"
+    figure = Figure(partial(_render_diagram, found), "Run time with skipping (filled) and without (ring).")
     table = Table(columns, found, folded=folded, css="cells", only=Media.ON_PAPER)
     explained = Text(NOTE, Media.ON_PAPER, folded=True)
     return Section(
@@ -61,25 +61,25 @@ def skipping_section(grid: Grid) -> Section:
     )
 
 
-def _with(saved: SkippedTime | None) -> str:
-    return formatting.ABSENT if saved is None else number(1e3 * saved.with_s, 3)
+def _format_time_with(saved: SkippedTime | None) -> str:
+    return formatting.ABSENT if saved is None else format_number(1e3 * saved.with_s, 3)
 
 
-def _without(saved: SkippedTime | None) -> str:
-    return formatting.ABSENT if saved is None else formatting.ratio(saved.ratio)
+def _format_ratio_without(saved: SkippedTime | None) -> str:
+    return formatting.ABSENT if saved is None else formatting.format_ratio(saved.ratio)
 
 
-def _diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
+def _render_diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
     """Draw the run times of each scene as SVG: a line from the time with skipping to the time without skipping."""
-    with drawing():
+    with use_drawing_style():
         width, height, left = 4.0 if narrow else 9.0, 0.7 + 0.24 * len(found), 1.9
-        figure = new_figure(width, height)
+        figure = build_figure(width, height)
         axes = figure.add_axes((left / width, 0.5 / height, 0.97 - left / width - 0.5 / width, 1.0 - 0.65 / height))
         for k, one in enumerate(found):
             for engine, saved, shift in (("pic", one.skips.pic, 0.15), ("pit", one.skips.pit, -0.15)):
                 if saved is None:
                     continue
-                colour = line_style(engine)["color"]
+                colour = choose_line_style(engine)["color"]
                 ends, level = [1e3 * saved.with_s, 1e3 * saved.with_s * saved.ratio], -k + shift
                 axes.plot(ends, [level, level], color=colour, linewidth=1.6, alpha=0.6)
                 axes.plot(ends[1:], [level], "o", color=colour, markerfacecolor=SURFACE, markersize=6)
@@ -89,6 +89,6 @@ def _diagram(found: Sequence[_Scene], narrow: bool = False) -> str:
         axes.set_ylim(0.5 - max(2, len(found)), 0.5)
         axes.set_yticks([-k for k in range(len(found))], [one.reference.scene.name for one in found])
         axes.set_xlabel("run time, ms")
-        axes.xaxis.set_major_formatter(plain_number)
+        axes.xaxis.set_major_formatter(format_tick)
         finish(axes)
         return render(figure, "Run time of PIC and PIT with and without skipping", narrow=narrow)

@@ -46,14 +46,16 @@ class _Steps(NamedTuple):
     local: LocalScore
 
 
-def steps_section(grid: Grid) -> Section:
+def build_steps_section(grid: Grid) -> Section:
     """Return a section with one row per method and scene, best first. A terminal shows single scenes only."""
     found = list(_find_listed_runs(grid))
     if not found:
         return Section("", ())
     alone, media = len(grid.rows) == 1, Media.EVERYWHERE if len(grid.rows) == 1 else Media.IN_FULL
 
-    def column(head: str, say: Callable[[LocalScore], str], under: str = "", only: Media = Media.ON_PAPER) -> Column:
+    def build_column(
+        head: str, say: Callable[[LocalScore], str], under: str = "", only: Media = Media.ON_PAPER
+    ) -> Column:
         return Column(head, lambda run: say(run.local), under, number=True, only=only)
 
     columns = (
@@ -61,24 +63,30 @@ def steps_section(grid: Grid) -> Section:
         Column("method", lambda run: run.cell.column.name),
         Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=Media.ON_PAPER),
         Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
-        *((Column("parted at", _parted_at, only=Media.ON_PAPER),) if any(map(_parted_at, found)) else ()),
-        column("due", lambda local: str(local.due)),
-        column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
-        column("missed", _format_missed, "(PIT's)"),
-        column("invented", lambda local: str(local.invented)),
-        column("early", lambda local: str(local.early + local.ahead), only=Media.EVERYWHERE),
-        column("late, median", lambda local: formatting.number(local.late_steps[0])),
-        column("late, worst", lambda local: formatting.number(local.late_steps[1], 3)),
-        column("error, median", lambda local: formatting.number(local.ratio[0])),
-        column("error", lambda local: formatting.number(local.ratio[1], 4), "worst", only=Media.EVERYWHERE),
-        column("above 1", lambda local: f"{local.worse_than_pit} of {local.judged}"),
-        column("energy", lambda local: formatting.number(local.energy), only=Media.ON_PAPER),
-        column("energy", lambda local: formatting.number(local.energy, 1), only=_OFF_PAPER),
-        column("entangled", lambda local: formatting.percent(_entangled(local))),
-        column("until", lambda local: formatting.seconds(local.until_s)),
+        *(
+            (Column("parted at", _format_divergence_time, only=Media.ON_PAPER),)
+            if any(map(_format_divergence_time, found))
+            else ()
+        ),
+        build_column("due", lambda local: str(local.due)),
+        build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
+        build_column("missed", _format_missed, "(PIT's)"),
+        build_column("invented", lambda local: str(local.invented)),
+        build_column("early", lambda local: str(local.early + local.ahead), only=Media.EVERYWHERE),
+        build_column("late, median", lambda local: formatting.format_number(local.late_steps[0])),
+        build_column("late, worst", lambda local: formatting.format_number(local.late_steps[1], 3)),
+        build_column("error, median", lambda local: formatting.format_number(local.ratio[0])),
+        build_column(
+            "error", lambda local: formatting.format_number(local.ratio[1], 4), "worst", only=Media.EVERYWHERE
+        ),
+        build_column("above 1", lambda local: f"{local.worse_than_pit} of {local.judged}"),
+        build_column("energy", lambda local: formatting.format_number(local.energy), only=Media.ON_PAPER),
+        build_column("energy", lambda local: formatting.format_number(local.energy, 1), only=_OFF_PAPER),
+        build_column("entangled", lambda local: formatting.format_percent(_compute_entangled_fraction(local))),
+        build_column("until", lambda local: formatting.format_seconds(local.until_s)),
     )
     listed = keep_worst(found, MOST_RUNS, lambda run: (run.cell,))
-    folded = "" if alone else formatting.count(len(listed), "run")
+    folded = "" if alone else formatting.format_count(len(listed), "run")
     blocks: tuple[Block, ...] = (
         Table(columns, listed, folded=folded, css="cells", only=media),
         *omission_note(listed, found, "runs", media),
@@ -107,10 +115,10 @@ def _find_listed_runs(grid: Grid) -> Iterator[_Steps]:
                 or any(map(cell.has_verdict, _OF_STEPS))
             )
         ]
-        yield from sorted(listed, key=_rank)
+        yield from sorted(listed, key=_compute_sort_key)
 
 
-def _rank(run: _Steps) -> tuple[bool, int, int, int, float, float]:
+def _compute_sort_key(run: _Steps) -> tuple[bool, int, int, int, float, float]:
     """Return the sort key of a run, which is smallest for the best run. Differences within rounding do not count."""
     local = run.local
     ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")
@@ -125,19 +133,19 @@ def _format_missed(local: LocalScore) -> str:
 
 def _format_impacts(local: LocalScore) -> str:
     """Format the numbers of missed and invented impacts; empty if there are none."""
-    lost = formatting.missed_and_invented(local.missed, local.invented)
+    lost = formatting.format_missed_and_invented(local.missed, local.invented)
     return lost.replace(f"-{local.missed}", f"-{_format_missed(local)}", 1) if local.missed else lost
 
 
-def _entangled(local: LocalScore) -> float:
+def _compute_entangled_fraction(local: LocalScore) -> float:
     """Return the fraction of compared windows that are entangled; NaN if there is none."""
     compared = local.entangled + local.judged
     return local.entangled / compared if compared else math.nan
 
 
-def _parted_at(run: _Steps) -> str:
+def _format_divergence_time(run: _Steps) -> str:
     time_s = run.cell.line.parted_s
-    return "" if time_s is None else formatting.seconds(time_s)
+    return "" if time_s is None else formatting.format_seconds(time_s)
 
 
 def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
@@ -145,9 +153,12 @@ def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
     lines = [run.cell.line for run in found if run.cell.line.parted_s is not None]
     times = sorted(line.parted_s for line in lines if line.parted_s is not None)
     if times:
-        first, last = formatting.seconds(times[0]), formatting.seconds(times[-1])
+        first, last = formatting.format_seconds(times[0]), formatting.format_seconds(times[-1])
         when = f"at {first}" if first == last else f"between {first} and {last}"
         asked = {line.pit_parted_s for line in lines}
-        pit = [formatting.seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
+        pit = [formatting.format_seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
         also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
-        yield f"Diverged from the reference's trajectory: {formatting.count(len(times), 'method')} {when}{also_pit}."
+        yield (
+            f"Diverged from the reference's trajectory: {formatting.format_count(len(times), 'method')} "
+            f"{when}{also_pit}."
+        )

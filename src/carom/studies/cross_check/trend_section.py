@@ -13,7 +13,15 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.report import formatting
 from carom.report.document import Cell, Column, Figure, Figures, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark
-from carom.report.svg import INK, drawing, error_scale, finish, framed, line_style, render
+from carom.report.svg import (
+    INK,
+    build_framed_figure,
+    choose_line_style,
+    finish,
+    render,
+    scale_error_axis,
+    use_drawing_style,
+)
 from carom.studies.cross_check.cells import Grid, GridCell, GridColumn
 
 if TYPE_CHECKING:
@@ -93,22 +101,22 @@ def build_trend(grid: Grid) -> Trend:
         (cell.line.refinement, cell.line.dt_s / coarsest[cell.scene]) for cell in grid.runs if cell.scene in coarsest
     )
     by_scene = formatting.group_by((cell.scene, cell) for cell in grid.runs)
-    why = formatting.group_by((_left_out(cells), name) for name, cells in by_scene.items())
+    why = formatting.group_by((_find_omission_reason(cells), name) for name, cells in by_scene.items())
     chosen = why.pop("", [])
     points = {
-        column: tuple(_point(by_place.get((column, k), ()), chosen) for k in sorted(ratios))
+        column: tuple(_build_point(by_place.get((column, k), ()), chosen) for k in sorted(ratios))
         for column in grid.columns.values()
     }
     return Trend(
         parts=tuple(statistics.median(ratios[k]) for k in sorted(ratios)),
         coarsest_s=(min(coarsest.values(), default=0.0), max(coarsest.values(), default=0.0)),
-        series=tuple(_merged(points)),
+        series=tuple(_merge_series(points)),
         scenes=tuple(chosen),
         left_out={reason: why[reason] for reason in _LEFT_OUT if reason in why},
     )
 
 
-def _merged(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Series]:
+def _merge_series(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Series]:
     """Yield the series of each column. Equal profiles of one of Carom's own methods are merged.
 
     Profiles of other engines stay separate, because they differ in settings.
@@ -122,7 +130,7 @@ def _merged(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Ser
             yield Series(column, own, column.label if alike else column.name)
 
 
-def _left_out(cells: Sequence[GridCell]) -> str:
+def _find_omission_reason(cells: Sequence[GridCell]) -> str:
     """Return the reason to omit the scene of these cells; an empty text if it is used."""
     scored = [cell for cell in cells if cell.scored]
     if not scored or any(cell.mark is Mark.UNGRADED for cell in cells):
@@ -135,7 +143,7 @@ def _left_out(cells: Sequence[GridCell]) -> str:
     return _EXACT if max(sampling) <= THRESHOLDS.rounding else ""
 
 
-def _point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint:
+def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint:
     marks = [cell.mark for cell in cells]
     velocities = [cell.errors.velocity for cell in cells if cell.scene in chosen]
     errors = [error for error in velocities if not math.isnan(error)]
@@ -146,31 +154,34 @@ def _point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint:
     )
 
 
-def trend_section(grid: Grid) -> Section:
+def build_trend_section(grid: Grid) -> Section:
     """Return a section with charts of error and of wrong scenes against the step, and their numbers."""
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
     charts = Figures(
         (
-            Figure(partial(_velocity_chart, trend), "Velocity error. Shaded: PIT's range from smallest to largest."),
             Figure(
-                partial(_wrong_chart, trend),
+                partial(_render_velocity_chart, trend), "Velocity error. Shaded: PIT's range from smallest to largest."
+            ),
+            Figure(
+                partial(_render_wrong_chart, trend),
                 "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently.",
             ),
         )
     )
-    steps = [(k, f"step {formatting.fraction(part)}") for k, part in enumerate(trend.parts)]
+    steps = [(k, f"step {formatting.format_fraction(part)}") for k, part in enumerate(trend.parts)]
     columns = [Column("engine", lambda series: series.name)]
-    columns += [Column("velocity error", _at(k, _error), step) for k, step in steps]
+    columns += [Column("velocity error", _build_point_formatter(k, _format_error), step) for k, step in steps]
     columns += [
-        Column("scenes wrong", _at(k, lambda point: f"{point.wrong} of {point.graded}"), step) for k, step in steps
+        Column("scenes wrong", _build_point_formatter(k, lambda point: f"{point.wrong} of {point.graded}"), step)
+        for k, step in steps
     ]
     note = "Velocity error: median over scenes (smallest to largest; number of scenes)."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=Media.ON_PAPER)
     said = "There are no medians, because PIT has no scene with a velocity error at every step"
     if trend.scenes:
-        said = f"Velocity errors are medians over {formatting.count(len(trend.scenes), 'scene')} at every step"
+        said = f"Velocity errors are medians over {formatting.format_count(len(trend.scenes), 'scene')} at every step"
     scenes = Lines(tuple(_describe_scenes(trend)), Media.ON_PAPER, folded="Scenes in the medians")
     blocks = (
         charts,
@@ -182,16 +193,16 @@ def trend_section(grid: Grid) -> Section:
     return Section("Error against step", blocks)
 
 
-def _at(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], Cell | str]:
+def _build_point_formatter(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], Cell | str]:
     """Return a function that formats the k-th point of a series."""
     return lambda series: say(series.points[k])
 
 
-def _error(point: TrendPoint) -> Cell | str:
+def _format_error(point: TrendPoint) -> Cell | str:
     if point.median is None:
         return formatting.ABSENT
-    span = f"{formatting.number(point.low)} to {formatting.number(point.high)}"
-    return Cell(formatting.number(point.median), f"({span}; {point.scenes})")
+    span = f"{formatting.format_number(point.low)} to {formatting.format_number(point.high)}"
+    return Cell(formatting.format_number(point.median), f"({span}; {point.scenes})")
 
 
 def _describe_scenes(trend: Trend) -> Iterator[str]:
@@ -202,13 +213,13 @@ def _describe_scenes(trend: Trend) -> Iterator[str]:
         yield f"Omitted because {why}: {formatting.join_words(names)}."
 
 
-def _velocity_chart(trend: Trend, narrow: bool = False) -> str:
-    with drawing():
-        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
+def _render_velocity_chart(trend: Trend, narrow: bool = False) -> str:
+    with use_drawing_style():
+        figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
         medians = [p.median for series in trend.series for p in series.points if p.median is not None]
-        place = error_scale(axes, "y", medians)
+        place = scale_error_axis(axes, "y", medians)
         for series in trend.series:
-            _line(axes, trend, series, [math.nan if p.median is None else place(p.median) for p in series.points])
+            _draw_line(axes, trend, series, [math.nan if p.median is None else place(p.median) for p in series.points])
             if series.column.engine == "pit":
                 low, high = (
                     [place(value) for value in ends]
@@ -216,37 +227,37 @@ def _velocity_chart(trend: Trend, narrow: bool = False) -> str:
                 )
                 axes.fill_between(trend.parts, low, high, color=INK, alpha=0.08, linewidth=0)
         axes.set_ylabel("velocity error, median over scenes", labelpad=2)
-        _x_axis(axes, trend, figure if narrow else None)
+        _set_x_axis(axes, trend, figure if narrow else None)
         return render(figure, "Median velocity error against the step", narrow=narrow)
 
 
-def _wrong_chart(trend: Trend, narrow: bool = False) -> str:
-    with drawing():
+def _render_wrong_chart(trend: Trend, narrow: bool = False) -> str:
+    with use_drawing_style():
         from matplotlib.ticker import MaxNLocator
 
-        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
+        figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, narrow=narrow, below=len(trend.series))
         most = max(1, *(p.wrong for series in trend.series for p in series.points))
         axes.set_ylim(-0.05 * most, 1.08 * most)
         for series in trend.series:
-            _line(axes, trend, series, [float(p.wrong) if p.graded else math.nan for p in series.points])
+            _draw_line(axes, trend, series, [float(p.wrong) if p.graded else math.nan for p in series.points])
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_ylabel("scenes graded wrong")
-        _x_axis(axes, trend, figure if narrow else None)
+        _set_x_axis(axes, trend, figure if narrow else None)
         return render(figure, "Scenes graded wrong, against the step", narrow=narrow)
 
 
-def _x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
+def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
     axes.set_xscale("log")
     # The left end of the axis has the coarse steps.
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
-    axes.set_xticks(trend.parts, [formatting.fraction(part) for part in trend.parts])
+    axes.set_xticks(trend.parts, [formatting.format_fraction(part) for part in trend.parts])
     axes.minorticks_off()
-    low, high = (formatting.step(dt_s) for dt_s in trend.coarsest_s)
+    low, high = (formatting.format_step(dt_s) for dt_s in trend.coarsest_s)
     between = high if low == high else f"{high} to {low}"
     axes.set_xlabel(f"step, as a fraction of the coarsest ({between})")
     finish(axes, below)
 
 
-def _line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
-    style = line_style(series.column.engine, profile=series.column.method.profile)
+def _draw_line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
+    style = choose_line_style(series.column.engine, profile=series.column.method.profile)
     axes.plot(trend.parts, heights, label=series.name, clip_on=False, **style)

@@ -65,11 +65,11 @@ def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
     """
     file = path / "results.jsonl" if path.is_dir() else path
     summary, lines = stream_records(file)
-    references = {name: _reference(scene) for name, scene in summary.scenes.items()}
+    references = {name: _build_reference_numbers(scene) for name, scene in summary.scenes.items()}
     shared = dict[Any, Any]()
     cells: list[DiffCell] = []
     try:
-        cells.extend(_cell(summary, line, references, shared) for line in lines)
+        cells.extend(_build_cell(summary, line, references, shared) for line in lines)
     except InputError:
         raise
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # the types are valid, but the cell is not
@@ -78,7 +78,7 @@ def read_cells(path: Path) -> tuple[Summary, list[DiffCell]]:
     return summary, cells
 
 
-def _cell(
+def _build_cell(
     summary: Summary, line: RowLine, references: Mapping[str, Mapping[str, Any]], shared: dict[Any, Any]
 ) -> DiffCell:
     mark = parse_mark(line.status, line.grade, line.float_bits)
@@ -91,8 +91,10 @@ def _cell(
         scene=line.scene,
         dt_s=line.dt_s,
         mark=mark,
-        measures=_measures(_width(line), line.dt_s, summary.scenes[line.scene].scales) if mark.ran else (),
-        numbers=tuple(_numbers(line, found)) if mark.ran else (),
+        measures=_list_measures(_read_float_width(line), line.dt_s, summary.scenes[line.scene].scales)
+        if mark.ran
+        else (),
+        numbers=tuple(_list_numbers(line, found)) if mark.ran else (),
         verdicts=said or (line.reason,) * bool(line.reason),
         settings=shared.setdefault(
             repr(settings), settings
@@ -102,8 +104,8 @@ def _cell(
 
 
 @lru_cache
-def _measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...]:
-    """Return name, rounding and unit of each number of `_numbers`, for floats of the given width."""
+def _list_measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...]:
+    """Return name, rounding and unit of each number of `_list_numbers`, for floats of the given width."""
     rounding, time_s = THRESHOLDS.rounding_of(bits), scales.time_s
     place = THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m
     limits = {
@@ -120,7 +122,7 @@ def _measures(bits: int, dt_s: float, scales: Scales) -> tuple[Measure, ...]:
     )
 
 
-def _width(line: RowLine) -> int:
+def _read_float_width(line: RowLine) -> int:
     """Return the width of a line's floats, bits. A line with a grade must have a width and errors."""
     if line.float_bits is None or line.total is None or line.missed is None or line.spurious is None:
         lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
@@ -128,8 +130,8 @@ def _width(line: RowLine) -> int:
     return line.float_bits
 
 
-def _numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
-    """Yield the numbers that rate a cell, in the order of `_measures`."""
+def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
+    """Yield the numbers that rate a cell, in the order of `_list_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
     if (
         line.parted_s is not None and line.local_truth
@@ -144,6 +146,6 @@ def _numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool |
         yield None if math.isnan(error) else math.degrees(error) if name == "direction_rad" else error
 
 
-def _reference(scene: SceneLine) -> Mapping[str, Any]:
+def _build_reference_numbers(scene: SceneLine) -> Mapping[str, Any]:
     """Return the numbers of a scene's reference by name."""
     return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}

@@ -19,7 +19,7 @@ MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
 MOST_SETTINGS, MOST_LETTERS = 4, 40
 
 _COLUMNS = (
-    Column("cell", lambda change: Cell(change.scene, f"{change.method}, {formatting.step(change.dt_s)}")),
+    Column("cell", lambda change: Cell(change.scene, f"{change.method}, {formatting.format_step(change.dt_s)}")),
     Column("change", lambda change: Cell(_format_kind(change), _format_marks(change), css=change.new.css)),
     Column("before → after", lambda change: Cell("; ".join(map(str, change.measures)), css="prose")),
     Column("cause", lambda change: Cell("; ".join(change.causes), css="prose")),
@@ -30,7 +30,7 @@ _COLUMNS = (
 _Group = list[Change]
 
 
-def diff_document(found: Diff, old: str, new: str) -> Document:
+def build_diff_document(found: Diff, old: str, new: str) -> Document:
     """Return a document of the cells that changed, with their numbers.
 
     A terminal shows the most important of these cells in 25 lines.
@@ -97,14 +97,14 @@ def _headline(found: Diff) -> list[str]:
     counted = [f"{tally[kind]} {kind.value}" for kind in Kind if tally[kind]]
     apart = sum(not change.graded for change in found.changes)
     counted += [f"{apart} not graded"] if apart else []
-    same = formatting.count(found.unchanged, "cell")
-    lead = [f"{formatting.capitalised(formatting.join_words(counted))}; {same} unchanged." if counted else ""]
+    same = formatting.format_count(found.unchanged, "cell")
+    lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {same} unchanged." if counted else ""]
     if not counted:
         lead = [f"No change: all {same} are equal to rounding."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = found.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""
-        where = f"{worst.scene} on {worst.method} at {formatting.step(worst.dt_s)}"
+        where = f"{worst.scene} on {worst.method} at {formatting.format_step(worst.dt_s)}"
         lead.append(f"Worst: {where}, {_format_marks(worst)}{number}.")
     return lead
 
@@ -126,7 +126,7 @@ def _setting_changes(changes: Sequence[Change]) -> Iterator[str]:
         where = "" if cells[name] == len(changes) else f" (in {cells[name]})"
         shown.append(f"{name.partition(': ')[2]} {value}{where}")
     more = f" and {len(values) - MOST_SETTINGS} more" if len(values) > MOST_SETTINGS else ""
-    yield f"Also changed in {formatting.count(len(changes), 'cell')}: {', '.join(shown)}{more}."
+    yield f"Also changed in {formatting.format_count(len(changes), 'cell')}: {', '.join(shown)}{more}."
 
 
 def _format_kind(change: Change) -> str:
@@ -137,7 +137,7 @@ def _example_cell(group: _Group, *, several: bool) -> Cell:
     change = group[0]
     number = str(change.telling) if change.telling else next(iter(change.verdicts), "").partition(" (")[0]
     method = f"{change.method}: " if several else ""
-    return Cell(f"{method}{change.scene}, {formatting.step(change.dt_s)}", number)
+    return Cell(f"{method}{change.scene}, {formatting.format_step(change.dt_s)}", number)
 
 
 def _format_marks(change: Change) -> str:

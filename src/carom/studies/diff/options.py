@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from carom.execution.run_options import FailOn
-from carom.support.options import DeclaredOptions, ValueKind, one_of, option
+from carom.support.options import DeclaredOptions, ValueKind, build_enum_kind, declare_option
 
 
-def _two_names(value: Any) -> tuple[str, str]:
+def _parse_two_names(value: Any) -> tuple[str, str]:
     old, new = value
     if not (isinstance(old, str) and isinstance(new, str) and old and new):
         raise ValueError
@@ -19,7 +19,7 @@ def _two_names(value: Any) -> tuple[str, str]:
 
 _SAID = "OLD=NEW, such as pymunk=mujoco or pymunk/default=pymunk/tuned"
 _WRONG = (5, "x", ["x"], ["x", ""], ["x", 5], ["x", "y", "z"])
-_PAIRS = ValueKind(_SAID, "OLD=NEW", _two_names, lambda text: text.split("=", 1), _WRONG)
+_PAIRS = ValueKind(_SAID, "OLD=NEW", _parse_two_names, lambda text: text.split("=", 1), _WRONG)
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class DiffOptions(DeclaredOptions):
         InputError: A value is invalid.
     """
 
-    match: Sequence[tuple[str, str]] | None = option(
+    match: Sequence[tuple[str, str]] | None = declare_option(
         None,
         _PAIRS,
         "Compare only these engines (pymunk=mujoco) or methods (pymunk/default=pymunk/tuned), repeatable.",
@@ -44,9 +44,9 @@ class DiffOptions(DeclaredOptions):
         many=True,
         said="same names",
     )
-    fail_on: FailOn = option(
+    fail_on: FailOn = declare_option(
         FailOn.INACCURATE,
-        one_of(FailOn),
+        build_enum_kind(FailOn),
         "Exit with code 1 if a run became worse and now has this grade or a worse one.",
         "--fail-on",
     )

@@ -79,7 +79,7 @@ class BeforeAfter:
 
 
 def _format_number(value: float | None, digits: int) -> str:
-    return "not measured" if value is None else formatting.number(value, digits)
+    return "not measured" if value is None else formatting.format_number(value, digits)
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class Change:
 
         return max(self.measures, key=order, default=None)
 
-    def violates(self, fail_on: Grade) -> bool:
+    def is_regression_to(self, fail_on: Grade) -> bool:
         """Whether a graded cell became worse, and its grade now is `fail_on` or a worse one.
 
         A mixed change counts as worse, and a failed run is worse than all grades.
@@ -171,7 +171,7 @@ class Diff:
     around: tuple[str, ...]
 
 
-def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
+def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
     """Compare the records of two cross-checks.
 
     Args:
@@ -196,8 +196,8 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
     pairs = [(olds.get(name), news.get(name)) for name in dict.fromkeys((*olds, *news))]
-    ran = [pair for pair in pairs if any(map(_was_run, pair))]
-    if not any(all(map(_was_run, pair)) for pair in ran):
+    ran = [pair for pair in pairs if any(map(_has_run, pair))]
+    if not any(all(map(_has_run, pair)) for pair in ran):
         raise InputError(
             f"{old} and {new} have no run in common: scenes, engines, profiles or steps differ, or an engine was "
             "not available; --engine OLD=NEW compares one engine with another"
@@ -209,7 +209,7 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     return Diff(tuple(changes), len(ran) - len(changes), around)
 
 
-def _was_run(cell: DiffCell | None) -> bool:
+def _has_run(cell: DiffCell | None) -> bool:
     """Whether a cell was run, even if the run failed."""
     return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
 
@@ -267,7 +267,7 @@ def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[
         return None
     was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
     measures = tuple(_changed_numbers(old, new)) if old and new and was.ran and now.ran else ()
-    there = _was_run(old), _was_run(new)
+    there = _has_run(old), _has_run(new)
     kind = _classify(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
     if kind is None:
         return None

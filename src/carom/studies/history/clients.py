@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from carom.errors import CaromError
-from carom.support.escaping import last_words, shown
+from carom.support.escaping import find_last_message, format_value
 from carom.support.versions import require_version
 
 #: Time limits of listing and installing, seconds. Listing takes seconds; the largest tested release, 300 MB, takes half
@@ -62,7 +62,7 @@ class Pip:
         printed = _run([*_PIP, "index", "versions", *_LIMITS, _check_name(package)], LISTING_S)
         found = re.search(r"^Available versions: (.*)$", printed, re.MULTILINE)
         if found is None:
-            raise ClientError(f"pip lists no versions of {package}: it printed {shown(printed)}")
+            raise ClientError(f"pip lists no versions of {package}: it printed {format_value(printed)}")
         return tuple(word.strip() for word in found[1].split(","))
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
@@ -75,7 +75,9 @@ class Pip:
         except (KeyError, TypeError):
             raise ClientError("pip's report has an unknown form: it contains no list of packages to install") from None
         others = [f"{_check_name(name)}=={require_version(one)}" for name, one in found]
-        needs = tuple(dict.fromkeys((asked, *(one for one in others if _canonical(one) != _canonical(asked)))))
+        needs = tuple(
+            dict.fromkeys((asked, *(one for one in others if _normalize_name(one) != _normalize_name(asked))))
+        )
         # The list includes requirements, except for packages that are already installed.
         _run(
             [*_PIP, "install", "--quiet", *_LIMITS, *_WHEELS, "--no-deps", "--target", str(folder), *needs],
@@ -95,7 +97,7 @@ class Npm:
         )
         versions = [found] if isinstance(found, str) else found  # npm prints a single version without a list
         if not isinstance(versions, list) or not all(isinstance(one, str) for one in versions):
-            raise ClientError(f"npm lists no versions of {package}: it printed {shown(found)}")
+            raise ClientError(f"npm lists no versions of {package}: it printed {format_value(found)}")
         return tuple(versions)
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
@@ -123,11 +125,11 @@ _QUIET = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", 
 def _check_name(package: str) -> str:
     """Return the name of a package if it is safe for a client. Other words might be options or paths."""
     if not _NAME.fullmatch(package):
-        raise ClientError(f"{shown(package)} is not a package name")
+        raise ClientError(f"{format_value(package)} is not a package name")
     return package
 
 
-def _canonical(requirement: str) -> str:
+def _normalize_name(requirement: str) -> str:
     return re.sub(r"[-_.]+", "-", requirement.partition("==")[0]).lower()
 
 
@@ -135,7 +137,7 @@ def _read_json(text: str, client: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError):
-        raise ClientError(f"{client} did not print JSON: {shown(text)}") from None
+        raise ClientError(f"{client} did not print JSON: {format_value(text)}") from None
 
 
 def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str:
@@ -182,4 +184,4 @@ def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str
 def _error_line(text: str) -> str:
     lines = [line for line in text.splitlines() if not re.match(r"\s*(WARNING|npm warn|\[notice\])", line)]
     errors = [line for line in lines if line.startswith(("ERROR", "npm error"))]
-    return last_words("\n".join(errors or lines))
+    return find_last_message("\n".join(errors or lines))

@@ -20,11 +20,11 @@ from carom.execution.cache_key import JobKey
 from carom.execution.engine_run import observe_run, run_pit
 from carom.execution.job import Answer, JobTask
 from carom.execution.journal import Journal, JournalEntry
-from carom.execution.scene_reference import build_reference, require_reference, scene_at_phase, solve_reference
+from carom.execution.scene_reference import build_reference, require_reference, shift_to_phase, solve_reference
 from carom.model.flights import free_flights
 from carom.model.trace import Outcome, Trace
 from carom.studies.history.options import FEWEST_PHASES
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 #: Number of references, and of runs of PIT, that a worker caches.
 _KEPT = 64
@@ -95,7 +95,7 @@ class HistoryTask(JobTask):
         """
         job = self.job
         adapter = load_supported_adapter(job)
-        scene = scene_at_phase(job)
+        scene = shift_to_phase(job)
         reference = require_reference(_reference(scene))
         horizon_s = build_reference(reference, asked=False).horizon_s
         trace = observe_run(adapter, scene, job.profile, job.dt_s, samples=True)
@@ -103,7 +103,7 @@ class HistoryTask(JobTask):
         places, velocities = _state_errors(reference, trace, math.inf if horizon_s is None else horizon_s)
         rounding = THRESHOLDS.place_rounding_of(score.float_bits, scene.step_count(job.dt_s))
         return ReleaseRun(
-            digest=_digest(trace),
+            digest=_compute_digest(trace),
             settings=tuple(sorted((name, repr(value)) for name, value in trace.settings.items())),
             grade=score.grade.name,
             verdicts=tuple(sorted({verdict.name for verdict in score.verdicts})),
@@ -112,8 +112,8 @@ class HistoryTask(JobTask):
             lost=len(score.missed) + len(score.spurious),
             velocity=score.total.velocity,
             late_steps=abs(score.total.time_s) / job.dt_s,
-            off_m=_numbers(places),
-            off_m_s=_numbers(velocities),
+            off_m=_build_numbers(places),
+            off_m_s=_build_numbers(velocities),
             place_rounding_m=rounding * score.scales.reach_m,
             speed_m_s=score.scales.speed_m_s,
             float_bits=score.float_bits,
@@ -140,18 +140,18 @@ def _state_errors(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArr
     for place, (time_s, found) in zip(places, seen, strict=False):
         for flight in flights if time_s <= until_s else ():
             if flight.begin_s <= time_s <= flight.end_s:
-                place[flight.disc] = found[flight.disc] - flight.at(time_s)
+                place[flight.disc] = found[flight.disc] - flight.position_at(time_s)
     if trace.outcome is Outcome.COMPLETED and until_s >= scene.duration_s:
         places[-1] = trace.final_position_m - reference.final_position_m
         velocities = trace.final_velocity_m_s - reference.final_velocity_m_s
     return places, velocities
 
 
-def _numbers(off: NDArray[np.float64]) -> tuple[float, ...]:
+def _build_numbers(off: NDArray[np.float64]) -> tuple[float, ...]:
     return tuple(np.where(np.isnan(off), np.inf, off).ravel().tolist())
 
 
-def _digest(trace: Trace) -> str:
+def _compute_digest(trace: Trace) -> str:
     """Return a digest of a run's results. Every bit of every number affects the digest."""
     found = hashlib.sha256(trace.outcome.name.encode())
     arrays = (trace.impacts, trace.final_position_m, trace.final_velocity_m_s, trace.spins, trace.final_spin_rad_s)
@@ -228,7 +228,7 @@ class _Measure:
         return f"{self.name}: {_format_range(before)} before, {_format_range(after)} now"
 
 
-def _rounding(ran: ReleaseRun) -> float:
+def _read_rounding(ran: ReleaseRun) -> float:
     return THRESHOLDS.rounding_of(ran.float_bits)
 
 
@@ -237,19 +237,19 @@ _MOTION = (
     _Measure(
         "error of final velocities, divided by the greatest speed",
         lambda run: _largest_error(run.off_m_s) / run.speed_m_s,
-        _rounding,
+        _read_rounding,
     ),
     _Measure("error of positions in metres", lambda run: _largest_error(run.off_m), attrgetter("place_rounding_m")),
 )
 #: Measures of the reported contacts.
 _CONTACTS = (
     _Measure("missed and invented impacts", attrgetter("lost"), lambda _: 0.0),
-    _Measure("velocity error", attrgetter("velocity"), _rounding),
-    _Measure("time error in steps", attrgetter("late_steps"), _rounding),
+    _Measure("velocity error", attrgetter("velocity"), _read_rounding),
+    _Measure("time error in steps", attrgetter("late_steps"), _read_rounding),
 )
 
 
-def differs(old: ReleaseRun, new: ReleaseRun) -> bool:
+def are_different(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Return whether two runs differ in grade, verdicts, numbers or motion by more than rounding."""
     if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _same_motion(old, new):
         return True
@@ -266,13 +266,13 @@ def _differ(a: float, b: float, rounding: float) -> bool:
 
 def _same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Whether positions and final velocities are equal to rounding."""
-    speed = max(_rounding(old), _rounding(new)) * old.speed_m_s
+    speed = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
     place = max(old.place_rounding_m, new.place_rounding_m)
     states = ((old.off_m, new.off_m, place), (old.off_m_s, new.off_m_s, speed))
     return not any(_differ(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True))
 
 
-def change_of(old: SeenCell, new: SeenCell) -> CellChange:
+def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     """Return the change of a cell between two releases.
 
     A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is
@@ -291,7 +291,7 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
         return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_changed_settings(a.settings, b.settings)))
     if a.misses_contacts or b.misses_contacts:  # contacts that the adapter misses would count as changes of the engine
         return CellChange(ChangeKind.UNOBSERVED)
-    if not differs(a, b):
+    if not are_different(a, b):
         return CellChange(ChangeKind.ROUNDING)
     if min(len(old.ran), len(new.ran)) < FEWEST_PHASES:
         fewest = min(len(old.ran), len(new.ran))
@@ -317,12 +317,12 @@ def _separated(
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if any(map(math.isnan, (*before, *after))):
             continue
-        more, less = _gaps(np.array(before), np.array(after)) > _largest_rounding(measure, (*old, *new))
+        more, less = _compute_range_gaps(np.array(before), np.array(after)) > _largest_rounding(measure, (*old, *new))
         if more or less:
             yield ChangeKind.WORSE if more else ChangeKind.BETTER, measure.describe(before, after)
 
 
-def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the gaps above and below between the ranges of two sets of runs, along the first axis.
 
     Untested phases may extend a range. So each end is kind outwards by the difference of the two outermost numbers.
@@ -340,7 +340,7 @@ def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np
 def _coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
     """Describe where and when the ranges of a coordinate differ most; an empty text if no ranges differ."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
-    gaps = _gaps(before, after).max(axis=0)
+    gaps = _compute_range_gaps(before, after).max(axis=0)
     k = int(gaps.argmax())
     if not gaps[k] > max(run.place_rounding_m for run in (*old, *new)):
         return ""
@@ -360,7 +360,7 @@ def _format_range(values: Sequence[float]) -> str:
     known = [value for value in values if math.isfinite(value)]
     if not known:
         return "unknown"
-    low, high = number(min(known), 3), number(max(known), 3)
+    low, high = format_number(min(known), 3), format_number(max(known), 3)
     return low if low == high else f"{low} to {high}"
 
 

@@ -14,14 +14,14 @@ from carom.comparator import Grade
 from carom.report import formatting
 from carom.report.document import Column, Document, Headline, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
-from carom.report.provenance import making
-from carom.report.render.markdown import markdown
-from carom.report.svg import alone, drawing, finish, framed, line_style, render
+from carom.report.provenance import build_provenance
+from carom.report.render.markdown import render_markdown
+from carom.report.svg import build_framed_figure, choose_line_style, finish, render, to_separate_svg, use_drawing_style
 from carom.studies.history.compare_cells import CellChange, ChangeKind
 from carom.studies.history.release_engines import Origin
 from carom.studies.history.result import Bisection, History, Release, RunCell, Transition
 from carom.studies.history.run import PURPOSE
-from carom.support.escaping import is_older, release_numbers
+from carom.support.escaping import is_older, parse_release_numbers
 from carom.support.folders import write_files
 
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
@@ -63,7 +63,7 @@ class _Changed(NamedTuple):
     change: CellChange
 
 
-def history_document(found: History) -> Document:
+def build_history_document(found: History) -> Document:
     """Return the document of a history."""
     since = {step.new.version: step for step in found.transitions}
     rows = [_Row(release, since.get(release.version)) for release in reversed(found.releases)]
@@ -73,10 +73,10 @@ def history_document(found: History) -> Document:
         for cell, change in sorted(step.real.items(), key=lambda item: (item[1].kind.name, item[0]))
     ]
     sections = (
-        Section("Releases", (Table(_release_columns(found), rows), *_setting_notes(found))),
+        Section("Releases", (Table(_build_release_columns(found), rows), *_setting_notes(found))),
         *((Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),)),) if changed else ()),
         Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
-        *making(found.environment, found.command, found.elapsed_s),
+        *build_provenance(found.environment, found.command, found.elapsed_s),
     )
     return Document(f"Carom: releases of {found.origin.engine}", Headline.of(_headline(found)), sections)
 
@@ -88,7 +88,7 @@ def write_history(found: History, folder: Path) -> Path:
         InputError: The folder contains foreign files.
         OSError: The files can't be written.
     """
-    files = {"history.md": markdown(history_document(found)), "history.svg": error_chart(found)}
+    files = {"history.md": render_markdown(build_history_document(found)), "history.svg": render_error_chart(found)}
     return write_files(folder, PURPOSE, files)
 
 
@@ -99,8 +99,8 @@ def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]
         if origin.oldest and is_older(version, origin.oldest):
             notes.append(f"older than {origin.oldest}, the oldest supported release")
         # A test with release "7.3" also covers 7.3.1.
-        tried = release_numbers(origin.newest_tried)
-        if tried and release_numbers(version)[: len(tried)] > tried:
+        tried = parse_release_numbers(origin.newest_tried)
+        if tried and parse_release_numbers(version)[: len(tried)] > tried:
             notes.append(f"newer than {origin.newest_tried}, the newest tested release")
         if version == origin.installed:
             notes.append("installed")
@@ -117,7 +117,7 @@ def describe_bisection(found: Bisection | None) -> Iterator[str]:
         f"{oldest}, the oldest" if found.last == oldest else f"{found.last}, which agrees with the oldest, {oldest}"
     )
     why = f"{found.change.kind.value}: {found.change.why}"
-    cell = f"{found.cell.scene} with {found.cell.profile} at {formatting.step(found.cell.dt_s)}"
+    cell = f"{found.cell.scene} with {found.cell.profile} at {formatting.format_step(found.cell.dt_s)}"
     yield f"{cell}: {found.first} differs from {before} ({why})."
     yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
 
@@ -137,12 +137,12 @@ def _headline(found: History) -> Iterator[str]:
             if counts[kind]
         ]
         yield f"{engine} {step.old.version} → {step.new.version}: {formatting.join_words(said)}."
-    cells = formatting.count(max((len(one.seen) for one in ran), default=0), "cell")
-    releases = formatting.count(len(ran), "release")
+    cells = formatting.format_count(max((len(one.seen) for one in ran), default=0), "cell")
+    releases = formatting.format_count(len(ran), "release")
     yield f"{releases} of {engine} ran (of {len(found.releases)} requested), each on {cells}."
 
 
-def _release_columns(found: History) -> tuple[Column, ...]:
+def _build_release_columns(found: History) -> tuple[Column, ...]:
     grades = [one.grade for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]]
     bits = {one.float_bits for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]}
     marks = {grade: mark_of_grade(grade, max(bits, default=64)).word for grade in Grade if grade.name in grades}
@@ -151,7 +151,7 @@ def _release_columns(found: History) -> tuple[Column, ...]:
     return (
         Column("release", lambda row: row.release.version),
         *(Column(marks[grade], partial(_count_grade, grade), number=True) for grade in marks),
-        Column("same bits", _same_bits, number=True),
+        Column("same bits", _format_same_bits, number=True),
         *(Column(_HEADINGS[kind], partial(_count_since, kind), number=True) for kind in kinds),
         *([Column("note", lambda row: _release_note(row.release))] if any(map(_release_note, found.releases)) else ()),
     )
@@ -162,7 +162,7 @@ def _count_since(kind: ChangeKind, row: _Row) -> str:
     return "" if row.since is None else str(row.since.count(kind) or "")
 
 
-def _same_bits(row: _Row) -> str:
+def _format_same_bits(row: _Row) -> str:
     return "" if row.since is None else f"{row.since.count(ChangeKind.NOTHING)} of {row.since.compared}"
 
 
@@ -204,27 +204,27 @@ _CHANGE_COLUMNS = (
     Column("to", lambda item: item.step.new.version),
     Column("scene", lambda item: item.cell.scene),
     Column("profile", lambda item: item.cell.profile),
-    Column("step", lambda item: formatting.step(item.cell.dt_s)),
+    Column("step", lambda item: formatting.format_step(item.cell.dt_s)),
     Column("change", lambda item: item.change.kind.value),
     Column("numbers over phases", lambda item: item.change.why),
 )
 
 
-def error_chart(found: History) -> str:
+def render_error_chart(found: History) -> str:
     """Return a chart of the median and the largest velocity error by release for each profile, as SVG.
 
     Only cells with a known error in every release are included. A mark shows each release in which a bit of a result
     changed.
     """
-    with drawing():
-        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
+    with use_drawing_style():
+        figure, axes = build_framed_figure(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
         ran = [release for release in found.ran if not release.observes_no_contact]
         places, thin = range(len(ran)), {"linewidth": 0.6, "markersize": 2.5}
         for profile in found.options.profiles:
-            errors = _errors(ran, profile)
+            errors = _list_errors(ran, profile)
             if not errors or not errors[0]:
                 continue
-            style = line_style(found.engine, profile=profile)
+            style = choose_line_style(found.engine, profile=profile)
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
             axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | thin)
         moved = [k for k, step in enumerate(found.transitions, 1) if step.count(ChangeKind.NOTHING) < step.compared]
@@ -235,16 +235,16 @@ def error_chart(found: History) -> str:
         axes.set_ylabel("velocity error / scene's speed")
         if axes.lines:
             finish(axes)
-        return alone(render(figure, f"Velocity error of {found.origin.engine} by release"))
+        return to_separate_svg(render(figure, f"Velocity error of {found.origin.engine} by release"))
 
 
-def _errors(ran: list[Release], profile: str) -> list[list[float]]:
+def _list_errors(ran: list[Release], profile: str) -> list[list[float]]:
     """Return the velocity errors of each release, in the cells of a profile with an error in every release."""
 
-    def error(release: Release, cell: RunCell) -> float:
+    def read_error(release: Release, cell: RunCell) -> float:
         seen = release.seen.get(cell)
         return math.nan if seen is None or seen.own.value is None else seen.own.value.velocity
 
     cells = [cell for cell in (ran[0].seen if ran else ()) if cell.profile == profile]
-    shared = [cell for cell in cells if all(math.isfinite(error(release, cell)) for release in ran)]
-    return [[error(release, cell) for cell in shared] for release in ran]
+    shared = [cell for cell in cells if all(math.isfinite(read_error(release, cell)) for release in ran)]
+    return [[read_error(release, cell) for cell in shared] for release in ran]

@@ -6,9 +6,21 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
-from carom.execution.shared_options import LimitOptions, no_scheduler, phase_seed, profile_names, step_lengths
+from carom.execution.shared_options import (
+    LimitOptions,
+    declare_no_scheduler,
+    declare_profiles,
+    declare_seed,
+    declare_steps,
+)
 from carom.support.limits import MOST_PHASES
-from carom.support.options import flag, megabytes, name, option, whole
+from carom.support.options import (
+    build_flag_kind,
+    build_megabytes_kind,
+    build_name_kind,
+    build_whole_number_kind,
+    declare_option,
+)
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -36,29 +48,35 @@ class HistoryOptions(LimitOptions):
         InputError: A value is invalid.
     """
 
-    versions: Sequence[str] | None = option(
+    versions: Sequence[str] | None = declare_option(
         None,
-        name(),
+        build_name_kind(),
         "Releases to run, such as 5.7.0, '>=6' or 3.0..4.0; repeatable or comma-separated.",
         "--versions",
         many=True,
         said="all",
     )
-    most: int = option(12, whole(1, 1000), "Maximum number of releases; the newest are used.", "--most")
-    installed: bool = option(False, flag(), "Also run the installed engine, after all releases.", "--with-installed")
-    profiles: Sequence[str] = profile_names("default", "tuned")
-    dts: Sequence[float] | None = step_lengths("one frame of each scene")
-    phases: int = option(
+    most: int = declare_option(
+        12, build_whole_number_kind(1, 1000), "Maximum number of releases; the newest are used.", "--most"
+    )
+    installed: bool = declare_option(
+        False, build_flag_kind(), "Also run the installed engine, after all releases.", "--with-installed"
+    )
+    profiles: Sequence[str] = declare_profiles("default", "tuned")
+    dts: Sequence[float] | None = declare_steps("one frame of each scene")
+    phases: int = declare_option(
         FEWEST_PHASES,
-        whole(FEWEST_PHASES, MOST_PHASES),
+        build_whole_number_kind(FEWEST_PHASES, MOST_PHASES),
         "Number of start positions within a step from which changed runs are repeated.",
         "--phases",
     )
-    seed: int = phase_seed()
-    kept_mb: float = option(2000.0, megabytes(), "Megabytes of downloaded releases to keep.", "--keep")
+    seed: int = declare_seed()
+    kept_mb: float = declare_option(
+        2000.0, build_megabytes_kind(), "Megabytes of downloaded releases to keep.", "--keep"
+    )
     _: KW_ONLY
-    scheduler: str | None = no_scheduler("each release is installed into a folder of this machine")
+    scheduler: str | None = declare_no_scheduler("each release is installed into a folder of this machine")
 
-    def steps_of(self, scene: Scene) -> tuple[float, ...]:
+    def list_steps(self, scene: Scene) -> tuple[float, ...]:
         """Return the steps at which a scene is run, beginning with the coarsest."""
         return tuple(sorted(set(self.dts or (1.0 / scene.frame_rate_hz,)), reverse=True))

@@ -84,7 +84,7 @@ class ReleaseCache:
         notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.lstat().st_mtime, reverse=True)
         total = 0
         for note in notes:
-            total += _size(note.parent)
+            total += _measure_size(note.parent)
             if total > most_bytes:
                 shutil.rmtree(note.parent, ignore_errors=True)
 
@@ -98,7 +98,7 @@ def _platform_tag(registry: str) -> str:
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
 
 
-def _size(folder: Path) -> int:
+def _measure_size(folder: Path) -> int:
     return sum(path.lstat().st_size for path in folder.rglob("*") if not path.is_dir())
 
 

@@ -16,8 +16,15 @@ import tomli_w
 
 from carom.engines.protocol.adapter import ProgramAdapter
 from carom.engines.protocol.manifest import MANIFEST
-from carom.engines.protocol.serve import served_manifest
-from carom.engines.registry import MANIFESTS, adapter_points, distribution_of, load_adapter, resolve_engine, version_of
+from carom.engines.protocol.serve import build_manifest
+from carom.engines.registry import (
+    MANIFESTS,
+    distribution_of,
+    find_version,
+    list_adapter_points,
+    load_adapter,
+    resolve_engine,
+)
 from carom.execution.job import AdapterTask
 
 
@@ -51,7 +58,7 @@ class OriginTask(AdapterTask):
     def carry_out(self) -> Origin:
         """Return the origin."""
         adapter = load_adapter(self.engine)
-        known, version = adapter.engine, version_of(adapter, distribution_of(self.engine))
+        known, version = adapter.engine, find_version(adapter, distribution_of(self.engine))
         registry, package, manifest = "pip" if known.distribution else "", known.distribution, ""
         if isinstance(adapter, ProgramAdapter):
             manifest = str(adapter.folder / MANIFEST)
@@ -72,7 +79,7 @@ class ServedManifestTask(AdapterTask):
     def carry_out(self) -> str:
         """Return the manifest."""
         command = [sys.executable, "-m", "carom", "serve", self.engine, "--path", self.folder]
-        return served_manifest(load_adapter(self.engine), self.name, self.version, command)
+        return build_manifest(load_adapter(self.engine), self.name, self.version, command)
 
 
 def release_engine_name(engine: str, version: str) -> str:
@@ -108,4 +115,4 @@ def registered_engines(manifests: list[Path]) -> Iterator[list[str]]:
             os.environ.pop(MANIFESTS, None)
         else:
             os.environ[MANIFESTS] = before
-        adapter_points.cache_clear()
+        list_adapter_points.cache_clear()

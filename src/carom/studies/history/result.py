@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from carom.execution.environment import Environment
-from carom.studies.history.compare_cells import CellChange, ChangeKind, SeenCell, change_of
+from carom.studies.history.compare_cells import CellChange, ChangeKind, SeenCell, classify_change
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_engines import Origin
 
@@ -112,7 +112,7 @@ class History:
     @cached_property
     def transitions(self) -> tuple[Transition, ...]:
         """Changes between consecutive releases that ran."""
-        return tuple(_transition(old, new) for old, new in pairwise(self.ran))
+        return tuple(_build_transition(old, new) for old, new in pairwise(self.ran))
 
     @property
     def worse_now(self) -> bool:
@@ -140,6 +140,6 @@ class Bisection:
     asked: tuple[str, ...]
 
 
-def _transition(old: Release, new: Release) -> Transition:
+def _build_transition(old: Release, new: Release) -> Transition:
     cells = [cell for cell in old.seen if cell in new.seen]
-    return Transition(old, new, {cell: change_of(old.seen[cell], new.seen[cell]) for cell in cells})
+    return Transition(old, new, {cell: classify_change(old.seen[cell], new.seen[cell]) for cell in cells})

@@ -13,15 +13,15 @@ from pathlib import Path
 
 from carom.engines.registry import require_profile
 from carom.errors import AdapterError, CaromError, InputError, UnknownNameError
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.describe_engines import describe_engines, list_methods
-from carom.execution.environment import environment
+from carom.execution.environment import describe_environment
 from carom.execution.job import Answer, Job, Method, Progress, UnavailableError, no_progress
 from carom.execution.journal import MemoryJournal
-from carom.execution.phases import phase_values
+from carom.execution.phases import generate_phases
 from carom.execution.pool import Pool
 from carom.execution.scheduler import TaskRequest, run_tasks
-from carom.execution.score_jobs import sort_by_start, steps_of
+from carom.execution.score_jobs import estimate_steps, sort_by_start
 from carom.model.scene import Scene
 from carom.studies.history.clients import CLIENTS, Client, ClientError
 from carom.studies.history.compare_cells import (
@@ -30,8 +30,8 @@ from carom.studies.history.compare_cells import (
     HistoryTask,
     ReleaseRun,
     SeenCell,
-    change_of,
-    differs,
+    are_different,
+    classify_change,
 )
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache
@@ -44,8 +44,8 @@ from carom.studies.history.release_engines import (
     release_engine_name,
 )
 from carom.studies.history.result import Bisection, History, Release, RunCell
-from carom.support.escaping import is_older, named_hints, release_numbers
-from carom.support.versions import require_version, version_condition
+from carom.support.escaping import build_name_hints, is_older, parse_release_numbers
+from carom.support.versions import parse_version_condition, require_version
 
 #: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "history", "journal.jsonl"
@@ -59,12 +59,12 @@ def list_releases(engine: str, options: HistoryOptions, kept: ReleaseCache) -> t
         InputError: The engine has no registry.
         UnavailableError: The registry's client is missing, or returns no list.
     """
-    with options.local_pool(1) as pool:
-        origin = _origin(engine, pool)
+    with options.open_local_pool(1) as pool:
+        origin = _find_origin(engine, pool)
     return origin, sort_versions(_list_versions(origin, options, kept))
 
 
-def _origin(engine: str, pool: Pool) -> Origin:
+def _find_origin(engine: str, pool: Pool) -> Origin:
     describe_engines([engine], pool)  # raises an error for an unknown name
     answer = pool.run(OriginTask(engine))
     if answer.value is None:
@@ -109,7 +109,7 @@ class _ReleaseRuns:
         return [
             RunCell(scene.name, profile, dt_s)
             for scene in self.scenes.values()
-            for dt_s in self.options.steps_of(scene)
+            for dt_s in self.options.list_steps(scene)
             for profile in self.options.profiles
         ]
 
@@ -123,7 +123,7 @@ class _ReleaseRuns:
         infos = describe_engines(sorted({job.engine for job in todo}), pool)
         methods = list_methods(infos, self.options.profiles, sorted({job.dt_s for job in todo}), pool)
         asks = [
-            TaskRequest(job, job_key(job), HistoryTask(job), methods.find_job_refusal(job), steps_of(job))
+            TaskRequest(job, build_job_key(job), HistoryTask(job), methods.find_job_refusal(job), estimate_steps(job))
             for job in todo
         ]
         self._total += len(asks)
@@ -149,7 +149,7 @@ class _ReleaseRuns:
             if _needs_phases(*(seen[name][cell] for name in pair))
             for name in pair
         }
-        phases = phase_values(self.options.phases, self.options.seed)
+        phases = generate_phases(self.options.phases, self.options.seed)
         jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
         found = self.run_jobs((job for several in jobs.values() for job in several), pool)
         for (name, cell), several in jobs.items():
@@ -165,7 +165,7 @@ def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
         and b is not None
         and a.settings == b.settings
         and not (a.misses_contacts or b.misses_contacts)
-        and differs(a, b)
+        and are_different(a, b)
     )
 
 
@@ -213,7 +213,7 @@ def _install_releases(
             yield tuple(made)
 
 
-def history(
+def run_history(
     engine: str,
     scenes: Sequence[Scene],
     kept: ReleaseCache,
@@ -241,14 +241,14 @@ def history(
     """
     started, asked = time.perf_counter(), options or HistoryOptions()
     study = _ReleaseRuns(engine, scenes, asked, notes, progress)
-    with asked.pool() as pool:
+    with asked.open_pool() as pool:
         origin, versions = _select_releases(engine, asked, kept, pool)
         with _install_releases(study, origin, versions, kept, pool) as made:
             columns = (*made, *([_installed_release(engine, origin)] if asked.installed else ()))
             names = [one.name for one in columns if one.name]
             seen = study.seen(names, study.cells, pool)
     releases = tuple(replace(one, seen=seen.get(one.name, {})) for one in columns)
-    return History(engine, origin, asked, releases, environment(), command, time.perf_counter() - started)
+    return History(engine, origin, asked, releases, describe_environment(), command, time.perf_counter() - started)
 
 
 def _select_releases(
@@ -262,7 +262,7 @@ def _select_releases(
     (info,) = describe_engines([engine], pool)
     for profile in options.profiles if info.profiles else ():
         require_profile(engine, profile, info.profiles)
-    origin = _origin(engine, pool)
+    origin = _find_origin(engine, pool)
     versions = select_versions(_list_versions(origin, options, kept), options.versions, options.most)
     if not versions:
         raise InputError(f"no release of {origin.package} meets {', '.join(options.versions or ())}")
@@ -290,30 +290,30 @@ def bisect_change(
     asked = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
     study, cell = _ReleaseRuns(engine, [scene], asked, None, progress), RunCell(scene.name, profile, dt_s)
     order: list[str] = []
-    with asked.pool() as pool:
+    with asked.open_pool() as pool:
         origin, versions = _select_releases(engine, asked, kept, pool)
         able = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
 
-        def change(version: str) -> CellChange:
+        def find_change(version: str) -> CellChange:
             """Return the change from the oldest release to a given release."""
             order.append(version)
             with _install_releases(study, origin, (able[0], version), kept, pool) as columns:
                 if reason := next((one.reason for one in columns if not one.name), ""):
                     raise UnavailableError(f"{origin.package} {version}: {reason}")
                 old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
-            found = change_of(old, new)
+            found = classify_change(old, new)
             if found.kind is ChangeKind.NOT_RUN:
                 raise CaromError(
                     f"{origin.package} {version} can't run this scene with this profile and step: {found.why}"
                 )
             return found
 
-        if len(able) < 2 or not (newest := change(able[-1])).kind.real:
+        if len(able) < 2 or not (newest := find_change(able[-1])).kind.real:
             return None
         low, high, found = 0, len(able) - 1, newest
         while high - low > 1:
             middle = (low + high) // 2
-            if (one := change(able[middle])).kind.real:
+            if (one := find_change(able[middle])).kind.real:
                 high, found = middle, one
             else:
                 low = middle
@@ -334,7 +334,9 @@ def is_final(version: str) -> bool:
 
 def sort_versions(versions: Iterable[str]) -> tuple[str, ...]:
     """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
-    return tuple(sorted(set(versions), key=lambda one: (release_numbers(one), is_final(one), _post_number(one), one)))
+    return tuple(
+        sorted(set(versions), key=lambda one: (parse_release_numbers(one), is_final(one), _post_number(one), one))
+    )
 
 
 def _post_number(version: str) -> int:
@@ -360,16 +362,16 @@ def select_versions(listed: Sequence[str], asked: Sequence[str] | None, most: in
     if LATEST in words:
         newest = sort_versions(filter(is_final, listed))[-1:]
         words = [*(word for word in words if word != LATEST), *newest]
-    named = [word for word in words if version_condition(word) is None]
+    named = [word for word in words if parse_version_condition(word) is None]
     for word in named:
         if require_version(word) not in listed:
-            hints = named_hints(word, listed, f"there are: {_shorten_list(listed)}")
+            hints = build_name_hints(word, listed, f"there are: {_shorten_list(listed)}")
             raise UnknownNameError(f"there is no release {word!r}", hints=hints)
-    conditions = [found for word in words if (found := version_condition(word)) is not None]
+    conditions = [found for word in words if (found := parse_version_condition(word)) is not None]
     able = [
         one
         for one in sort_versions(filter(is_final, listed))
-        if all(condition(release_numbers(one)) for condition in conditions)
+        if all(condition(parse_release_numbers(one)) for condition in conditions)
     ]
     return sort_versions([*named, *(able[-most:] if conditions or not named else ())])
 

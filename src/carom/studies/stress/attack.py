@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from carom.catalogue.entry import deepest_overlap
+from carom.catalogue.entry import compute_deepest_overlap
 from carom.execution.job import Status
 from carom.model.energy import kinetic_energy
 from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace, Vector
 from carom.studies.stress.true_motion import TrueMotion
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 #: Error at which a method fails: a tenth of the change of velocity by impacts. An error of this size is too large for
 #: any purpose, and above the usual error of every engine at a sensible step. So an attack finds where a method fails
@@ -93,7 +93,7 @@ class Attack:
     full_only: bool = False
     last: float | None = None
 
-    def ladder(self, quick: bool) -> list[float]:
+    def build_ladder(self, quick: bool) -> list[float]:
         """Return the values to try, beginning at the harmless end: half as many in the quick form, but at least 4."""
         end = self.absurd if self.quick_absurd is None or not quick else self.quick_absurd
         decades = abs(math.log10(end / self.harmless))
@@ -106,7 +106,7 @@ class Attack:
             values = sorted({round(value) * 1.0 for value in values}, reverse=end < self.harmless)
         return values if self.last is None else [*values, self.last]
 
-    def between(self, passes: float, fails: float, resolution: float) -> float | None:
+    def find_middle_value(self, passes: float, fails: float, resolution: float) -> float | None:
         """Return the value half-way between two on a logarithmic scale; None if their ratio is at most `resolution`."""
         if min(passes, fails) <= 0 or max(passes, fails) / min(passes, fails) <= resolution:
             return None
@@ -145,7 +145,7 @@ def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
     return attack(trials)
 
 
-def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
+def build_velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
     """Return a judge by final velocities: the error of each disc over its greatest change by one impact.
 
     The error of a disc that is never hit is divided by the greatest change of any disc. So errors have no unit, and the
@@ -153,10 +153,10 @@ def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
     """
     change = truth.greatest_change_m_s
     note = "by convention" if truth.convention else ""
-    return closed_form_judge(scene, truth.final_velocity_m_s, len(truth.impacts), change, note)
+    return build_closed_form_judge(scene, truth.final_velocity_m_s, len(truth.impacts), change, note)
 
 
-def closed_form_judge(
+def build_closed_form_judge(
     scene: Scene,
     final_velocity_m_s: Sequence[Vector],
     impacts: int,
@@ -186,12 +186,14 @@ def closed_form_judge(
         if found == 0 and impacts:
             return Judgement(error, "no impact is found: the discs pass through each other")
         counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
-        return Judgement(error, f"{counted}, and a velocity is wrong by {number(error)} of the change by {changes}")
+        return Judgement(
+            error, f"{counted}, and a velocity is wrong by {format_number(error)} of the change by {changes}"
+        )
 
     return _require_end(judge)
 
 
-def energy_judge(scene: Scene) -> Judge:
+def build_energy_judge(scene: Scene) -> Judge:
     """Return a judge by invariants of elastic scenes: kinetic energy to a tenth, and no deep overlap."""
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
@@ -199,17 +201,17 @@ def energy_judge(scene: Scene) -> Judge:
         gained = kinetic_energy(scene, trace.final_velocity_m_s) / start - 1.0
         if not abs(gained) <= TOLERANCE:
             return Judgement(
-                abs(gained), f"{number(abs(gained))} of the energy is {'gained' if gained > 0 else 'lost'}"
+                abs(gained), f"{format_number(abs(gained))} of the energy is {'gained' if gained > 0 else 'lost'}"
             )
-        overlap = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
+        overlap = compute_deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
         if not overlap <= 1.0:
-            return Judgement(abs(gained), f"discs are {number(overlap)} radii inside each other or a wall")
+            return Judgement(abs(gained), f"discs are {format_number(overlap)} radii inside each other or a wall")
         return Judgement(abs(gained))
 
     return _require_end(judge)
 
 
-def pressure_judge(scene: Scene, compressibility: float) -> Judge:
+def build_pressure_judge(scene: Scene, compressibility: float) -> Judge:
     """Return a judge by ``Z = p V / N k T``, from the virial of the disc impacts in the last four fifths of the run.
 
     Each impact adds its impulse times the distance of the centres. The first fifth of the run is omitted, because the

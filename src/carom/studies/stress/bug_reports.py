@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from carom.catalogue import Complaint, KnownAnswer, Symptom
-from carom.catalogue.entry import deepest_overlap
+from carom.catalogue.entry import compute_deepest_overlap
 from carom.execution.job import Job, Method, Status
 from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
@@ -18,7 +18,7 @@ from carom.model.energy import kinetic_energy
 from carom.model.scene import Chain, Ring, Scene, Wall
 from carom.model.trace import Outcome, Trace
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 #: Smallest deviation that is mentioned: a per cent of the scene's speed or energy. Users notice such a deviation, and
 #: float32 rounding is smaller.
@@ -55,32 +55,32 @@ def find_symptom(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     if trace.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
         said = "; ".join((trace.outcome.value, *trace.notes))
         return symptom is Symptom.NEVER_ENDS, math.inf, said
-    velocity, energy = _velocity_error(trace, known, scene), _energy_error(trace, known, scene)
+    velocity, energy = _compute_velocity_error(trace, known, scene), _compute_energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
     figure, what = (energy, "energy") if of_energy else (velocity, "speed")
     least, seen, reason = complaint.at_least, False, ""
     if symptom is Symptom.MISSES:
-        missed = _missed(trace, known)
+        missed = _count_missed(trace, known)
         seen = missed > 0 and abs(figure) > least
         reason = f"{missed} impact{' is' if missed == 1 else 's are'} missed"
     elif symptom is Symptom.INVENTS:
         invented = len(trace.impacts) - (known.count or 0)
         seen, reason = invented > 0, f"{invented} impact{' is' if invented == 1 else 's are'} invented"
     elif symptom is Symptom.ESCAPES:
-        depth = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
-        seen, reason = not depth <= 1.0, f"a disc is {number(depth)} radii inside another body or beyond a wall"
+        depth = compute_deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
+        seen, reason = not depth <= 1.0, f"a disc is {format_number(depth)} radii inside another body or beyond a wall"
     elif symptom is Symptom.GAINS_ENERGY:
-        seen, reason = energy > least, f"{number(energy)} of the energy is gained"
+        seen, reason = energy > least, f"{format_number(energy)} of the energy is gained"
     elif symptom is Symptom.LOSES_ENERGY:
-        seen, reason = energy < -least, f"{number(-energy)} of the energy is lost"
+        seen, reason = energy < -least, f"{format_number(-energy)} of the energy is lost"
     elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
-        seen, reason = velocity > least, f"velocities are wrong by {number(velocity)} of the scene's speed"
+        seen, reason = velocity > least, f"velocities are wrong by {format_number(velocity)} of the scene's speed"
     if seen:
         return True, figure, reason
-    return False, figure, f"off by {number(figure)} of the scene's {what}" if abs(figure) > NOTICED else ""
+    return False, figure, f"off by {format_number(figure)} of the scene's {what}" if abs(figure) > NOTICED else ""
 
 
-def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
+def _compute_velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     if known.final_velocity_m_s is None:
         return math.nan
     speeds = [math.hypot(*disc.velocity_m_s) for disc in scene.discs]
@@ -92,34 +92,34 @@ def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     return float(np.max(error)) / (max(speeds) or 1.0)
 
 
-def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
+def _compute_energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Return the error of the final mechanical energy, over the energy at the start."""
     weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
-    floor = min(map(_height, scene.walls), default=0.0)
+    floor = min(map(_find_height, scene.walls), default=0.0)
 
-    def energy(place: ArrayLike, velocity: ArrayLike) -> float:
+    def compute_energy(place: ArrayLike, velocity: ArrayLike) -> float:
         height = (np.array(place) - [0.0, floor]) @ np.array(scene.gravity_m_s2)
         return kinetic_energy(scene, np.array(velocity)) - float(weight @ height)
 
-    at_start = energy([disc.position_m for disc in scene.discs], [disc.velocity_m_s for disc in scene.discs])
-    found = energy(trace.final_position_m, trace.final_velocity_m_s)
+    at_start = compute_energy([disc.position_m for disc in scene.discs], [disc.velocity_m_s for disc in scene.discs])
+    found = compute_energy(trace.final_position_m, trace.final_velocity_m_s)
     if known.final_velocity_m_s is None:
         expected = at_start if known.final_kinetic_energy_j is None else known.final_kinetic_energy_j
     elif known.final_position_m is None:
         expected = kinetic_energy(scene, np.array(known.final_velocity_m_s))
     else:
-        expected = energy(known.final_position_m, known.final_velocity_m_s)
+        expected = compute_energy(known.final_position_m, known.final_velocity_m_s)
     return (found - expected) / at_start if at_start else 0.0
 
 
-def _height(wall: Wall | Chain | Ring) -> float:
+def _find_height(wall: Wall | Chain | Ring) -> float:
     """Return the height of a wall; for a chain, the height of its lowest point."""
     if isinstance(wall, Wall):
         return wall.point_m[1]
     return wall.centre_m[1] if isinstance(wall, Ring) else min(y for _, y in wall.points_m)
 
 
-def _missed(trace: Trace, known: KnownAnswer) -> int:
+def _count_missed(trace: Trace, known: KnownAnswer) -> int:
     """Return the number of known impacts that are missing in the trace."""
     expected = Counter((impact.first, impact.second) for impact in known.impacts)
     found = Counter(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True))

@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from carom.catalogue.closed_forms import disc
+from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Scene
-from carom.studies.stress.attack import Trial, attack, attack_at_phases, build_attack, closed_form_judge
-from carom.studies.stress.friction import spin_judge
-from carom.studies.stress.pairs import RATE_HZ, attacked
-from carom.support.formatting import number
+from carom.studies.stress.attack import Trial, attack, attack_at_phases, build_attack, build_closed_form_judge
+from carom.studies.stress.friction import build_spin_judge
+from carom.studies.stress.pairs import RATE_HZ, build_attack_scene
+from carom.support.formatting import format_number
 
 _RADIUS_M, _G, _K = 0.25, 10.0, 0.5
 _DT_S = 1.0 / RATE_HZ
@@ -38,7 +38,7 @@ _STEEPEST = {
 }
 
 
-def _on_a_floor(
+def _build_floor_scene(
     name: str,
     shows: str,
     duration_s: float,
@@ -51,14 +51,14 @@ def _on_a_floor(
     """Return a disc `up` metres above the line y = 0, with gravity tilted by a tangent."""
     fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
-    discs = [disc(complex(0.0, _RADIUS_M + up), velocity, _RADIUS_M, **fields)]
+    discs = [build_disc(complex(0.0, _RADIUS_M + up), velocity, _RADIUS_M, **fields)]
     laws = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **of}
-    return attacked(name, shows, discs, duration_s, walls=[FLOOR], **laws)
+    return build_attack_scene(name, shows, discs, duration_s, walls=[FLOOR], **laws)
 
 
-def _ends(scene: Scene, along: float, rim: float, change: float) -> Trial:
+def _build_contact_trial(scene: Scene, along: float, rim: float, change: float) -> Trial:
     """Judge a disc in contact by its final velocity along the wall and its rim speed, relative to `change`."""
-    return Trial(scene, spin_judge(scene, [(along, 0.0)], [rim], [change], 0, "contact"))
+    return Trial(scene, build_spin_judge(scene, [(along, 0.0)], [rim], [change], 0, "contact"))
 
 
 @attack_at_phases
@@ -67,33 +67,34 @@ def _lively(value: float, phase: float) -> Trial:
     e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * _DT_S
     lost = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
     last_s, speed = fall_s + lost, e**bounces * _G * fall_s
-    shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces three times."
-    scene = _on_a_floor("lively", shows, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    shows = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces three times."
+    scene = _build_floor_scene("lively", shows, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
     final = [(0.0, speed - _G * fall_s)]
-    return Trial(scene, closed_form_judge(scene, final, bounces, [(1.0 + e) * _G * fall_s]))
+    return Trial(scene, build_closed_form_judge(scene, final, bounces, [(1.0 + e) * _G * fall_s]))
 
 
 @attack_at_phases
 def _rests(value: float, phase: float) -> Trial:
     """Make a trial of a ball that is dropped and bounces until it rests, half a second before the end."""
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
-    shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces until it rests."
+    shows = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # ends with a step
-    scene = _on_a_floor("rests", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
-    return Trial(scene, closed_form_judge(scene, [(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s]))
+    scene = _build_floor_scene("rests", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    return Trial(scene, build_closed_form_judge(scene, [(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s]))
 
 
-def _slope(kind: str, value: float, side: float) -> Trial:
+def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
     """Make a trial of a disc on a slope that differs from a threshold by a fraction of it."""
     steepest, friction, e, k = _STEEPEST[kind], _FRICTION, 0.5, _K
     tangent = steepest * (1.0 + side * value)
     pressed, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
     beyond = max(0.0, tangent - steepest)
     shows = (
-        f"A disc on a slope with the threshold tangent {number(steepest, 3)}, changed by {number(side * value, 3)} of "
+        f"A disc on a slope with the threshold tangent {format_number(steepest, 3)}, changed by "
+        f"{format_number(side * value, 3)} of "
         "it."
     )
-    made = partial(_on_a_floor, kind, shows, _LASTS_S, tangent=tangent, wall_friction=friction)
+    made = partial(_build_floor_scene, kind, shows, _LASTS_S, tangent=tangent, wall_friction=friction)
     if kind == "sliding-slope":
         scene, k, slip = made(inertia_factor=math.inf), math.inf, 0.0
         along = pressed * beyond * _LASTS_S
@@ -112,25 +113,25 @@ def _slope(kind: str, value: float, side: float) -> Trial:
             scene = made(velocity=complex(0.0, -hits), wall_restitution=e)
         along = (pull * _LASTS_S + k * slip) / (1.0 + k)
     rim = slip - along if math.isfinite(k) else 0.0
-    return _ends(scene, along, rim, pull * _LASTS_S)
+    return _build_contact_trial(scene, along, rim, pull * _LASTS_S)
 
 
-def _slopes(kind: str, value: float) -> Sequence[Trial]:
-    return [_slope(kind, value, side) for side in (1.0, -1.0)]
+def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
+    return [_build_slope_trial(kind, value, side) for side in (1.0, -1.0)]
 
 
 @attack
 def _slide_friction(value: float) -> Sequence[Trial]:
     """Make trials of a disc that is thrown along a floor with equal backspin: it slides, then rolls."""
 
-    def thrown(friction: float) -> Trial:
-        shows = f"A disc with backspin is thrown along a floor with friction of {number(friction, 3)}."
+    def build_trial(friction: float) -> Trial:
+        shows = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
         moving = {"velocity": _SPEED_M_S, "spin_rad_s": _SPEED_M_S / _RADIUS_M}
-        scene = _on_a_floor("slide-friction", shows, _LASTS_S, **moving, wall_friction=friction)
+        scene = _build_floor_scene("slide-friction", shows, _LASTS_S, **moving, wall_friction=friction)
         taken = min(friction * _G * _LASTS_S, 2.0 * _SPEED_M_S / (1.0 + 1.0 / _K))
-        return _ends(scene, _SPEED_M_S - taken, _SPEED_M_S - taken / _K, _SPEED_M_S)
+        return _build_contact_trial(scene, _SPEED_M_S - taken, _SPEED_M_S - taken / _K, _SPEED_M_S)
 
-    return [thrown(friction) for friction in _both(value)]
+    return [build_trial(friction) for friction in _list_with_reciprocal(value)]
 
 
 @attack
@@ -138,24 +139,24 @@ def _rolling_resistance(value: float) -> Sequence[Trial]:
     """Make trials of a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction."""
     friction = _FRICTION
 
-    def rolled(resists: float) -> Trial:
-        shows = f"A disc rolls along a floor with rolling resistance of {number(resists, 3)}."
+    def build_trial(resists: float) -> Trial:
+        shows = f"A disc rolls along a floor with rolling resistance of {format_number(resists, 3)}."
         moving = {"velocity": _SPEED_M_S, "spin_rad_s": -_SPEED_M_S / _RADIUS_M}
         laws = {"wall_friction": friction, "wall_rolling_resistance": resists}
-        scene = _on_a_floor("rolling-resistance", shows, _LASTS_S, **moving, **laws)
+        scene = _build_floor_scene("rolling-resistance", shows, _LASTS_S, **moving, **laws)
         along = max(0.0, _SPEED_M_S - min(resists / (1.0 + _K), friction) * _G * _LASTS_S)
         turns = _SPEED_M_S - (resists - friction) * _G * _LASTS_S / _K
         rim = -along if resists <= friction * (1.0 + _K) else -max(0.0, turns)
-        return _ends(scene, along, rim, _SPEED_M_S)
+        return _build_contact_trial(scene, along, rim, _SPEED_M_S)
 
-    return [rolled(resists) for resists in _both(value)]
+    return [build_trial(resists) for resists in _list_with_reciprocal(value)]
 
 
-def _both(value: float) -> Sequence[float]:
+def _list_with_reciprocal(value: float) -> Sequence[float]:
     """Return a coefficient and its reciprocal; for 0, only the coefficient."""
     return [value, 1.0 / value] if value else [value]
 
 
-_SLOPES = [build_attack(name, partial(_slopes, name)) for name in _STEEPEST]
+_SLOPES = [build_attack(name, partial(_build_slope_trials, name)) for name in _STEEPEST]
 #: Attacks with a disc on a wall under gravity.
 CONTACT_ATTACKS = (_lively, _rests, *_SLOPES, _slide_friction, _rolling_resistance)

@@ -9,14 +9,14 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
-from carom.engines.registry import engine_argument
+from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Document, Headline, Legend, Lines, Media, Section, Table, Text
-from carom.report.files import as_json, fields_of
-from carom.report.provenance import making
-from carom.report.render.html import html
-from carom.report.render.markdown import markdown
+from carom.report.files import fields_of, format_json
+from carom.report.provenance import build_provenance
+from carom.report.render.html import render_html
+from carom.report.render.markdown import render_markdown
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest
 from carom.support.folders import write_files
 
@@ -74,31 +74,35 @@ def write_stress(results: StressResults, folder: Path) -> Path:
         MissingExtraError: jinja2, of the extra `report`, is not installed.
         InputError: The folder is not writable, or contains foreign files.
     """
-    document = stress_document(results)
-    contents = {"stress.html": html(document), "stress.md": markdown(document), "stress.json": _json(results)}
+    document = build_stress_document(results)
+    contents = {
+        "stress.html": render_html(document),
+        "stress.md": render_markdown(document),
+        "stress.json": _format_json(results),
+    }
     return write_files(folder, "stress", contents)
 
 
-def stress_document(results: StressResults) -> Document:
+def build_stress_document(results: StressResults) -> Document:
     """Return a document of results by method, a table for each kind of line, and the evidence for each cell."""
-    kinds = {kind: _worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
+    kinds = {kind: _sort_worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
     sections = (
         Section("Results by method", tuple(_method_blocks(results, kinds))),
         *(section for kind, lines in kinds.items() if lines for section in _kind_sections(results, kind, lines)),
-        *making(results.environment, results.command, results.elapsed_s),
+        *build_provenance(results.environment, results.command, results.elapsed_s),
     )
-    return Document("Carom: stress", Headline.of(_summary(results, kinds)), sections)
+    return Document("Carom: stress", Headline.of(_describe_results(results, kinds)), sections)
 
 
-def _worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:
+def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[StressTest]:
     """Sort stress tests by the part of their axes that methods pass, smallest first. Other lines keep their order."""
 
-    def passed(line: StressTest) -> float:
-        depths = [line.depth(result) for _, result in _cells_of(results, line)]
+    def compute_passed_part(line: StressTest) -> float:
+        depths = [line.compute_depth(result) for _, result in _list_cells(results, line)]
         known = [depth for depth in depths if depth is not None]
         return sum(known) / len(known) if known else 1.0
 
-    return sorted(lines, key=passed)
+    return sorted(lines, key=compute_passed_part)
 
 
 def _method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
@@ -139,14 +143,14 @@ def _heat_cell(results: StressResults, lines: list[StressTest], method: Method) 
     ran = [result.ending for _, result in cells if result.ending is not CellEnding.NOT_RUN]
     passed = ran.count(CellEnding.PASSES)
     _, css = _NOT if not ran else _GOOD if passed == len(ran) else _WAY if passed else _BAD
-    signs = "".join(_sign(line, result) for line, result in cells)
+    signs = "".join(_format_sign(line, result) for line, result in cells)
     of = f" of {len(ran)}" if len(ran) < len(lines) else ""
     return Cell(f"{passed}{of}", short=signs, css=css, style=_STYLES[css], title=signs)
 
 
-def _sign(line: StressTest, result: CellResult) -> str:
+def _format_sign(line: StressTest, result: CellResult) -> str:
     """Return the character of a test: passed, not run, or the tenths of the axis that were passed."""
-    depth = line.depth(result)
+    depth = line.compute_depth(result)
     if depth is None:
         return _NOT[0]
     return _GOOD[0] if result.ending is CellEnding.PASSES else str(min(9, int(10 * depth)))
@@ -158,7 +162,7 @@ def _describe_method(results: StressResults, lines: list[StressTest], method: Me
     ran = len(endings) - endings.count(CellEnding.NOT_RUN)
     name = method.phrase
     if not ran:
-        return f"{name}: none of {formatting.count(len(lines), WORDS['attack'])} could be run."
+        return f"{name}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
     unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) and not short else ""
     passes = f"{name}: passes {endings.count(CellEnding.PASSES)} of {ran}{unrun}"
     first = _first_failure(results, lines, method).text
@@ -174,13 +178,13 @@ def _first_failure(results: StressResults, lines: list[StressTest], method: Meth
     fallen = [
         (depth, line, result)
         for line, result in cells
-        if result.ending is not CellEnding.PASSES and (depth := line.depth(result)) is not None
+        if result.ending is not CellEnding.PASSES and (depth := line.compute_depth(result)) is not None
     ]
     if not fallen:
         return Cell("")
     _, line, result = min(fallen, key=lambda one: one[0])
     said = _format_result(result) if result.ending is CellEnding.FAILS_AT_START else f"at {_format_result(result)}"
-    return Cell(f"{line.name} {said}", title=result.reason, link=f"#{_anchor(line, method)}")
+    return Cell(f"{line.name} {said}", title=result.reason, link=f"#{_build_anchor(line, method)}")
 
 
 def _kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
@@ -191,7 +195,9 @@ def _kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -
             "axis", lambda line: line.axis, only=Media.MARKDOWN | Media.DETAIL
         ),  # on a page, the axis is shown with the evidence
     ]
-    columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
+    columns += [
+        Column(method.engine, partial(_build_cell, results, method), method.profile) for method in results.methods
+    ]
     table = Table(columns, lines, note=NOTES[kind], css="grid", only=Media.IN_FULL)
     yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
     why = tuple(said for line in lines for said in _list_reasons(results, line))
@@ -201,14 +207,14 @@ def _kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -
 
 def _list_reasons(results: StressResults, line: StressTest) -> Iterator[str]:
     """Yield the reasons of a line's results, each with its methods."""
-    found = formatting.group_by((result.reason, method.name) for method, result in _cells_of(results, line))
+    found = formatting.group_by((result.reason, method.name) for method, result in _list_cells(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
 def _evidence_table(results: StressResults, line: StressTest) -> Table:
     """Return a table with the evidence for each cell of a line: result, scene, and command."""
     columns = (
-        Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
+        Column("method", lambda cell: Cell(cell[0].name, anchor=_build_anchor(line, cell[0]))),
         Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
         Column("value", lambda cell: _format_number(cell[1].value), number=True),
         Column("passes up to", lambda cell: _format_number(cell[1].stands_at), number=True),
@@ -220,37 +226,39 @@ def _evidence_table(results: StressResults, line: StressTest) -> Table:
     thread = f" {line.link}" if line.link else ""
     return Table(
         columns,
-        _cells_of(results, line),
+        _list_cells(results, line),
         title=f"{line.name}: {line.axis}",
-        note=f"{formatting.capitalised(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
+        note=f"{formatting.capitalise(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
         folded=f"{line.name}: {line.axis}",
         css="cells",
         only=Media.ON_PAPER,
     )
 
 
-def _anchor(line: StressTest, method: Method) -> str:
+def _build_anchor(line: StressTest, method: Method) -> str:
     """Return the anchor of a cell's evidence within the page."""
     return quote(f"{line.name}/{method.name}")
 
 
 def _format_number(value: float | None) -> str:
-    return "" if value is None else formatting.number(value, 4)
+    return "" if value is None else formatting.format_number(value, 4)
 
 
 def _format_command(method: Method, result: CellResult) -> str:
     if not result.scenes or result.ending is CellEnding.NOT_RUN:
         return ""
-    return shlex.join(("carom", "run", *result.scenes, "-e", engine_argument(method.engine), "-p", method.profile))
+    return shlex.join(
+        ("carom", "run", *result.scenes, "-e", format_engine_argument(method.engine), "-p", method.profile)
+    )
 
 
-def _cells_of(results: StressResults, line: StressTest) -> list[tuple[Method, CellResult]]:
+def _list_cells(results: StressResults, line: StressTest) -> list[tuple[Method, CellResult]]:
     return [(method, results.cells[line.name, method.name]) for method in results.methods]
 
 
 def _format_result(result: CellResult) -> str:
     """Return a cell's text: a word or a number."""
-    value = "" if result.value is None else formatting.number(result.value)
+    value = "" if result.value is None else formatting.format_number(result.value)
     match result.ending:
         case CellEnding.PASSES:
             return f"to {value}"
@@ -266,22 +274,22 @@ def _format_result(result: CellResult) -> str:
             return value or result.reason.partition(":")[0]
 
 
-def _cell(results: StressResults, method: Method, line: StressTest) -> Cell:
+def _build_cell(results: StressResults, method: Method, line: StressTest) -> Cell:
     result = results.cells[line.name, method.name]
     symbol, css = _SHOWN[result.ending]
     return Cell(
         _format_result(result),
-        "" if result.error is None else formatting.number(result.error),
+        "" if result.error is None else formatting.format_number(result.error),
         title=result.reason,
         css=css,
         symbol=symbol,
-        link=f"#{_anchor(line, method)}",
-        part=line.depth(result),
+        link=f"#{_build_anchor(line, method)}",
+        part=line.compute_depth(result),
     )
 
 
-def _summary(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[str]:
-    asked = [formatting.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
+def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[str]:
+    asked = [formatting.format_count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
     attacked = kinds["attack"] if len(results.methods) <= SENTENCES else ()
     yield from (_describe_method(results, kinds["attack"], method) for method in results.methods if attacked)
     for kind, good, does in (("attack", CellEnding.PASSES, "passed"), ("relation", CellEnding.HOLDS, "passed")):
@@ -303,20 +311,23 @@ def _summary(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> I
             best, worst = f"{does} the most ({most})", f"; {_name_methods(passed[fewest])} {does} the fewest ({fewest})"
             if most == fewest:
                 best, worst = f"{each}{does} {most}", ""
-            yield f"{_name_methods(passed[most])} {best} of {formatting.count(len(kinds[kind]), WORDS[kind])}{worst}."
+            yield (
+                f"{_name_methods(passed[most])} {best} of "
+                f"{formatting.format_count(len(kinds[kind]), WORDS[kind])}{worst}."
+            )
         if partly and (kind != "attack" or len(partly) <= FEW):  # the numbers are in the sentences about each method
             said = f": {formatting.join_words(partly)}" if len(partly) <= FEW else ""
-            methods = formatting.count(len(partly), "method")
+            methods = formatting.format_count(len(partly), "method")
             yield (
                 f"{methods} {'is' if len(partly) == 1 else 'are'} not ranked, because not every {WORDS[kind]} could "
                 f"be run{said}."
             )
     if kinds["complaint"]:
         yield _describe_complaints(results, kinds["complaint"])
-    methods, form = formatting.count(len(results.methods), "method"), "quick" if results.quick else "full"
+    methods, form = formatting.format_count(len(results.methods), "method"), "quick" if results.quick else "full"
     yield (
         f"This campaign ran {methods} on {formatting.join_words(asked)} in the {form} form, in "
-        f"{formatting.seconds(results.elapsed_s)}."
+        f"{formatting.format_seconds(results.elapsed_s)}."
     )
 
 
@@ -329,15 +340,15 @@ def _describe_complaints(results: StressResults, complaints: list[StressTest]) -
     still: list[str] = []
     not_any_more: list[str] = []
     for line in complaints:
-        own = [result.ending for method, result in _cells_of(results, line) if method.engine == line.about]
+        own = [result.ending for method, result in _list_cells(results, line) if method.engine == line.about]
         if any(ending is not CellEnding.NOT_RUN for ending in own):
             (still if CellEnding.SEEN in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {formatting.join_words(still)}" if 0 < len(still) <= FEW else ""
-    of = f"{formatting.count(len(complaints), WORDS['complaint'])}: {here} concern one of these engines"
+    of = f"{formatting.format_count(len(complaints), WORDS['complaint'])}: {here} concern one of these engines"
     return f"{of}; {len(still)} are still seen{seen}."
 
 
-def _json(results: StressResults) -> str:
+def _format_json(results: StressResults) -> str:
     engines = [results.engines[method.engine] for method in results.methods]
     methods = [
         {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
@@ -346,8 +357,8 @@ def _json(results: StressResults) -> str:
     lines = [
         {
             **asdict(line),
-            "cells": [{**fields_of(one), "ending": one.ending.in_files} for _, one in _cells_of(results, line)],
+            "cells": [{**fields_of(one), "ending": one.ending.in_files} for _, one in _list_cells(results, line)],
         }
         for line in results.lines
     ]
-    return as_json("stress", results, leave_out=("engines", "cells"), methods=methods, lines=lines)
+    return format_json("stress", results, leave_out=("engines", "cells"), methods=methods, lines=lines)

@@ -56,19 +56,23 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
         passed, failed = (tried, failed) if tried.passes else (passed, tried)
 
     try:
-        for value in attack.ladder(quick):
+        for value in attack.build_ladder(quick):
             try_value(value)
             if failed:
                 break
         resolution = QUICK_RESOLUTION if quick else RESOLUTION
-        while passed and failed and (middle := attack.between(passed.value, failed.value, resolution)) is not None:
+        while (
+            passed
+            and failed
+            and (middle := attack.find_middle_value(passed.value, failed.value, resolution)) is not None
+        ):
             try_value(middle)
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), runs=runs, status=error.status))
     shown = failed or passed
     assert shown is not None  # noqa: S101 - a ladder has a first rung
     shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if failed else 'passes'}."
-    scene = named_scene(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows)
+    scene = rename_scene(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows)
     broke = CellEnding.FAILS_AT_SIZE if passed else CellEnding.FAILS_AT_START
     result = cell(
         broke if failed else CellEnding.PASSES,
@@ -82,7 +86,7 @@ def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: b
     return UnsavedResult(result, (scene,))
 
 
-def named_scene(name: str, scene: Scene, shows: str) -> Scene:
+def rename_scene(name: str, scene: Scene, shows: str) -> Scene:
     """Return the scene of a result under a unique name, so that all such scenes can run together."""
     return scene.model_copy(update={"name": f"{STRESS}{name}", "description": shows})
 

@@ -7,14 +7,14 @@ import math
 from decimal import Decimal
 from typing import Any
 
-from carom.catalogue.closed_forms import disc
+from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain, Scene, Wall
-from carom.model.walls import Leg, drive_of
-from carom.studies.stress.attack import Trial, attack_at_phases, closed_form_judge, velocity_judge
-from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, attacked
-from carom.studies.stress.true_motion import true_motion
-from carom.support.formatting import metres, number
+from carom.model.walls import Leg, build_drive
+from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_form_judge, build_velocity_judge
+from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, build_attack_scene
+from carom.studies.stress.true_motion import compute_true_motion
+from carom.support.formatting import format_metres, format_number
 
 _DT_S = 1.0 / RATE_HZ
 _RADIUS_M = 0.25
@@ -27,22 +27,22 @@ _HALF_LENGTH_M = 4.0
 _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * _DT_S)
 
 
-def _upright(**fields: Any) -> Chain:
+def _build_upright_wall(**fields: Any) -> Chain:
     return edges(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M, **fields)
 
 
-def _scene(name: str, shows: str, phase: float, start: complex, velocity: complex, wall: Chain) -> Scene:
+def _build_scene(name: str, shows: str, phase: float, start: complex, velocity: complex, wall: Chain) -> Scene:
     said = f"{shows} Phase {phase:g} of a step."
-    return attacked(name, said, [disc(start, velocity, _RADIUS_M)], walls=[wall])
+    return build_attack_scene(name, said, [build_disc(start, velocity, _RADIUS_M)], walls=[wall])
 
 
-def _once(scene: Scene, after: complex) -> Trial:
+def _build_one_impact_trial(scene: Scene, after: complex) -> Trial:
     """Judge a disc that meets a wall once by its known velocity after the impact."""
     changed = after - complex(*scene.discs[0].velocity_m_s)
-    return Trial(scene, closed_form_judge(scene, [(after.real, after.imag)], 1, [abs(changed)]))
+    return Trial(scene, build_closed_form_judge(scene, [(after.real, after.imag)], 1, [abs(changed)]))
 
 
-def _until(phase: float) -> float:
+def _compute_impact_time(phase: float) -> float:
     """Return the time of the impact, seconds."""
     return (STEPS_BEFORE + phase) * _DT_S
 
@@ -50,25 +50,34 @@ def _until(phase: float) -> float:
 @attack_at_phases
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
-    shows = f"A disc that moves {number(value, 3)} radii per step meets a wall without thickness head-on."
-    scene = _scene("thin-wall", shows, phase, -_RADIUS_M - speed * _until(phase), speed, _upright())
-    return _once(scene, -speed)
+    shows = f"A disc that moves {format_number(value, 3)} radii per step meets a wall without thickness head-on."
+    scene = _build_scene(
+        "thin-wall", shows, phase, -_RADIUS_M - speed * _compute_impact_time(phase), speed, _build_upright_wall()
+    )
+    return _build_one_impact_trial(scene, -speed)
 
 
 @attack_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
-    shows = f"A wall without thickness moves {number(value, 3)} radii per step, head-on at a disc at rest."
-    scene = _scene("paddle", shows, phase, _RADIUS_M + speed * _until(phase), 0, _upright(velocity_m_s=(speed, 0.0)))
-    return _once(scene, 2.0 * speed)
+    shows = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
+    scene = _build_scene(
+        "paddle",
+        shows,
+        phase,
+        _RADIUS_M + speed * _compute_impact_time(phase),
+        0,
+        _build_upright_wall(velocity_m_s=(speed, 0.0)),
+    )
+    return _build_one_impact_trial(scene, 2.0 * speed)
 
 
 @attack_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
-    shows = f"A disc meets a wall of half width {metres(value)} head-on."
-    start = -value - _RADIUS_M - _SPEED_M_S * _until(phase)
-    scene = _scene("wall-width", shows, phase, start, _SPEED_M_S, _upright(half_width_m=value))
-    return _once(scene, -_SPEED_M_S)
+    shows = f"A disc meets a wall of half width {format_metres(value)} head-on."
+    start = -value - _RADIUS_M - _SPEED_M_S * _compute_impact_time(phase)
+    scene = _build_scene("wall-width", shows, phase, start, _SPEED_M_S, _build_upright_wall(half_width_m=value))
+    return _build_one_impact_trial(scene, -_SPEED_M_S)
 
 
 @attack_at_phases
@@ -81,10 +90,10 @@ def _wall_end(value: float, phase: float) -> Trial:
     offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored scene
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
-    shows = f"A disc grazes the end of a thin wall, where 1 - b/R is {number(value, 3)}."
-    start = complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height)
-    scene = _scene("wall-end", shows, phase, start, _SPEED_M_S, edges(-1j * _HALF_LENGTH_M, 0))
-    return _once(scene, after)
+    shows = f"A disc grazes the end of a thin wall, where 1 - b/R is {format_number(value, 3)}."
+    start = complex(-_RADIUS_M * float(along) - _SPEED_M_S * _compute_impact_time(phase), height)
+    scene = _build_scene("wall-end", shows, phase, start, _SPEED_M_S, edges(-1j * _HALF_LENGTH_M, 0))
+    return _build_one_impact_trial(scene, after)
 
 
 @attack_at_phases
@@ -93,9 +102,9 @@ def _seam(value: float, phase: float) -> Trial:
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
     velocity = _SPEED_M_S * (4 - 1j)
     shows = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
-    start = complex(joint, _RADIUS_M) - velocity * _until(phase)
-    scene = _scene("seam", shows, phase, start, velocity, edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces))
-    return _once(scene, velocity.conjugate())
+    start = complex(joint, _RADIUS_M) - velocity * _compute_impact_time(phase)
+    scene = _build_scene("seam", shows, phase, start, velocity, edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces))
+    return _build_one_impact_trial(scene, velocity.conjugate())
 
 
 @attack_at_phases
@@ -112,11 +121,13 @@ def _corner(value: float, phase: float) -> Trial:
     # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
-    shows = f"A disc is thrown into a corner of {number(value, 3)} degrees."
-    scene = _scene("corner", shows, phase, start, velocity, edges(side, 0, side * cmath.exp(1j * angle)))
+    shows = f"A disc is thrown into a corner of {format_number(value, 3)} degrees."
+    scene = _build_scene("corner", shows, phase, start, velocity, edges(side, 0, side * cmath.exp(1j * angle)))
     across = -1j * cmath.exp(1j * angle)
     sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
-    return Trial(scene, velocity_judge(true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene))
+    return Trial(
+        scene, build_velocity_judge(compute_true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene)
+    )
 
 
 @attack_at_phases
@@ -125,14 +136,14 @@ def _legs(value: float, phase: float) -> Trial:
 
     The impact is half-way through the last leg, where the wall is farther forward than ever before.
     """
-    legs, until_s = int(value), _until(phase)
+    legs, until_s = int(value), _compute_impact_time(phase)
     lasts = until_s / (legs - 0.5)
     speeds = [_SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
     path = tuple(Leg(from_s=k * lasts, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
-    moved, _ = drive_of(path, (0.0, 0.0)).moved_at(until_s)
+    moved, _ = build_drive(path, (0.0, 0.0)).moved_at(until_s)
     shows = f"A wall that turns {legs - 1} times strikes a disc at rest."
-    scene = _scene("legs", shows, phase, _RADIUS_M + moved, 0, _upright(legs=path))
-    return _once(scene, 2.0 * speeds[-1])
+    scene = _build_scene("legs", shows, phase, _RADIUS_M + moved, 0, _build_upright_wall(legs=path))
+    return _build_one_impact_trial(scene, 2.0 * speeds[-1])
 
 
 #: Attacks with a disc and a finite wall.

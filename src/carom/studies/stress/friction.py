@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from carom.catalogue.closed_forms import disc
+from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector
-from carom.studies.stress.attack import PHASES, TOLERANCE, Judge, Judgement, Trial, attack, closed_form_judge
-from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, attacked
-from carom.support.formatting import number
+from carom.studies.stress.attack import PHASES, TOLERANCE, Judge, Judgement, Trial, attack, build_closed_form_judge
+from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, build_attack_scene
+from carom.support.formatting import format_number
 
 _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
@@ -25,7 +25,7 @@ _SPEED_M_S = 1.2
 _GRIP = 10.0
 
 
-def spin_judge(
+def build_spin_judge(
     scene: Scene,
     final_velocity_m_s: Sequence[Vector],
     final_rim_m_s: Sequence[float],
@@ -44,7 +44,7 @@ def spin_judge(
         impacts: Number of impacts; 0 if unknown.
         changes: Cause of the changes of velocity and rim speed, for the message.
     """
-    of_velocity = closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s, changes=changes)
+    of_velocity = build_closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s, changes=changes)
     radius, rims = scene.arrays.radius_m, np.array(final_rim_m_s)
 
     def judge(trace: Trace) -> Judgement:
@@ -56,63 +56,69 @@ def spin_judge(
         error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
         if error <= TOLERANCE:
             return Judgement(max(error, found.error), note=found.note)
-        return Judgement(error, f"a rim speed is wrong by {number(error)} of the change by {changes}")
+        return Judgement(error, f"a rim speed is wrong by {format_number(error)} of the change by {changes}")
 
     return judge
 
 
-def _tangential_impulse(friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float) -> float:
+def _compute_tangential_impulse(
+    friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float
+) -> float:
     """Return the smaller of the impulses for sticking and sliding, for unit mass without tangential restitution."""
     return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
-def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:
+def _build_wall_trial(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:
     """Make a trial of a disc of unit mass without spin that hits a floor at 45 degrees."""
     dt, speed, start = 1.0 / RATE_HZ, _SPEED_M_S, complex(_SPEED_M_S, -_SPEED_M_S)
     before = (STEPS_BEFORE + phase) * dt
     place = complex(-speed * before, _RADIUS_M + speed * before)
-    discs = [disc(place, start, _RADIUS_M, inertia_factor=inertia)]
-    scene = attacked(name, shows, discs, walls=[FLOOR], wall_friction=friction)
-    impulse = _tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
+    discs = [build_disc(place, start, _RADIUS_M, inertia_factor=inertia)]
+    scene = build_attack_scene(name, shows, discs, walls=[FLOOR], wall_friction=friction)
+    impulse = _compute_tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
     final, rim = [(speed - impulse, speed)], [-impulse / inertia]
-    return Trial(scene, spin_judge(scene, final, rim, [2.0 * speed]))
+    return Trial(scene, build_spin_judge(scene, final, rim, [2.0 * speed]))
 
 
-def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
+def _build_head_on_trial(name: str, shows: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
     """Make a trial of a spinning disc of unit mass that hits an equal disc at rest head-on."""
     dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
     begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
-    discs = [disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0, 0, _RADIUS_M)]
-    scene = attacked(name, shows, discs, friction=friction)
+    discs = [build_disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), build_disc(0, 0, _RADIUS_M)]
+    scene = build_attack_scene(name, shows, discs, friction=friction)
     rim = _RADIUS_M * spin_rad_s
-    impulse = _tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
+    impulse = _compute_tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
     final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
-    return Trial(scene, spin_judge(scene, final, rims, [max(speed, impulse / k)] * 2))
+    return Trial(scene, build_spin_judge(scene, final, rims, [max(speed, impulse / k)] * 2))
 
 
 @attack
 def _friction(value: float) -> list[Trial]:
     shows = (
-        f"With friction of {number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits another "
+        f"With friction of {format_number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits "
+        "another "
         "head-on."
     )
-    walls = [_on_wall("friction", shows, phase, value, 0.5) for phase in PHASES]
-    return walls + [_head_on("friction", shows, phase, value, 5.0) for phase in PHASES]
+    walls = [_build_wall_trial("friction", shows, phase, value, 0.5) for phase in PHASES]
+    return walls + [_build_head_on_trial("friction", shows, phase, value, 5.0) for phase in PHASES]
 
 
 @attack
 def _spin(value: float) -> list[Trial]:
-    shows = f"A disc that spins at {number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
-    return [_head_on("spin", shows, phase, 0.1, value) for phase in PHASES]
+    shows = (
+        f"A disc that spins at {format_number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
+    )
+    return [_build_head_on_trial("spin", shows, phase, 0.1, value) for phase in PHASES]
 
 
 @attack
 def _inertia(value: float) -> list[Trial]:
     shows = (
-        f"A disc with a moment of inertia of {number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and leaves "
+        f"A disc with a moment of inertia of {format_number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and "
+        "leaves "
         "rolling."
     )
-    return [_on_wall("inertia", shows, phase, _GRIP, value) for phase in PHASES]
+    return [_build_wall_trial("inertia", shows, phase, _GRIP, value) for phase in PHASES]
 
 
 @attack
@@ -121,14 +127,14 @@ def _grip_chain(value: float) -> list[Trial]:
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
     shows = f"A superball bounces {2 * rounds} times between two rough plates."
-    discs = [disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)]
+    discs = [build_disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)]
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
-    scene = attacked("grip-chain", shows, discs, 2 * rounds * height, walls=walls, **laws)
+    scene = build_attack_scene("grip-chain", shows, discs, 2 * rounds * height, walls=walls, **laws)
     # A round (floor and ceiling) rotates (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
-    return [Trial(scene, spin_judge(scene, final, rim, [2.0], 2 * rounds))]
+    return [Trial(scene, build_spin_judge(scene, final, rim, [2.0], 2 * rounds))]
 
 
 @attack
@@ -141,13 +147,15 @@ def _rolling(value: float) -> list[Trial]:
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
-    shows = f"A disc thrown along a floor bounces with restitution {number(value, 3)}, slides, and finally rolls."
-    discs = [disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)]
+    shows = (
+        f"A disc thrown along a floor bounces with restitution {format_number(value, 3)}, slides, and finally rolls."
+    )
+    discs = [build_disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)]
     lasts_s = math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ
     laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
-    scene = attacked("rolling", shows, discs, lasts_s, walls=[FLOOR], **laws)
+    scene = build_attack_scene("rolling", shows, discs, lasts_s, walls=[FLOOR], **laws)
     final = speed / (1.0 + k)
-    return [Trial(scene, spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
+    return [Trial(scene, build_spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
 
 
 #: Attacks with friction and spin.

@@ -7,23 +7,23 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from carom.catalogue.closed_forms import disc
-from carom.catalogue.groups.classics_many_discs import boxed_gas
-from carom.catalogue.groups.classics_walled import box_walls
+from carom.catalogue.closed_forms import build_disc
+from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
+from carom.catalogue.groups.classics_walled import build_box_walls
 from carom.model.scene import Disc, Scene, Wall
 from carom.studies.stress.attack import (
     PHASES,
     Judge,
     Trial,
     attack,
-    closed_form_judge,
-    energy_judge,
-    pressure_judge,
-    velocity_judge,
+    build_closed_form_judge,
+    build_energy_judge,
+    build_pressure_judge,
+    build_velocity_judge,
 )
-from carom.studies.stress.pairs import RATE_HZ, attacked
-from carom.studies.stress.true_motion import TrueMotion, UndecidedError, true_motion
-from carom.support.formatting import metres, number
+from carom.studies.stress.pairs import RATE_HZ, build_attack_scene
+from carom.studies.stress.true_motion import TrueMotion, UndecidedError, compute_true_motion
+from carom.support.formatting import format_metres, format_number
 
 #: Restitution below which three equal discs in a line collide infinitely often: S. McNamara and W. R. Young, Phys.
 #: Fluids A 4, 496 (1992).
@@ -34,7 +34,7 @@ _SPEED_M_S = 1.2
 _TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle spreads directions evenly, and no two are equal
 
 
-def _trial(
+def _build_trial(
     name: str,
     shows: str,
     discs: Sequence[Disc],
@@ -46,26 +46,28 @@ def _trial(
     restitution: float = 1.0,
 ) -> Trial:
     """Make a trial of discs. By default, the judge compares the trace with their true motion."""
-    scene = attacked(name, shows, discs, duration_s, frame_rate_hz=rate_hz, walls=walls, restitution=restitution)
-    return Trial(scene, judge(scene) if judge else velocity_judge(true_motion(scene), scene))
+    scene = build_attack_scene(
+        name, shows, discs, duration_s, frame_rate_hz=rate_hz, walls=walls, restitution=restitution
+    )
+    return Trial(scene, judge(scene) if judge else build_velocity_judge(compute_true_motion(scene), scene))
 
 
-def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
+def _build_row_trial(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
     """Make a trial of a striker and a row of equal discs at rest with the given gaps."""
     dt = 1.0 / RATE_HZ
     places = [-(2 * _RADIUS_M + _SPEED_M_S * dt * (4 + phase)), 0.0]
     for gap in gaps:
         places.append(places[-1] + 2 * _RADIUS_M + gap)
-    discs = [disc(place, 0.0 if k else _SPEED_M_S, _RADIUS_M) for k, place in enumerate(places)]
-    return _trial(name, shows, discs, (5 + steps_after) * dt)
+    discs = [build_disc(place, 0.0 if k else _SPEED_M_S, _RADIUS_M) for k, place in enumerate(places)]
+    return _build_trial(name, shows, discs, (5 + steps_after) * dt)
 
 
 @attack
 def _cradle_gap(gap: float) -> list[Trial]:
-    shows = f"Newton's cradle of five discs with gaps of {metres(gap)}: only the last disc must leave."
+    shows = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
     # The scene is twice as long as needed, for methods that are late.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
-    return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
+    return [_build_row_trial("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
 
 
 @attack
@@ -75,7 +77,7 @@ def _crowded_frame(impacts: float) -> list[Trial]:
     # for a method that processes one impact per step.
     gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
     shows = f"A row of discs with {count} impacts in one step."
-    return [_row("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
+    return [_build_row_trial("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
 
 
 @attack
@@ -89,13 +91,17 @@ def _at_once(pairs: float) -> list[Trial]:
     for k in range(count):
         row, column = divmod(k, side)
         place, turn = complex(column, row) * pitch, (1, 1j, -1, -1j)[k % 4]
-        pair = [disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), disc(place, 0, _RADIUS_M)]
+        pair = [build_disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), build_disc(place, 0, _RADIUS_M)]
         discs += pair
-        truth.append(true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
+        truth.append(compute_true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
     shows = f"{count} pairs of discs, far from each other, meet in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
-    return [_trial("at-once", shows, discs, 48 * dt, lambda scene: closed_form_judge(scene, final, count, change))]
+    return [
+        _build_trial(
+            "at-once", shows, discs, 48 * dt, lambda scene: build_closed_form_judge(scene, final, count, change)
+        )
+    ]
 
 
 @attack
@@ -107,25 +113,34 @@ def _packing(gap: float) -> list[Trial]:
     for k in range(columns * rows):
         row, column = divmod(k, columns)
         place = complex(margin + (column + 0.5 * (row % 2)) * pitch, margin + row * pitch * math.sqrt(3) / 2)
-        discs.append(disc(place, cmath.rect(1.0, _TURN * k), radius))
+        discs.append(build_disc(place, cmath.rect(1.0, _TURN * k), radius))
     width = 2 * margin + (columns - 0.5) * pitch
     height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
-    shows = f"Nine discs in a box, packed hexagonally with gaps of {number(gap, 3)} diameters (packing {packing:.4f})."
-    return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=box_walls(width, height))]
+    shows = (
+        f"Nine discs in a box, packed hexagonally with gaps of {format_number(gap, 3)} diameters (packing "
+        f"{packing:.4f})."
+    )
+    return [
+        _build_trial("packing", shows, discs, 24 / RATE_HZ, build_energy_judge, walls=build_box_walls(width, height))
+    ]
 
 
 @attack
 def _duration(impacts: float) -> list[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
-    gas = boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
+    gas = stage_boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
     n, free = len(gas.discs), side * pitch - 2 * radius
     # Estimate the rate of impacts by the kinetic theory of a thin gas, which is accurate to a factor of two. The gas
     # has four walls, and a disc hits other discs in a strip of four radii.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
-    shows = f"Nine discs in a box for the time of approximately {number(impacts, 3)} impacts."
-    return [_trial("duration", shows, gas.discs, duration_s, energy_judge, rate_hz=rate, walls=gas.half_planes())]
+    shows = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
+    return [
+        _build_trial(
+            "duration", shows, gas.discs, duration_s, build_energy_judge, rate_hz=rate, walls=gas.half_planes()
+        )
+    ]
 
 
 #: Virial coefficients B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15
@@ -150,38 +165,40 @@ def _gas_pressure(advance: float) -> list[Trial]:
     for k in range(count):
         row, column = divmod(k, side)
         place = complex(radius + column * pitch, radius + row * pitch)
-        discs.append(disc(place, cmath.rect(speed, _TURN * k), radius))
+        discs.append(build_disc(place, cmath.rect(speed, _TURN * k), radius))
     width = free + 2 * radius
-    shows = f"{count} discs at packing {PACKING} in a box, moving {number(advance, 3)} radii per step."
+    shows = f"{count} discs at packing {PACKING} in a box, moving {format_number(advance, 3)} radii per step."
     # About fifteen impacts per disc. The virial of a thousand impacts is accurate to 3 %.
     duration_s = round(1.25 * rate) / rate
-    judge = partial(pressure_judge, compressibility=COMPRESSIBILITY)
-    return [_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=box_walls(width, width))]
+    judge = partial(build_pressure_judge, compressibility=COMPRESSIBILITY)
+    return [
+        _build_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=build_box_walls(width, width))
+    ]
 
 
 @attack
 def _restitution(restitution: float) -> list[Trial]:
-    discs = [disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
+    discs = [build_disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
 
     def judge(scene: Scene) -> Judge:
         if restitution > CRITICAL_RESTITUTION:
             try:
-                return velocity_judge(true_motion(scene, most_impacts=300), scene)
+                return build_velocity_judge(compute_true_motion(scene, most_impacts=300), scene)
             except UndecidedError:  # the value is too near the critical value to compute all impacts
                 pass
         # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
         # which is at rest.
-        return closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
+        return build_closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
 
-    shows = f"Three equal discs in a line approach each other with restitution {number(restitution, 4)}."
-    return [_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
+    shows = f"Three equal discs in a line approach each other with restitution {format_number(restitution, 4)}."
+    return [_build_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
 
 
 @attack
 def _galperin(mass_ratio: float) -> list[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
-    shows = f"A disc of {number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
-    discs = [disc(light_gap + radius, 0, radius), disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
+    shows = f"A disc of {format_number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
+    discs = [build_disc(light_gap + radius, 0, radius), build_disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
@@ -194,8 +211,13 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.
     change = [root * speed, 2 * speed]
     return [
-        _trial(
-            "galperin", shows, discs, 4.0, lambda scene: closed_form_judge(scene, final, count, change), walls=[wall]
+        _build_trial(
+            "galperin",
+            shows,
+            discs,
+            4.0,
+            lambda scene: build_closed_form_judge(scene, final, count, change),
+            walls=[wall],
         )
     ]
 
@@ -206,9 +228,13 @@ def _unstable_orbit(bounces: float) -> list[Trial]:
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
     shows = f"A disc bounces {count} times between two immovable ones along a slanted axis."
-    discs = [disc(-half, 0, 0.3, math.inf), disc(half, 0, 0.3, math.inf), disc(-0.1 * axis, 2.0 * axis, 0.2)]
+    discs = [
+        build_disc(-half, 0, 0.3, math.inf),
+        build_disc(half, 0, 0.3, math.inf),
+        build_disc(-0.1 * axis, 2.0 * axis, 0.2),
+    ]
     # The disc moves a fifteenth of the contact distance per step.
-    return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
+    return [_build_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 
 
 #: Attacks with many discs or many impacts.

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
-from carom.execution.shared_options import LimitOptions, engine_names, profile_names
+from carom.execution.shared_options import LimitOptions, declare_engines, declare_profiles
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
-from carom.support.options import flag, option, seconds
+from carom.support.options import build_flag_kind, build_seconds_kind, declare_option
 
 #: Time limit of a run in the quick form, seconds. Each scene of the quick form takes less than a second.
 QUICK_TIME_LIMIT_S = 10.0
@@ -28,13 +28,15 @@ class StressOptions(LimitOptions):
         InputError: A value is invalid.
     """
 
-    engines: Sequence[str] | None = engine_names()
-    profiles: Sequence[str] = profile_names("default", "tuned")
-    quick: bool = option(False, flag(), "Run in under a minute, with fewer and smaller sizes.", "--quick", stamped=True)
+    engines: Sequence[str] | None = declare_engines()
+    profiles: Sequence[str] = declare_profiles("default", "tuned")
+    quick: bool = declare_option(
+        False, build_flag_kind(), "Run in under a minute, with fewer and smaller sizes.", "--quick", stamped=True
+    )
     _: KW_ONLY
-    time_limit_s: float = option(
+    time_limit_s: float = declare_option(
         None,
-        seconds(),
+        build_seconds_kind(),
         "Time limit of a run in seconds; exceeding it counts as a failure.",
         "--time-limit",
         stamped=True,

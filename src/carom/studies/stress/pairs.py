@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from carom.catalogue.closed_forms import disc
+from carom.catalogue.closed_forms import build_disc
 from carom.model.scene import Disc, Scene
-from carom.studies.stress.attack import PHASES, Attack, Trial, build_attack, velocity_judge
-from carom.studies.stress.true_motion import true_motion
-from carom.support.formatting import number
+from carom.studies.stress.attack import PHASES, Attack, Trial, build_attack, build_velocity_judge
+from carom.studies.stress.true_motion import compute_true_motion
+from carom.support.formatting import format_number
 
 RATE_HZ = 240.0
 
@@ -25,13 +25,15 @@ _RADIUS_M = 0.25
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
 
 
-def attacked(name: str, shows: str, discs: Sequence[Disc], duration_s: float = MEETING_S, **fields: Any) -> Scene:
+def build_attack_scene(
+    name: str, shows: str, discs: Sequence[Disc], duration_s: float = MEETING_S, **fields: Any
+) -> Scene:
     """Return a scene of an attack (default duration: the duration of a meeting)."""
     rates = {"frame_rate_hz": RATE_HZ}
     return Scene(name=f"stress/{name}", description=shows, discs=discs, duration_s=duration_s, **rates | fields)
 
 
-def _meeting(
+def _build_meeting_trial(
     name: str,
     shows: str,
     phase: float,
@@ -47,42 +49,42 @@ def _meeting(
     contact = 2 * radius
     across = offset * contact
     along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * dt * (STEPS_BEFORE + phase)
-    striker = disc(complex(origin - along, origin), speed, radius)
-    scene = attacked(name, shows, [striker, disc(complex(origin, origin + across), 0, radius, mass)])
-    return Trial(scene, velocity_judge(true_motion(scene), scene))
+    striker = build_disc(complex(origin - along, origin), speed, radius)
+    scene = build_attack_scene(name, shows, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
+    return Trial(scene, build_velocity_judge(compute_true_motion(scene), scene))
 
 
-def _attack(name: str, shows: str, **of: Callable[[float], float]) -> Attack:
+def _build_attack(name: str, shows: str, **of: Callable[[float], float]) -> Attack:
     """Return an attack on a meeting at every phase.
 
-    The keywords are functions from the attack's value to the arguments of `_meeting`.
+    The keywords are functions from the attack's value to the arguments of `_build_meeting_trial`.
     """
 
     def trials(value: float) -> Sequence[Trial]:
         sizes = {key: function(value) for key, function in of.items()}
-        met = shows.format(value=number(value, 3))
-        return [_meeting(name, f"{met} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES]
+        met = shows.format(value=format_number(value, 3))
+        return [_build_meeting_trial(name, f"{met} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES]
 
     return build_attack(name, trials)
 
 
-def _of_size(name: str) -> Attack:
+def _build_size_attack(name: str) -> Attack:
     """Return the attack that shrinks or enlarges the whole scene."""
     shows = "Discs of radius {value} m meet head-on at a fiftieth of the radius per step."
-    return _attack(name, shows, radius=lambda value: value, speed=lambda value: 0.02 * value * RATE_HZ)
+    return _build_attack(name, shows, radius=lambda value: value, speed=lambda value: 0.02 * value * RATE_HZ)
 
 
 #: Attacks with one pair of discs.
 PAIR_ATTACKS = (
-    _attack("grazing", "A disc grazes another, where 1 - b/R is {value}.", offset=lambda value: 1.0 - value),
-    _attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
-    _attack(
+    _build_attack("grazing", "A disc grazes another, where 1 - b/R is {value}.", offset=lambda value: 1.0 - value),
+    _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
+    _build_attack(
         "tunnelling",
         "A disc that moves {value} radii per step meets one at rest head-on.",
         speed=lambda value: value * _RADIUS_M * RATE_HZ,
     ),
-    _of_size("small"),
-    _of_size("large"),
-    _attack("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),
-    _attack("slow", "Two discs meet head-on at {value} m/s.", speed=lambda value: value),
+    _build_size_attack("small"),
+    _build_size_attack("large"),
+    _build_attack("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),
+    _build_attack("slow", "Two discs meet head-on at {value} m/s.", speed=lambda value: value),
 )

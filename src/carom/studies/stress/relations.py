@@ -22,9 +22,9 @@ from carom.execution.plan import observe_job
 from carom.execution.pool import TaskRunner
 from carom.model.scene import Disc, Scene
 from carom.model.trace import Outcome, Trace
-from carom.studies.stress.failure_search import NotRunError, named_scene
+from carom.studies.stress.failure_search import NotRunError, rename_scene
 from carom.studies.stress.result import CellEnding, CellResult, UnsavedResult
-from carom.support.formatting import number
+from carom.support.formatting import format_number
 
 #: Largest deviation at which a relation holds. Three impacts multiply rounding by a few hundred, and sums over a few
 #: hundred steps add as much. The effect of an absolute slop is larger by orders of magnitude.
@@ -65,7 +65,7 @@ class Relation:
     of_runs: bool = False
 
 
-def base_scene() -> Scene:
+def build_base_scene() -> Scene:
     """Return the base scene: four unequal discs and three oblique impacts at well separated times.
 
     The run is split at 1 s. The second impact is at 0.59 s and the third at 1.39 s, so even a contact of a tenth of a
@@ -81,19 +81,19 @@ def base_scene() -> Scene:
     return Scene(name="stress/relations", description=description, discs=discs, duration_s=1.75, frame_rate_hz=240.0)
 
 
-def rough_scene() -> Scene:
+def build_rough_scene() -> Scene:
     """Return the base scene with spins and friction: its first and last impact slide, the second sticks."""
-    base = base_scene()
+    base = build_base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
     discs = [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning]
     description = "Four unequal spinning discs, and three oblique impacts with friction."
-    return _with(base, discs, name="stress/rough-relations", description=description, friction=0.1)
+    return _build_variant(base, discs, name="stress/rough-relations", description=description, friction=0.1)
 
 
-def superballs() -> Scene:
+def build_superball_scene() -> Scene:
     """Return the rough scene with so much friction that all impacts stick, and with full tangential restitution."""
-    rough = rough_scene()
-    return _with(
+    rough = build_rough_scene()
+    return _build_variant(
         rough,
         rough.discs,
         name="stress/superball-relations",
@@ -103,21 +103,21 @@ def superballs() -> Scene:
     )
 
 
-def _with(scene: Scene, discs: Iterable[Disc], **fields: float | str) -> Scene:
+def _build_variant(scene: Scene, discs: Iterable[Disc], **fields: float | str) -> Scene:
     return Scene(**{**dict(scene), "discs": list(discs), **fields})
 
 
 def _map_discs(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: float) -> Scene:
     """Return the scene with changed fields of each disc."""
-    return _with(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
+    return _build_variant(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
 
 
-def _from_state(base: Scene, state: State, duration_s: float) -> Scene:
+def _build_scene_at_state(base: Scene, state: State, duration_s: float) -> Scene:
     discs = [
         Disc(**{**dict(disc), "position_m": tuple(p), "velocity_m_s": tuple(v), "spin_rad_s": w})
         for disc, p, v, w in zip(base.discs, *(part.tolist() for part in state), strict=True)
     ]
-    return _with(base, discs, duration_s=duration_s)
+    return _build_variant(base, discs, duration_s=duration_s)
 
 
 def _deviation(base: Scene, found: State, expected: State) -> float:
@@ -147,25 +147,29 @@ def _invariance(name: str, states: str, change: Callable[[Scene], Scene], undo: 
         first = _final(run(base))
         return _deviation(base, undo(_final(run(change(base)))), first)
 
-    return Relation(name, states, deviation, base_scene)
+    return Relation(name, states, deviation, build_base_scene)
 
 
-def _reversal(base: Scene, run: Run) -> float:
+def _measure_reversal_deviation(base: Scene, run: Run) -> float:
     place, velocity, spin = _final(run(base))
-    back, velocity_back, spin_back = _final(run(_from_state(base, State(place, -velocity, -spin), base.duration_s)))
+    back, velocity_back, spin_back = _final(
+        run(_build_scene_at_state(base, State(place, -velocity, -spin), base.duration_s))
+    )
     start = base.arrays
     return _deviation(
         base, State(back, -velocity_back, -spin_back), State(start.position_m, start.velocity_m_s, start.spins)
     )
 
 
-def _split(base: Scene, run: Run) -> float:
+def _measure_split_deviation(base: Scene, run: Run) -> float:
     whole, at_s = _final(run(base)), 1.0
-    half = _final(run(_with(base, base.discs, duration_s=at_s)))
-    return _deviation(base, _final(run(_from_state(base, half, base.duration_s - at_s))), whole)
+    half = _final(run(_build_variant(base, base.discs, duration_s=at_s)))
+    return _deviation(base, _final(run(_build_scene_at_state(base, half, base.duration_s - at_s))), whole)
 
 
-def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Relation:
+def _build_units_relation(
+    name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0
+) -> Relation:
     speed = length / time
 
     def change(scene: Scene) -> Scene:
@@ -187,35 +191,35 @@ def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, ma
     )
 
 
-def _boost(velocity: tuple[float, float]) -> Relation:
+def _build_boost_relation(velocity: tuple[float, float]) -> Relation:
     u, v = velocity
 
-    def faster(disc: Disc) -> dict[str, object]:
+    def add_velocity(disc: Disc) -> dict[str, object]:
         return {"velocity_m_s": (disc.velocity_m_s[0] + u, disc.velocity_m_s[1] + v)}
 
     def undo(at: State) -> State:
-        return State(at.position - np.array(velocity) * base_scene().duration_s, at.velocity - velocity, at.spin)
+        return State(at.position - np.array(velocity) * build_base_scene().duration_s, at.velocity - velocity, at.spin)
 
     states = f"Adding a velocity of ({u:g}, {v:g}) m/s to all discs changes nothing else."
-    return _invariance("boost", states, lambda scene: _map_discs(scene, faster), undo)
+    return _invariance("boost", states, lambda scene: _map_discs(scene, add_velocity), undo)
 
 
-def _rotation(angle_rad: float) -> Relation:
+def _build_rotation_relation(angle_rad: float) -> Relation:
     turn = cmath.rect(1.0, angle_rad)
 
-    def turned(disc: Disc) -> dict[str, object]:
+    def rotate_disc(disc: Disc) -> dict[str, object]:
         place, velocity = complex(*disc.position_m) * turn, complex(*disc.velocity_m_s) * turn
         return {"position_m": (place.real, place.imag), "velocity_m_s": (velocity.real, velocity.imag)}
 
-    def back(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rotate_back(rows: NDArray[np.float64]) -> NDArray[np.float64]:
         z = (rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate()
         return np.stack([z.real, z.imag], axis=1)
 
     def undo(at: State) -> State:
-        return State(back(at.position), back(at.velocity), at.spin)
+        return State(rotate_back(at.position), rotate_back(at.velocity), at.spin)
 
     states = f"Turning the scene by {angle_rad:g} rad turns its result."
-    return _invariance("rotation", states, lambda scene: _map_discs(scene, turned), undo)
+    return _invariance("rotation", states, lambda scene: _map_discs(scene, rotate_disc), undo)
 
 
 def _mirror_disc(disc: Disc) -> dict[str, object]:
@@ -224,7 +228,7 @@ def _mirror_disc(disc: Disc) -> dict[str, object]:
     return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v), "spin_rad_s": 0.0 - disc.spin_rad_s}
 
 
-def relations() -> list[Relation]:
+def list_relations() -> list[Relation]:
     """Return all relations in the order of the table: first relations of smooth discs, then of rough discs."""
     turned = np.array([1.0, -1.0])
     mirror = _invariance(
@@ -236,43 +240,43 @@ def relations() -> list[Relation]:
     relabelling = _invariance(
         "relabelling",
         "Listing the discs in reverse order changes nothing.",
-        lambda scene: _with(scene, scene.discs[::-1]),
+        lambda scene: _build_variant(scene, scene.discs[::-1]),
         lambda at: State(*(part[::-1] for part in at)),
     )
     states = "Units of 2^10 m, 2^6 s and 2^-10 kg multiply every number by a power of two without changing a digit."
-    units_of_two = _units("units-of-two", states, length=2.0**-10, time=2.0**-6, mass=2.0**10)
+    units_of_two = _build_units_relation("units-of-two", states, length=2.0**-10, time=2.0**-6, mass=2.0**10)
     reversal = Relation(
         "reversal",
         "If all velocities are reversed at the end, the run returns to its start.",
-        _reversal,
-        base_scene,
+        _measure_reversal_deviation,
+        build_base_scene,
         of_runs=True,
     )
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
     far_disc = _invariance(
         "far-disc",
         "A disc at rest a kilometre away changes nothing.",
-        lambda scene: _with(scene, [*scene.discs, far]),
+        lambda scene: _build_variant(scene, [*scene.discs, far]),
         lambda at: State(*(part[:-1] for part in at)),
     )
     split = Relation(
         "split",
         "A run that is stopped at 1 s and continued from its state there ends like the whole run.",
-        _split,
-        base_scene,
+        _measure_split_deviation,
+        build_base_scene,
         of_runs=True,
     )
-    general = [_boost((11.0, -7.0)), _rotation(0.7), mirror, relabelling, units_of_two]
+    general = [_build_boost_relation((11.0, -7.0)), _build_rotation_relation(0.7), mirror, relabelling, units_of_two]
     return [
         *general,
-        _units("kilometres", "Measuring in kilometres changes nothing but the unit.", length=1e-3),
-        _units("millimetres", "Measuring in millimetres changes nothing but the unit.", length=1e3),
-        _units(
+        _build_units_relation("kilometres", "Measuring in kilometres changes nothing but the unit.", length=1e-3),
+        _build_units_relation("millimetres", "Measuring in millimetres changes nothing but the unit.", length=1e3),
+        _build_units_relation(
             "slow-motion",
             "Slowing the scene and its frames a thousandfold changes nothing but the unit of time.",
             time=1e3,
         ),
-        _units("light", "Masses that are a million times smaller change nothing.", mass=1e-6),
+        _build_units_relation("light", "Masses that are a million times smaller change nothing.", mass=1e-6),
         far_disc,
         reversal,
         split,
@@ -281,7 +285,7 @@ def relations() -> list[Relation]:
                 relation,
                 name=f"rough-{relation.name}",
                 states=f"With friction and spin: {relation.states}",
-                base=rough_scene,
+                base=build_rough_scene,
             )
             for relation in (*general, split)
         ),
@@ -289,7 +293,7 @@ def relations() -> list[Relation]:
             reversal,
             name="superball-reversal",
             states="If velocities and spins of superballs are reversed at the end, the run returns to its start.",
-            base=superballs,
+            base=build_superball_scene,
         ),
     ]
 
@@ -315,7 +319,7 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
     value, status = None, Status.RAN
     try:
         value = relation.deviation(relation.base(), run)
-        reason = "" if value <= HOLDS else f"it deviates by {number(value)} of the scene's length or speed"
+        reason = "" if value <= HOLDS else f"it deviates by {format_number(value)} of the scene's length or speed"
     except NotRunError as error:
         return UnsavedResult(cell(CellEnding.NOT_RUN, reason=str(error), status=error.status))
     except _StoppedError as error:
@@ -326,19 +330,19 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
         )
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
     result = cell(ending, value, reason=reason, runs=len(used), status=status)
-    return UnsavedResult(result, _named_scenes(relation, method, used))
+    return UnsavedResult(result, _build_named_scenes(relation, method, used))
 
 
 class _StoppedError(Exception):
     """A run of a relation failed. The error has the reason and the status."""
 
 
-def _named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
+def _build_named_scenes(relation: Relation, method: Method, used: list[Scene]) -> tuple[Scene, ...]:
     """Return the scenes of a relation under unique names. Methods share all scenes that do not depend on their runs."""
     named = []
     for k, scene in enumerate(used):
         own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
         base = f"{scene.name.partition('/')[2]}-base"
         name, shows = (own, f"{scene.description} {relation.states}") if k else (base, scene.description)
-        named.append(named_scene(name, scene, shows))
+        named.append(rename_scene(name, scene, shows))
     return tuple(named)

@@ -13,7 +13,7 @@ from carom.execution.environment import Environment
 from carom.execution.job import Method, Status
 from carom.model.scene import Scene
 from carom.model.scene_file import save_scene
-from carom.support.folders import file_name
+from carom.support.folders import build_file_name
 
 #: Folder of scenes within the folder of results, and prefix of the names of generated scenes.
 SCENES, STRESS = "scenes", "stress/"
@@ -112,7 +112,7 @@ class UnsavedResult:
 
     def save(self, folder: Path) -> CellResult:
         """Save the scenes into the folder of results, and return the cell with their file names."""
-        files = {f"{SCENES}/{file_name(scene.name.removeprefix(STRESS))}.toml": scene for scene in self.scenes}
+        files = {f"{SCENES}/{build_file_name(scene.name.removeprefix(STRESS))}.toml": scene for scene in self.scenes}
         for file, scene in files.items():
             (folder / SCENES).mkdir(parents=True, exist_ok=True)
             save_scene(scene, folder / file)
@@ -145,7 +145,7 @@ class StressTest:
     about: str = ""
     group: str = ""
 
-    def depth(self, result: CellResult) -> float | None:
+    def compute_depth(self, result: CellResult) -> float | None:
         """Return the fraction of the ladder's decades that a method passed; None if nothing was tested.
 
         A last value that has no logarithm, such as a gap of 0, is counted as an additional decade.

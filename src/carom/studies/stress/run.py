@@ -13,7 +13,7 @@ from typing import Any
 from carom.catalogue import Complaint, all_scenes
 from carom.errors import UnknownNameError
 from carom.execution.describe_engines import describe_engines, list_methods, select_engines
-from carom.execution.environment import environment
+from carom.execution.environment import describe_environment
 from carom.execution.job import Answer, Method, Progress, Status, no_progress
 from carom.execution.journal import Journal, JournalEntry
 from carom.execution.plan import select_profiles
@@ -28,10 +28,10 @@ from carom.studies.stress.friction import FRICTION_ATTACKS
 from carom.studies.stress.many_discs import MANY_DISC_ATTACKS
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.pairs import PAIR_ATTACKS, RATE_HZ
-from carom.studies.stress.relations import HOLDS, check_relation, relations
+from carom.studies.stress.relations import HOLDS, check_relation, list_relations
 from carom.studies.stress.result import CellEnding, CellResult, StressResults, StressTest, UnsavedResult
-from carom.support.escaping import named_hints
-from carom.support.folders import claimed
+from carom.support.escaping import build_name_hints
+from carom.support.folders import claim_while_writing
 
 #: Name of the study in its output folders.
 PURPOSE = "stress"
@@ -63,7 +63,7 @@ GROUPS = {
 DRIVEN = ("paddle", "legs")
 
 
-def attacks() -> list[tuple[str, Attack]]:
+def list_attacks() -> list[tuple[str, Attack]]:
     """Return all attacks with their groups, in the order of the table."""
     # Methods are tested at similar values, so cache the true results, which take longer than a run.
     return [
@@ -75,10 +75,10 @@ def attacks() -> list[tuple[str, Attack]]:
 
 def list_lines(*, quick: bool = False) -> list[StressTest]:
     """Return all lines of the table: attacks, relations and complaints."""
-    return [line for line, _ in _all_tasks(quick)]
+    return [line for line, _ in _list_all_tasks(quick)]
 
 
-def stress(
+def run_stress_campaign(
     names: Sequence[str],
     asked: StressOptions,
     *,
@@ -106,18 +106,18 @@ def stress(
     """
     started = time.perf_counter()
     lines = _select_lines(names, asked.quick)
-    with asked.pool() as pool, ExitStack() as held:
+    with asked.open_pool() as pool, ExitStack() as held:
         infos = select_engines(describe_engines(asked.engines, pool), asked.engines)
         methods = list_methods(infos, select_profiles(infos, asked.profiles), [DT_S], pool)
         columns = [method for info in infos for method in methods.at[info.name, DT_S]]
-        here = environment(infos)
+        here = describe_environment(infos)
         stamp = asked.stamp | {"carom": here.carom, "versions": here.versions}
         asks = [
             _request_cell(TableCell(line.kind, line.name, method, asked.quick, out), methods.find_refusal(method, DT_S))
             for line in lines
             for method in columns
         ]
-        held.enter_context(claimed(out, PURPOSE))
+        held.enter_context(claim_while_writing(out, PURPOSE))
         journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
         cells: dict[tuple[str, str], CellResult] = {}
         for subject, answer in run_tasks(asks, pool, journal):
@@ -145,7 +145,9 @@ class TableCell(DependentTasks[CellResult]):
 
     def run(self, runner: TaskRunner) -> Answer[UnsavedResult]:
         """Return the cell with its scenes."""
-        find = next(find for line, find in _all_tasks(self.quick) if (line.kind, line.name) == (self.kind, self.name))
+        find = next(
+            find for line, find in _list_all_tasks(self.quick) if (line.kind, line.name) == (self.kind, self.name)
+        )
         return Answer(Status.RAN, value=find(self.method, runner))
 
     def complete(self, answer: Answer[UnsavedResult]) -> Answer[CellResult]:
@@ -163,19 +165,19 @@ def _request_cell(cell: TableCell, refused: Answer[Any] | None) -> TaskRequest[t
 
 
 @cache
-def _all_tasks(quick: bool) -> list[StressTask]:
+def _list_all_tasks(quick: bool) -> list[StressTask]:
     tasks: list[StressTask] = []
-    for group, attack in attacks():
+    for group, attack in list_attacks():
         if quick and attack.full_only:
             continue
-        ladder = tuple(attack.ladder(quick))
+        ladder = tuple(attack.build_ladder(quick))
         line = StressTest("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
         tasks.append((line, partial(find_failure, attack, quick=quick)))
     truth = "not needed, because the two runs of the method are compared with each other"
     fails = f"the deviation is above {HOLDS:g}; rounding multiplied by three impacts is smaller"
     tasks += [
         (StressTest("relation", relation.name, relation.states, truth, fails), partial(check_relation, relation))
-        for relation in relations()
+        for relation in list_relations()
     ]
     tasks += [
         (_line_of_complaint(entry), partial(check_complaint, entry))
@@ -206,7 +208,7 @@ def _select_lines(names: Sequence[str], quick: bool) -> tuple[StressTest, ...]:
     known = {line.name for line in everything}
     for name in names:
         if name not in known and name not in kinds:
-            hints = named_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}")
+            hints = build_name_hints(name, known, f"`carom stress --list` lists them; kinds are {', '.join(kinds)}")
             raise UnknownNameError(f"no stress test is named {name!r}", hints=hints)
     wanted = {kinds[name] for name in names if name in kinds}
     return tuple(line for line in everything if line.name in names or line.kind in wanted)

@@ -63,7 +63,7 @@ class TrueMotion:
     convention: bool
 
 
-def true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
+def compute_true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
     """Return the true motion of a scene.
 
     Raises:
@@ -81,10 +81,10 @@ def true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
     for (a, *_), (b, *_) in zip(rough.events, fine.events, strict=True):
         if abs(a - b) > AGREEMENT * fine.end:
             raise UndecidedError(f"an instant of {scene.name!r} is not decided by {DIGITS} digits")
-    return fine.rounded()
+    return fine.round_motion()
 
 
-def _exactly(numbers: Sequence[float] | Sequence[Vector]) -> NDArray[np.object_]:
+def _convert_exactly(numbers: Sequence[float] | Sequence[Vector]) -> NDArray[np.object_]:
     """Convert floats to exactly equal decimal numbers, in an array of the same shape."""
     exact: NDArray[np.object_] = np.vectorize(Decimal, otypes=[object])(np.array(numbers, dtype=np.float64))
     return exact
@@ -97,15 +97,17 @@ class _Motion:
         self.context = Context(prec=digits)
         self.tie = Decimal(10) ** (-digits // 2)
         self.scene = scene
-        self.place = _exactly([disc.position_m for disc in scene.discs])
-        self.velocity = _exactly([disc.velocity_m_s for disc in scene.discs])
-        self.radius = _exactly([disc.radius_m for disc in scene.discs])
+        self.place = _convert_exactly([disc.position_m for disc in scene.discs])
+        self.velocity = _convert_exactly([disc.velocity_m_s for disc in scene.discs])
+        self.radius = _convert_exactly([disc.radius_m for disc in scene.discs])
         with localcontext(self.context):
             self.weight = [Decimal(0) if disc.immovable else 1 / Decimal(disc.mass_kg) for disc in scene.discs]
-            normals = [_exactly(wall.normal) for wall in scene.half_planes()]
+            normals = [_convert_exactly(wall.normal) for wall in scene.half_planes()]
             # Stored normals have length 1 to a float's rounding only.
             units = [normal / (normal @ normal).sqrt() for normal in normals]
-        self.walls = [(_exactly(wall.point_m), unit) for wall, unit in zip(scene.half_planes(), units, strict=True)]
+        self.walls = [
+            (_convert_exactly(wall.point_m), unit) for wall, unit in zip(scene.half_planes(), units, strict=True)
+        ]
         self.end = Decimal(scene.duration_s)
         self.now = Decimal(0)
         self.events: list[tuple[Decimal, int, int]] = []
@@ -115,10 +117,10 @@ class _Motion:
 
     def run(self, most: int) -> None:
         with localcontext(self.context):
-            self._predict(self._pairs())
+            self._predict(self._list_pairs())
             last: tuple[int, int] | None = None
             since: dict[int, Decimal] = {}
-            while (event := self._next(last)) is not None:
+            while (event := self._find_next_impact(last)) is not None:
                 if len(self.events) == most:
                     raise UndecidedError(f"{self.scene.name!r} has more than {most} impacts")
                 time, pair = event
@@ -134,15 +136,15 @@ class _Motion:
                     self.change[body] = max(self.change[body], (change @ change).sqrt())
                 self.events.append((time, *pair))
                 last = pair
-                self._predict(self._pairs(set(touched)))
+                self._predict(self._list_pairs(set(touched)))
             self._move_to(self.end)
 
-    def rounded(self) -> TrueMotion:
+    def round_motion(self) -> TrueMotion:
         place, velocity = (tuple(map(tuple, row.astype(float).tolist())) for row in (self.place, self.velocity))
         impacts = tuple(TrueImpact(float(time), first, second) for time, first, second in self.events)
         return TrueMotion(impacts, place, velocity, tuple(map(float, self.change)), self.convention)
 
-    def _pairs(self, changed: set[int] | None = None) -> Iterator[tuple[int, int]]:
+    def _list_pairs(self, changed: set[int] | None = None) -> Iterator[tuple[int, int]]:
         """Yield the pairs of bodies that may meet; or only pairs with a changed disc."""
         discs = range(len(self.place))
         for i, j in combinations(discs, 2):
@@ -153,13 +155,17 @@ class _Motion:
 
     def _predict(self, pairs: Iterator[tuple[int, int]]) -> None:
         for first, second in pairs:
-            wait = self._wall_wait(first, wall_index(second)) if second < 0 else self._pair_wait(first, second)
+            wait = (
+                self._compute_wall_wait(first, wall_index(second))
+                if second < 0
+                else self._compute_pair_wait(first, second)
+            )
             if wait is None:
                 self._upcoming.pop((first, second), None)
             else:
                 self._upcoming[first, second] = self.now + wait
 
-    def _next(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
+    def _find_next_impact(self, last: tuple[int, int] | None) -> tuple[Decimal, tuple[int, int]] | None:
         """Return the earliest impact; among impacts at the same instant, the impact with the lowest body numbers."""
         # Two discs can't meet again before one of them has another impact.
         times = {pair: time for pair, time in self._upcoming.items() if pair != last}
@@ -168,7 +174,7 @@ class _Motion:
         together = [pair for pair, time in times.items() if time - earliest <= self.tie * self.end]
         return earliest, min(together, key=lambda pair: (pair[0], pair[1] if pair[1] >= 0 else math.inf))
 
-    def _pair_wait(self, i: int, j: int) -> Decimal | None:
+    def _compute_pair_wait(self, i: int, j: int) -> Decimal | None:
         if self.weight[i] == self.weight[j] == 0:
             return None
         gap, relative = self.place[j] - self.place[i], self.velocity[j] - self.velocity[i]
@@ -185,7 +191,7 @@ class _Motion:
         wait: Decimal = apart / (discriminant.sqrt() - approach)
         return wait
 
-    def _wall_wait(self, i: int, wall: int) -> Decimal | None:
+    def _compute_wall_wait(self, i: int, wall: int) -> Decimal | None:
         point, normal = self.walls[wall]
         approach: Decimal = self.velocity[i] @ normal
         if self.weight[i] == 0 or approach >= 0:

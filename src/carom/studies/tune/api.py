@@ -15,8 +15,8 @@ from carom.execution.plan import resolve_scenes
 from carom.model.scene import Scene
 from carom.report.document import Document
 from carom.report.notebook_picture import ShownResult
-from carom.report.svg import plain_number
-from carom.studies.tune.document import FOUND, tune_document
+from carom.report.svg import format_tick
+from carom.studies.tune.document import FOUND, build_tune_document
 from carom.studies.tune.objective import Judged
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import SCENES, Tuning
@@ -34,7 +34,7 @@ class ShownTuning(ShownResult, Tuning):
     """
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
-        document = tune_document(self, [scene.name for scene in self.scenes])
+        document = build_tune_document(self, [scene.name for scene in self.scenes])
         return document, f"Error by scene, settings of {self.engine}", partial(_draw, self)
 
 
@@ -63,7 +63,7 @@ def tune(
         >>> found.engine, [scene.name for scene in found.scenes]
         ('pymunk', ['paper/late'])
     """
-    asked = TuneOptions.passed("tune", options)
+    asked = TuneOptions.build_from_arguments("tune", options)
     found = found_by(
         resolve_engine(engine),
         resolve_scenes([SCENES] if scenes is None else scenes)[0],
@@ -76,7 +76,7 @@ def tune(
 def _draw(found: Tuning, axes: Axes) -> None:
     names = [scene.name for scene in found.scenes]
     rows = range(len(names))
-    before, after = ([_shown(one) for one in by.judged] for by in (found.first, found.best))
+    before, after = ([_compute_axis_position(one) for one in by.judged] for by in (found.first, found.best))
     axes.hlines(rows, before, after, color="black", linewidth=0.8, alpha=0.4)
     for errors, label, marker, runs in (
         (before, found.options.profile, "o", found.first.judged),
@@ -87,13 +87,13 @@ def _draw(found: Tuning, axes: Axes) -> None:
         axes.plot([errors[k] for k in wrong], wrong, "x", color=drawn.get_color(), markersize=9.0)
     axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="PIT")
     axes.set(xscale="log", xlabel="error over PIT's (x: missed or spurious impacts)", yticks=rows, yticklabels=names)
-    axes.xaxis.set_major_formatter(plain_number)
+    axes.xaxis.set_major_formatter(format_tick)
     axes.invert_yaxis()
     axes.grid(which="major", axis="x", alpha=0.18, linewidth=0.6)
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
 
 
-def _shown(judged: Judged) -> float:
+def _compute_axis_position(judged: Judged) -> float:
     """Return the position of an error on the axis.
 
     An exact result is drawn at the error of rounding, and NaN is not drawn.

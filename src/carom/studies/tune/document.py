@@ -12,14 +12,14 @@ from typing import NamedTuple
 import tomli_w
 
 from carom.comparator import Grade
-from carom.engines.registry import engine_argument
+from carom.engines.registry import format_engine_argument
 from carom.execution.job import Method
-from carom.model.trace import setting_text
+from carom.model.trace import format_setting
 from carom.report import formatting
 from carom.report.document import Cell, Code, Column, Document, Headline, Lines, Media, Section, Table, Text
 from carom.report.outcome_marks import mark_of_grade
-from carom.report.provenance import making
-from carom.report.render.markdown import markdown
+from carom.report.provenance import build_provenance
+from carom.report.render.markdown import render_markdown
 from carom.studies.tune.objective import Judged
 from carom.studies.tune.run import PURPOSE, Tuning
 from carom.studies.tune.search import Found
@@ -45,7 +45,7 @@ class _Line(NamedTuple):
     best: Judged
 
 
-def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
+def build_tune_document(found: Tuning, asked: Sequence[str]) -> Document:
     """Return the document of a search. `asked` are the command-line arguments that name its scenes."""
     better = found.best is not found.first
     lines = [
@@ -67,30 +67,30 @@ def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
         *((_setting_section(found),) if better else ()),
         Section("Results by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
         *(_code_sections(found, asked) if better else ()),
-        *making(found.environment, found.command, found.elapsed_s),
+        *build_provenance(found.environment, found.command, found.elapsed_s),
     )
     return Document(f"Carom: settings of {found.engine}", Headline.of(_headline(found)), sections)
 
 
 def write_tune(found: Tuning, asked: Sequence[str], folder: Path) -> Path:
-    """Write ``tune.md`` into a folder, and return its path. `asked` is as in `tune_document`.
+    """Write ``tune.md`` into a folder, and return its path. `asked` is as in `build_tune_document`.
 
     Raises:
         InputError: The folder contains foreign files.
         OSError: The file can't be written.
     """
-    return write_files(folder, PURPOSE, {"tune.md": markdown(tune_document(found, asked))})
+    return write_files(folder, PURPOSE, {"tune.md": render_markdown(build_tune_document(found, asked))})
 
 
 def format_set_options(found: Found) -> str:
     """Return the options of `carom run` for some settings."""
-    return shlex.join([word for name, value in found.tried for word in ("--set", f"{name}={setting_text(value)}")])
+    return shlex.join([word for name, value in found.tried for word in ("--set", f"{name}={format_setting(value)}")])
 
 
 def _headline(found: Tuning) -> Iterator[str]:
-    scenes = formatting.count(len(found.scenes), "scene")
+    scenes = formatting.format_count(len(found.scenes), "scene")
     early = f", of which {found.given_up} were abandoned early" if found.given_up else ""
-    tried = f"tried {formatting.count(found.trials, 'setting', 'different settings')}{early}"
+    tried = f"tried {formatting.format_count(found.trials, 'setting', 'different settings')}{early}"
     if found.best is found.first:
         yield f"No better settings than {found.options.profile} were found on {scenes}; {tried}."
         yield f"With {found.options.profile}: {_grades(found.first)}."
@@ -98,12 +98,12 @@ def _headline(found: Tuning) -> Iterator[str]:
         return
     own = found.options.profile
     grades = f"{_grades(found.best)}; {own} has {_grades(found.first)}"
-    changed = formatting.count(len(found.best.tried), "setting")
+    changed = formatting.format_count(len(found.best.tried), "setting")
     yield f"{found.engine}: {changed} changed from {own}, found in trial {found.best.trial}: {grades}."
     yield from _equal_profiles(found)
     yield f"Scenes: {scenes}, each at {_describe_step(found)}; {tried}."
     if not math.isnan(found.time_ratio):
-        cost = formatting.number(found.time_ratio)
+        cost = formatting.format_number(found.time_ratio)
         yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
     yield "This result is only valid for these scenes and steps."
 
@@ -130,7 +130,7 @@ def _grades(found: Found) -> str:
 
 def _describe_step(found: Tuning) -> str:
     dt_s = found.options.dt_s
-    return "its own frame rate" if dt_s is None else formatting.step(dt_s)
+    return "its own frame rate" if dt_s is None else formatting.format_step(dt_s)
 
 
 def _grade_word(judged: Judged) -> str:
@@ -140,11 +140,13 @@ def _grade_word(judged: Judged) -> str:
 def _format_grade(judged: Judged) -> Cell:
     if judged.grade is None:
         return Cell(_grade_word(judged), judged.reason)
-    return Cell(f"{_grade_word(judged)} {formatting.missed_and_invented(judged.missed, judged.spurious)}".rstrip())
+    return Cell(
+        f"{_grade_word(judged)} {formatting.format_missed_and_invented(judged.missed, judged.spurious)}".rstrip()
+    )
 
 
 def _format_error(judged: Judged) -> str:
-    return formatting.ABSENT if math.isnan(judged.price) else formatting.number(judged.price)
+    return formatting.ABSENT if math.isnan(judged.price) else formatting.format_number(judged.price)
 
 
 class _Row(NamedTuple):
@@ -154,7 +156,7 @@ class _Row(NamedTuple):
     found: Found
 
 
-def _rows(found: Tuning) -> list[_Row]:
+def _build_rows(found: Tuning) -> list[_Row]:
     """Return the found settings and all profiles, best first. Profiles whose steps Carom cuts are last."""
     rows = [_Row(FOUND, found.best)] if found.best is not found.first else []
     rows += [_Row(found.options.profile, found.first), *(_Row(*item) for item in found.others.items())]
@@ -177,7 +179,7 @@ def _profile_section(found: Tuning) -> Section:
     )
     lines = tuple(f"Not run: {formatting.join_words(names)} ({reason})." for reason, names in refused.items())
     return Section(
-        "Comparison with the existing profiles", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines))
+        "Comparison with the existing profiles", (Table(columns, _build_rows(found), note=MERIT_NOTE), Lines(lines))
     )
 
 
@@ -186,12 +188,12 @@ def _number(which: Iterable[bool]) -> str:
 
 
 def _setting_section(found: Tuning) -> Section:
-    before = {name: setting_text(value) for name, value in found.own.items()}
+    before = {name: format_setting(value) for name, value in found.own.items()}
     columns = (
         Column("setting", lambda item: item[0]),
-        Column("found", lambda item: setting_text(item[1]), number=True),
+        Column("found", lambda item: format_setting(item[1]), number=True),
         Column(found.options.profile, lambda item: before.get(item[0], "engine default"), number=True),
-        Column("tested range", lambda item: ", ".join(setting_text(found.space.values[item[0]][k]) for k in (0, -1))),
+        Column("tested range", lambda item: ", ".join(format_setting(found.space.values[item[0]][k]) for k in (0, -1))),
     )
     note = "Each setting is needed: resetting any one of them makes the result worse."
     return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
@@ -200,13 +202,13 @@ def _setting_section(found: Tuning) -> Section:
 def _code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
     """Yield the command that runs the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
-    words = ("carom", "run", *asked, "-e", engine_argument(found.engine), "-p", found.options.profile, *step)
+    words = ("carom", "run", *asked, "-e", format_engine_argument(found.engine), "-p", found.options.profile, *step)
     if found.code:
         said = f"Code for {found.engine}, for {found.scenes[0].name}:"
         yield Section("Code for the engine", (Text(said), Code(found.code)))
     yield Section("Command with these settings", (Code(f"{shlex.join(words)} {format_set_options(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
-    said = f"Found by carom tune on {formatting.count(len(found.scenes), 'scene')}: {_grades(found.best)}."
+    said = f"Found by carom tune on {formatting.format_count(len(found.scenes), 'scene')}: {_grades(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
     varying = [f"# {name} varies with the step: as in {method.profile}" for name in sorted(found.varying)]
     python = "\n".join(

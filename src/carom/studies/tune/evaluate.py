@@ -8,7 +8,7 @@ from functools import lru_cache, partial
 
 from carom.comparator import Score, compare
 from carom.engines.registry import load_adapter
-from carom.execution.cache_key import JobKey, job_key
+from carom.execution.cache_key import JobKey, build_job_key
 from carom.execution.engine_run import observe_run, run_pit
 from carom.execution.job import Job, JobTask, Method
 from carom.execution.journal import Journal, JournalEntry, MemoryJournal
@@ -105,6 +105,6 @@ class Jury:
         for scene in scenes:
             job = Job(scene, method, self._steps[scene])
             task = JudgeTask(job, self._horizons.get(scene.name), self._timed)
-            asks.append(TaskRequest(scene, job_key(job, _TIMED if self._timed else ""), task))
+            asks.append(TaskRequest(scene, build_job_key(job, _TIMED if self._timed else ""), task))
         found = dict(run_tasks(asks, self._pool, self._notes, alone=self._timed))
         return [found[scene].value or Judged(None, reason=found[scene].said) for scene in scenes]

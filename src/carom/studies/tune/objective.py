@@ -79,12 +79,12 @@ class Merit:
         """The criteria without run time: wrong scenes, scenes that are neither exact nor close, and the error."""
         return self.wrong, self.behind, self.error
 
-    def beaten_by(self, other: Merit) -> bool:
+    def is_beaten_by(self, other: Merit) -> bool:
         """Return whether another rank is better in a criterion and worse in none, apart from run time."""
         own, its = self.respects, other.respects
         return own != its and all(b <= a for a, b in zip(own, its, strict=True))
 
-    def number(self, scenes: int) -> float:
+    def to_number(self, scenes: int) -> float:
         """Return a number with the same order, for an optimiser."""
         whole = (self.wrong * (scenes + 1) + self.behind) * (_PARTS + 1) + self.error
         return whole + self.cost / (1.0 + self.cost)
@@ -102,7 +102,7 @@ def error_on_scale(judged: Judged) -> float:
     return (1.0 - math.log(bounded) / math.log(least)) / 2.0
 
 
-def merit_of(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Merit:
+def compute_merit(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Merit:
     """Return the merit of the results of scenes.
 
     Args:

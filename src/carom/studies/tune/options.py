@@ -7,8 +7,14 @@ from typing import TYPE_CHECKING
 
 from carom.errors import InputError
 from carom.execution.shared_options import MOST_SEED, LimitOptions
-from carom.support.escaping import shown
-from carom.support.options import flag, name, option, step, whole
+from carom.support.escaping import format_value
+from carom.support.options import (
+    build_flag_kind,
+    build_name_kind,
+    build_step_kind,
+    build_whole_number_kind,
+    declare_option,
+)
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
@@ -29,22 +35,26 @@ class TuneOptions(LimitOptions):
         InputError: A value is invalid, or `timing` is requested on a cluster.
     """
 
-    profile: str = option("default", name(), "Profile to start from.", "--profile", "-p")
-    dt_s: float | None = option(
-        None, step(), "Time step in seconds, such as 1/240.", "--dt", said="one frame of each scene"
+    profile: str = declare_option("default", build_name_kind(), "Profile to start from.", "--profile", "-p")
+    dt_s: float | None = declare_option(
+        None, build_step_kind(), "Time step in seconds, such as 1/240.", "--dt", said="one frame of each scene"
     )
-    trials: int = option(100, whole(1, MOST_SEED), "Number of settings to try before the best is refined.", "--trials")
-    seed: int = option(0, whole(0, 2**32 - 1), "Seed of the optimiser.", "--seed")
-    timing: bool = option(False, flag(), "Prefer faster settings if accuracy is equal.", "--timing/--no-timing")
+    trials: int = declare_option(
+        100, build_whole_number_kind(1, MOST_SEED), "Number of settings to try before the best is refined.", "--trials"
+    )
+    seed: int = declare_option(0, build_whole_number_kind(0, 2**32 - 1), "Seed of the optimiser.", "--seed")
+    timing: bool = declare_option(
+        False, build_flag_kind(), "Prefer faster settings if accuracy is equal.", "--timing/--no-timing"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.timing and self.scheduler is not None:
             raise InputError(
-                f"run times are only comparable on one machine, but the scheduler is {shown(self.scheduler)}: "
+                f"run times are only comparable on one machine, but the scheduler is {format_value(self.scheduler)}: "
                 "omit --timing or --scheduler"
             )
 
-    def step_of(self, scene: Scene) -> float:
+    def compute_step(self, scene: Scene) -> float:
         """Return the step at which a scene is run, seconds."""
         return 1.0 / scene.frame_rate_hz if self.dt_s is None else self.dt_s

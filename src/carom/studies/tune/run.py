@@ -13,7 +13,7 @@ from carom.engines.registry import EngineInfo, require_profile
 from carom.errors import AdapterError, InputError
 from carom.execution.cache_key import JobKey
 from carom.execution.describe_engines import SettingsTask, describe_engines
-from carom.execution.environment import Environment, environment
+from carom.execution.environment import Environment, describe_environment
 from carom.execution.job import Job, Method, Progress, SettingOverrides, UnavailableError, no_progress
 from carom.execution.journal import MemoryJournal
 from carom.execution.pool import Pool
@@ -23,10 +23,10 @@ from carom.execution.timing import TimeTask
 from carom.model.scene import Scene
 from carom.model.trace import Setting, Trace
 from carom.studies.tune.evaluate import Jury
-from carom.studies.tune.objective import Judged, merit_of
+from carom.studies.tune.objective import Judged, compute_merit
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
-from carom.studies.tune.search_space import Space, values_of
+from carom.studies.tune.search_space import Space, list_values
 
 #: Name of the study in its output folders, and file name of its journal.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"
@@ -111,7 +111,7 @@ def tune(
         MissingExtraError: Optuna is not installed.
     """
     started, asked = time.perf_counter(), options or TuneOptions()
-    with asked.local_pool(1) if asked.timing else asked.pool() as pool:
+    with asked.open_local_pool(1) if asked.timing else asked.open_pool() as pool:
         (info,) = describe_engines([engine], pool)
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
@@ -122,17 +122,17 @@ def tune(
             raise InputError(
                 f"{engine} cannot run any of these scenes: {next(iter(left_out.values()), 'there are no scenes')}"
             )
-        steps = {scene: asked.step_of(scene) for scene in able}
+        steps = {scene: asked.compute_step(scene) for scene in able}
         jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
-        space = Space({name: values_of(knob) for name, knob in info.knobs.items()})
+        space = Space({name: list_values(knob) for name, knob in info.knobs.items()})
         search = KnobSearch(Method(engine, asked.profile), space, able, jury, progress, on_improvement)
         best = search.run(asked.trials, asked.seed)
-        own, _ = _settings(pool, engine, asked.profile, (), steps[able[0]])
-        settings, varying = _settings(pool, engine, asked.profile, best.tried, steps[able[0]])
+        own, _ = _read_settings(pool, engine, asked.profile, (), steps[able[0]])
+        settings, varying = _read_settings(pool, engine, asked.profile, best.tried, steps[able[0]])
         others = {name: _judge_profile(info, name, steps, jury) for name in info.profiles if name != asked.profile}
         code = find_changed_code(engine, asked.profile, best.tried, able[0], steps[able[0]], pool) if best.tried else ""
-        with pool.on_this_machine() as here:
-            ratio = _time_ratio(here, search.method, best.tried, steps)
+        with pool.to_local_pool() as here:
+            ratio = _measure_time_ratio(here, search.method, best.tried, steps)
     return Tuning(
         engine=engine,
         options=asked,
@@ -150,7 +150,7 @@ def tune(
         time_ratio=ratio,
         trials=search.trials,
         given_up=search.given_up,
-        environment=environment([info]),
+        environment=describe_environment([info]),
         command=command,
         elapsed_s=time.perf_counter() - started,
     )
@@ -166,7 +166,7 @@ def _judge_profile(info: EngineInfo, profile: str, steps: Mapping[Scene, float],
     ran = [scene for scene, reason in refused.items() if not reason]
     found = dict(zip(ran, jury.judge(Method(info.name, profile), ran), strict=True))
     judged = tuple(found.get(scene) or Judged(None, reason=reason) for scene, reason in refused.items())
-    return Found((), merit_of(judged), judged, 0)
+    return Found((), compute_merit(judged), judged, 0)
 
 
 def _find_horizons(
@@ -179,7 +179,7 @@ def _find_horizons(
     for scene in scenes:
         trace = solve_reference(scene)
         able = info.capabilities
-        reason = "" if able is None else unsupported_reason(scene, able, options.step_of(scene), located=located)
+        reason = "" if able is None else unsupported_reason(scene, able, options.compute_step(scene), located=located)
         if reason or not isinstance(trace, Trace):
             left_out[scene.name] = reason or str(trace)
         elif (until_s := build_reference(trace, None).horizon_s) is not None:
@@ -187,7 +187,7 @@ def _find_horizons(
     return horizons, left_out
 
 
-def _settings(
+def _read_settings(
     pool: Pool, engine: str, profile: str, tried: SettingOverrides, dt_s: float
 ) -> tuple[dict[str, Setting], frozenset[str]]:
     """Return the settings at a step, except for the step itself, and the names of settings that vary with the step."""
@@ -199,7 +199,7 @@ def _settings(
     return {name: value for name, value in here.items() if name != "dt_s"}, varying - {"dt_s"}
 
 
-def _time_ratio(pool: Pool, first: Method, tried: SettingOverrides, steps: Mapping[Scene, float]) -> float:
+def _measure_time_ratio(pool: Pool, first: Method, tried: SettingOverrides, steps: Mapping[Scene, float]) -> float:
     """Return the run time of the best settings over the first profile's, both timed alternately; NaN if neither ran."""
     ratios = []
     for scene, dt_s in steps.items():

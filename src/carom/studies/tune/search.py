@@ -20,7 +20,7 @@ from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Method, Progress, SettingOverrides, no_progress
 from carom.model.scene import Scene
 from carom.studies.tune.evaluate import Jury
-from carom.studies.tune.objective import Judged, Merit, merit_of
+from carom.studies.tune.objective import Judged, Merit, compute_merit
 from carom.studies.tune.search_space import Point, Space
 
 if TYPE_CHECKING:
@@ -118,15 +118,15 @@ class KnobSearch:
         """
         require_tune_extra()
         self._requested_trials = trials
-        self._begin()
+        self._judge_first_profile()
         self._run_optimiser(trials, seed)
         return self._refine(MOST_TRIALS * trials)
 
-    def _begin(self) -> None:
+    def _judge_first_profile(self) -> None:
         """Evaluate the first profile, and sort the scenes from its worst to its best."""
         judged = self.jury.judge(self.method, self.scenes)
-        first = Found((), merit_of(judged, judged), tuple(judged), 0)
-        worst = {k: merit_of([one]) for k, one in enumerate(judged)}
+        first = Found((), compute_merit(judged, judged), tuple(judged), 0)
+        worst = {k: compute_merit([one]) for k, one in enumerate(judged)}
         self._order = sorted(worst, key=lambda k: worst[k], reverse=True)
         self._seen[()] = (first.merit, False)
         self._whole.append(first)
@@ -134,11 +134,11 @@ class KnobSearch:
     def _run_optimiser(self, trials: int, seed: int) -> None:
         import optuna
 
-        ends = self.space.ends()
+        ends = self.space.list_end_points()
         sampler = optuna.samplers.TPESampler(seed=seed, n_startup_trials=len(ends) + 1)
         study = optuna.create_study(sampler=sampler)
         for point in ({}, *ends):
-            study.enqueue_trial(_parameters(point, self.space))
+            study.enqueue_trial(_build_parameters(point, self.space))
         asked = 0
         # A repeated request is not run again. If the optimiser only repeats requests, the search ends.
         while self.trials < trials and asked < 10 * trials:
@@ -155,7 +155,7 @@ class KnobSearch:
             if trial.suggest_categorical(_turned_name(name), (False, True))
         }
         merit, given_up = self.evaluate(point)
-        number = merit.number(len(self.scenes))
+        number = merit.to_number(len(self.scenes))
         if given_up:
             trial.report(number, 0)
             study.tell(trial, state=optuna.trial.TrialState.PRUNED)
@@ -165,7 +165,7 @@ class KnobSearch:
     def _refine(self, most: int) -> Found:
         """Turn one knob at a time from the best trial, and from trials that are better by some criterion."""
         done: set[SettingOverrides] = set()
-        while todo := [found for found in self._front() if found.tried not in done]:
+        while todo := [found for found in self._find_front() if found.tried not in done]:
             if todo[0] is not self.best and self.trials >= most:
                 break
             done.add(todo[0].tried)
@@ -173,13 +173,13 @@ class KnobSearch:
                 self.evaluate(point)
         return self.best
 
-    def _front(self) -> list[Found]:
+    def _find_front(self) -> list[Found]:
         """Return the trials that no other trial dominates, best first."""
         first_of: dict[tuple[int, int, int], Found] = {}
         for found in sorted(self._whole, key=lambda one: one.rank):
             first_of.setdefault(found.merit.respects, found)
         every = first_of.values()
-        return [one for one in every if not any(one.merit.beaten_by(other.merit) for other in every)]
+        return [one for one in every if not any(one.merit.is_beaten_by(other.merit) for other in every)]
 
     @property
     def begun(self) -> Found:
@@ -210,22 +210,22 @@ class KnobSearch:
         method = Method(self.method.engine, self.method.profile, tried)
         best, first = self.best, self.begun
         found: dict[int, Judged] = {}
-        for part in _parts(self._order):
+        for part in _split_order(self._order):
             found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
             # Assume the best case, in which all remaining scenes are exact.
             left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
-            at_best = replace(merit_of([*found.values(), *left]), cost=0.0)
-            if left and any(at_best.beaten_by(whole.merit) for whole in self._whole):
+            at_best = replace(compute_merit([*found.values(), *left]), cost=0.0)
+            if left and any(at_best.is_beaten_by(whole.merit) for whole in self._whole):
                 return at_best, True
         judged = tuple(found[k] for k in range(len(self.scenes)))
-        whole = Found(tried, merit_of(judged, first.judged), judged, self.trials)
+        whole = Found(tried, compute_merit(judged, first.judged), judged, self.trials)
         self._whole.append(whole)
         if whole.rank < best.rank and self._on_improvement is not None:
             self._on_improvement(whole)
         return whole.merit, False
 
 
-def _parts(order: Sequence[int]) -> list[Sequence[int]]:
+def _split_order(order: Sequence[int]) -> list[Sequence[int]]:
     size = -(-len(order) // PARTS)
     return [order[k : k + size] for k in range(0, len(order), size)]
 
@@ -238,7 +238,7 @@ def _value_name(name: str) -> str:
     return f"{name} value"
 
 
-def _parameters(point: Point, space: Space) -> dict[str, Any]:
+def _build_parameters(point: Point, space: Space) -> dict[str, Any]:
     """Return a point as the optimiser's parameters."""
     turned = {_turned_name(name): name in point for name in space.values}
     return turned | {_value_name(name): k for name, k in point.items()}

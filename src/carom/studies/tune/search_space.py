@@ -21,7 +21,7 @@ STOPS, NEAR = 4, 2
 Point = Mapping[str, int]
 
 
-def values_of(knob: Knob) -> tuple[Setting, ...]:
+def list_values(knob: Knob) -> tuple[Setting, ...]:
     """Return the values at which a knob is tested, in order."""
     low, high = knob.low, knob.high
     if low is None or high is None:
@@ -51,7 +51,7 @@ class Space:
         """Return the point with the given settings."""
         return {name: self.values[name].index(value) for name, value in tried}
 
-    def ends(self) -> list[dict[str, int]]:
+    def list_end_points(self) -> list[dict[str, int]]:
         """Return the points at which a single knob is turned, to its first or last value."""
         return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
 

@@ -15,7 +15,7 @@ from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
 from carom.comparator import Grade, Verdict
 from carom.comparator.compare import Score
-from carom.comparator.measure.contact import motion_at
+from carom.comparator.measure.contact import compute_states_at
 from carom.comparator.measure.contact_intervals import measure_contact_quality
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
@@ -84,7 +84,7 @@ def test_the_motion_of_a_trace_is_that_of_the_run(name: str) -> None:
     """Places, velocities and spins read off a trace at any time are those of a run that ends then."""
     trace = reference(name)
     times = np.sort(np.random.default_rng(3).uniform(0.0, trace.end_time_s, 12))
-    motion = motion_at(trace, times)
+    motion = compute_states_at(trace, times)
     for row, time_s in enumerate(times.tolist()):
         there = solve_pic(CONTACT[name], until_s=time_s)
         assert motion.position_m[row] == pytest.approx(there.final_position_m, abs=1e-13)

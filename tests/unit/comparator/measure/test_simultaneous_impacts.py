@@ -10,7 +10,7 @@ from tests.scene_builders import altered, disc_at, staged, sure, wall_at
 from carom import Scene, compare, solve_pic
 from carom.catalogue import catalogue, find_scenes
 from carom.comparator import Verdict
-from carom.comparator.measure.simultaneous_impacts import admissible_outcomes, first_group
+from carom.comparator.measure.simultaneous_impacts import find_admissible_outcomes, find_first_group
 from carom.model.walls import Leg
 
 
@@ -31,10 +31,10 @@ def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
     1 = w + 2 u cos 30. Energy gives 1 = w^2 + 2 u^2. So u = 2 sqrt(3)/5 and w = -1/5.
     """
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
-    group = sure(first_group(reference))
+    group = sure(find_first_group(reference))
     assert group.discs == (0, 1, 2)
     assert len(group.contacts) == 3
-    outcomes = admissible_outcomes(reference.scene, group, 1.0)
+    outcomes = find_admissible_outcomes(reference.scene, group, 1.0)
     striker = [outcome.motion_m_s[:, :2][0].tolist() for outcome in outcomes]
     expected = [[-1 / 8, -math.sqrt(3) / 8], [-1 / 8, math.sqrt(3) / 8], [-1 / 5, 0.0]]
     np.testing.assert_allclose(striker, expected, rtol=0, atol=1e-12)
@@ -50,7 +50,7 @@ def test_all_at_once_nothing_closes_that_does_not_push() -> None:
     way, other = (math.cos(math.radians(83)), math.sin(math.radians(83))), math.radians(70)
     discs = disc_at(-way[0], -way[1], *way), disc_at(1.0, 0.0), disc_at(math.cos(other), math.sin(other))
     scene = staged("aside", *discs, duration_s=2.0)
-    outcomes = admissible_outcomes(scene, sure(first_group(solve_pic(scene))), 1.0)
+    outcomes = find_admissible_outcomes(scene, sure(find_first_group(solve_pic(scene))), 1.0)
     assert [outcome.how for outcome in outcomes] == ["0 on 1, then 0 on 2", "0 on 2"]
 
 
@@ -63,8 +63,8 @@ def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
     scene = staged(
         "squeeze", disc_at(0.75, 0.0), disc_at(2.75, 0.0, -0.5), wall_at(-0.5, 0.0, 1.0, 0.0, legs=legs), duration_s=4.0
     )
-    group = sure(first_group(solve_pic(scene)))
-    outcomes = admissible_outcomes(scene, group, 1.0)
+    group = sure(find_first_group(solve_pic(scene)))
+    outcomes = find_admissible_outcomes(scene, group, 1.0)
     assert [outcome.motion_m_s[:, :2].tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
 
 
@@ -76,8 +76,8 @@ def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
     """
     (entry,) = find_scenes(["contact/pressed"])
     reference = solve_pic(entry.scene)
-    group = sure(first_group(reference))
-    in_turn, at_once = admissible_outcomes(entry.scene, group, 2.0)
+    group = sure(find_first_group(reference))
+    in_turn, at_once = find_admissible_outcomes(entry.scene, group, 2.0)
     np.testing.assert_allclose(in_turn.motion_m_s[:, :2], [[0, 0], [0, 0]], rtol=0, atol=4e-9)
     np.testing.assert_allclose(at_once.motion_m_s[:, :2], [[0, 0], [0, 1]], rtol=0, atol=1e-12)
     assert in_turn.how.startswith("0 on 1, then 0 on wall 0, then 0 on 1")
@@ -117,14 +117,14 @@ def test_what_no_order_gives_is_said_to_match_none() -> None:
 def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> None:
     """One pair at a time, equal elastic discs have one outcome: the last one leaves with all the speed."""
     reference = solve_pic(cradle(discs))
-    group = sure(first_group(reference))
+    group = sure(find_first_group(reference))
     assert group.discs == tuple(range(discs))
-    first = admissible_outcomes(reference.scene, group, 1.0)[0]
+    first = find_admissible_outcomes(reference.scene, group, 1.0)[0]
     np.testing.assert_allclose(first.motion_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)
 
 
 def test_a_scene_with_a_unique_answer_has_no_convention() -> None:
     """Where no impact shares an instant, there is no group and no convention."""
     reference = solve_pic(catalogue()["paper/multiple"].scene)
-    assert first_group(reference) is None
+    assert find_first_group(reference) is None
     assert compare(reference, reference).convention is None

@@ -20,7 +20,7 @@ from tests.unit.engines.protocol.programs import crowd, manifest_of
 from carom.engines.api import AdapterError, CuttableWorld
 from carom.engines.protocol import process
 from carom.engines.protocol.adapter import ProgramWorld, program_adapter
-from carom.engines.protocol.messages import protocol_schema
+from carom.engines.protocol.messages import build_protocol_schema
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.execution.timing import time_run
@@ -268,7 +268,7 @@ def test_the_templates_are_short() -> None:
 def test_the_published_schema_is_that_of_the_messages() -> None:
     """docs/reference/engine-protocol.schema.json is made of the messages."""
     published = json.loads((TEMPLATES.parent / "reference" / "engine-protocol.schema.json").read_text(encoding="utf-8"))
-    assert published == protocol_schema()
+    assert published == build_protocol_schema()
 
 
 def test_a_world_with_a_clock_of_its_own_is_timed_by_it(tmp_path: Path) -> None:

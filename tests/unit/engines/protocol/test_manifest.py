@@ -15,7 +15,7 @@ from tests.unit.engines.protocol.programs import manifest_of
 import carom
 from carom.engines.api import ContactTimes, Stamp
 from carom.engines.protocol.manifest import load_manifest
-from carom.engines.registry import MANIFESTS, adapter_points, engine_argument, load_adapter, resolve_engine
+from carom.engines.registry import MANIFESTS, format_engine_argument, list_adapter_points, load_adapter, resolve_engine
 from carom.errors import AdapterError
 from carom.execution.describe_engines import describe_engines
 from carom.execution.engine_run import ObserveTask
@@ -76,16 +76,16 @@ def test_every_field_is_taken_over(tmp_path: Path) -> None:
 
 def test_files_beside_the_manifest_are_found_from_anywhere(tmp_path: Path) -> None:
     """A word of the command that begins with a dot and a slash is a file next to the manifest, unlike others."""
-    command = load_manifest(written(tmp_path, WHOLE)).command_from(tmp_path)
+    command = load_manifest(written(tmp_path, WHOLE)).resolve_command(tmp_path)
     assert command == (str(tmp_path / "toy"), "--quiet", str(tmp_path.parent / "shared.js"))
 
 
 def test_a_program_that_is_not_there_is_a_reason(tmp_path: Path) -> None:
     """What is missing is named, with the command that installs it."""
     found = load_manifest(written(tmp_path, WHOLE))
-    assert found.missing(tmp_path) == f"there is no program {tmp_path / 'toy'}; make toy"
+    assert found.explain_unavailable(tmp_path) == f"there is no program {tmp_path / 'toy'}; make toy"
     other = load_manifest(written(tmp_path, WHOLE.replace('"./toy"', '"no-such-program-of-carom"')))
-    assert other.missing(tmp_path) == "no-such-program-of-carom is not on the PATH; make toy"
+    assert other.explain_unavailable(tmp_path) == "no-such-program-of-carom is not on the PATH; make toy"
 
 
 def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_version(tmp_path: Path) -> None:
@@ -95,15 +95,15 @@ def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_
         '"make toy"', '"npm --prefix ../p"'
     )
     found = load_manifest(written(tmp_path, whole))
-    assert found.missing(tmp_path) == f"toys is not installed; npm --prefix {tmp_path.parent / 'p'}"
-    assert found.version_from(tmp_path) == ""
+    assert found.explain_unavailable(tmp_path) == f"toys is not installed; npm --prefix {tmp_path.parent / 'p'}"
+    assert found.find_version(tmp_path) == ""
     package = tmp_path.parent / "packages/toys/package.json"
     package.parent.mkdir(parents=True)
     package.write_text('{"name": "toys", "version": "3.4.5"}')
-    assert found.missing(tmp_path) == ""
-    assert found.version_from(tmp_path) == "3.4.5"
+    assert found.explain_unavailable(tmp_path) == ""
+    assert found.find_version(tmp_path) == "3.4.5"
     package.write_text("{")
-    assert found.version_from(tmp_path) == ""
+    assert found.find_version(tmp_path) == ""
 
 
 @each(
@@ -150,10 +150,10 @@ def test_a_manifest_that_is_not_there_or_no_text_is_refused(tmp_path: Path) -> N
 @pytest.fixture(autouse=True)
 def _environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv(MANIFESTS, "")
-    adapter_points.cache_clear()
+    list_adapter_points.cache_clear()
     yield
     monkeypatch.undo()
-    adapter_points.cache_clear()
+    list_adapter_points.cache_clear()
 
 
 def test_a_manifest_makes_its_engine_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -165,7 +165,7 @@ def test_a_manifest_makes_its_engine_known(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.chdir(tmp_path)
     assert resolve_engine(".") == "toy"
     assert os.environ[MANIFESTS] == str(path)
-    assert (engine_argument("toy"), engine_argument("pit")) == (str(path), "pit")
+    assert (format_engine_argument("toy"), format_engine_argument("pit")) == (str(path), "pit")
 
 
 def test_one_program_serves_whoever_loads_its_adapter(tmp_path: Path) -> None:
@@ -196,9 +196,9 @@ def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     with pytest.raises(AdapterError, match="'pit', like"):
         resolve_engine(str(manifest_of(tmp_path, name="pit")))
     monkeypatch.setenv(MANIFESTS, "here/engine.toml")
-    adapter_points.cache_clear()
+    list_adapter_points.cache_clear()
     with pytest.raises(AdapterError, match="absolute"):
-        adapter_points()
+        list_adapter_points()
 
 
 @pytest.mark.long

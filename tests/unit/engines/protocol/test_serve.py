@@ -16,8 +16,8 @@ from tests.unit.engines.protocol.programs import crowd
 from carom.engines.api import Adapter
 from carom.engines.protocol.adapter import ProgramAdapter, program_adapter
 from carom.engines.protocol.manifest import load_manifest
-from carom.engines.protocol.serve import PROFILE, Server, served_manifest
-from carom.engines.registry import adapter_points, load_adapter, why_unavailable
+from carom.engines.protocol.serve import PROFILE, Server, build_manifest
+from carom.engines.registry import explain_unavailable_adapter, list_adapter_points, load_adapter
 from carom.execution.adapter_profile import capabilities_of
 from carom.execution.engine_run import observe_run
 from carom.model.trace import Trace
@@ -30,7 +30,7 @@ PYTHON = ("box2d", "dart", "drake", "mujoco", "newton", "ode", "pybullet", "pymu
 
 def available(name: str) -> Adapter:
     adapter = load_adapter(name)
-    if reason := why_unavailable(adapter):
+    if reason := explain_unavailable_adapter(adapter):
         pytest.skip(reason)
     return adapter
 
@@ -39,7 +39,7 @@ def served(folder: Path, name: str) -> ProgramAdapter:
     """Return an adapter behind the protocol."""
     path = folder / "engine.toml"
     command = [sys.executable, "-m", "carom", "serve", name]
-    path.write_text(served_manifest(load_adapter(name), f"{name}-served", "1.0", command), encoding="utf-8")
+    path.write_text(build_manifest(load_adapter(name), f"{name}-served", "1.0", command), encoding="utf-8")
     return program_adapter(path)
 
 
@@ -175,7 +175,7 @@ def test_a_release_that_is_too_old_is_not_served_and_its_manifest_says_so(tmp_pa
     )
     path = tmp_path / "engine.toml"
     path.write_text(shown.stdout.removeprefix("imported\n"))
-    assert load_manifest(path).missing(tmp_path) == reason
+    assert load_manifest(path).explain_unavailable(tmp_path) == reason
 
 
 @pytest.mark.long
@@ -188,7 +188,7 @@ def test_another_release_comes_from_its_folder(tmp_path: Path) -> None:
 
 def test_every_adapter_of_a_python_package_is_served() -> None:
     """The list of this file is that of the entry points that are no program and no method of Carom's."""
-    ours = {name for name, point in adapter_points().items() if point.distribution == "carom"}
+    ours = {name for name, point in list_adapter_points().items() if point.distribution == "carom"}
     own = {"pic", "pit"}
     programs = {name for name in ours - own if isinstance(load_adapter(name), ProgramAdapter)}
     assert sorted(ours - own - programs) == list(PYTHON)

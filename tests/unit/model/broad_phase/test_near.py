@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from carom.model.broad_phase import near_pairs, near_walls
+from carom.model.broad_phase import find_near_pairs, find_near_walls
 
 ARRANGEMENTS = ["scattered", "column", "line with jitter", "one place", "two clusters far apart", "lattice"]
 
@@ -42,7 +42,7 @@ def all_pairs(
 def found(
     position: NDArray[np.float64], reach: NDArray[np.float64], movable: NDArray[np.bool_]
 ) -> list[list[tuple[int, int]]]:
-    blocks = list(near_pairs(position, reach, movable))
+    blocks = list(find_near_pairs(position, reach, movable))
     return [list(zip(first.tolist(), second.tolist(), strict=True)) for first, second in blocks]
 
 
@@ -109,5 +109,5 @@ def test_discs_near_walls_are_those_of_all_pairs(seed: int, discs: int, walls: i
         for k, (x, y, nx, ny) in enumerate(planes)
         if movable[i] and (position[i, 0] - x) * nx + (position[i, 1] - y) * ny <= reach[i]
     ]
-    blocks = near_walls(position, reach, movable, planes)
+    blocks = find_near_walls(position, reach, movable, planes)
     assert [pair for disc, wall in blocks for pair in zip(disc.tolist(), wall.tolist(), strict=True)] == expected

@@ -22,7 +22,7 @@ from carom.solvers.certified.bounds import LowerBounds
 from carom.solvers.certified.impacts import apply_meeting
 from carom.solvers.certified.meeting_times import meet
 from carom.solvers.certified.result import CertifiedTrace
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 
 bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compiled extension is not built")
 
@@ -117,7 +117,7 @@ def test_what_is_no_number_has_no_bound(field: str, ball: arb) -> None:
 
 def test_after_impacts_the_table_is_as_if_made_anew() -> None:
     """Through two hundred impacts, on balls that grow, a table that only follows has the bounds of a new one."""
-    scene = gas_scene(9, 0.4)
+    scene = build_gas_scene(9, 0.4)
     wide = False
     with ctx.workprec(110):
         bodies = BallBodies(scene)
@@ -144,7 +144,7 @@ def test_after_impacts_the_table_is_as_if_made_anew() -> None:
 
 def test_under_gravity_a_wall_has_no_bound_but_the_start_of_the_path() -> None:
     """Pairs keep the bounds of the falling frame, in which they move straight; walls are for the balls, all of them."""
-    straight = gas_scene(9, 0.3, duration_s=10.0)
+    straight = build_gas_scene(9, 0.3, duration_s=10.0)
     falling = straight.model_copy(update={"gravity_m_s2": (0.5, -9.81)})
     one, other = (entries_of(BallBodies(scene)) for scene in (straight, falling))
     assert {pair: bound for pair, bound in other.items() if pair[1] >= 0} == {
@@ -156,15 +156,15 @@ def test_under_gravity_a_wall_has_no_bound_but_the_start_of_the_path() -> None:
 @each("until", [-math.inf, 0.5, 1.0, math.inf, math.nan])
 def test_rivals_are_those_that_are_not_above_a_time(until: float) -> None:
     """The bounds up to a time are listed row by row; of a time that is no number none is certainly above."""
-    table = bounds.LowerBounds(BallBodies(gas_scene(9, 0.4)))
+    table = bounds.LowerBounds(BallBodies(build_gas_scene(9, 0.4)))
     every = table.up_to(math.inf)
     assert [entry[1:] for entry in every] == [(i, body) for i in range(9) for body in (*range(9), -1, -2, -3, -4)]
     assert table.up_to(until) == [entry for entry in every if not entry[0] > until]
 
 
 SCENES = [
-    gas_scene(9, 0.4),
-    gas_scene(6, 0.2, duration_s=3.0).model_copy(update={"gravity_m_s2": (0.5, -2.0)}),
+    build_gas_scene(9, 0.4),
+    build_gas_scene(6, 0.2, duration_s=3.0).model_copy(update={"gravity_m_s2": (0.5, -2.0)}),
     *(catalogue()[name].scene for name in ("classics/sorting", "classics/galperin-100", "classics/cradle-touching")),
 ]
 
@@ -186,7 +186,7 @@ def test_the_digits_are_the_same_without_bounds(scene: Scene, monkeypatch: pytes
 
 def test_a_bound_says_nothing_until_it_is_raised() -> None:
     """Each pair that may meet is bounded by the start of both paths; a raised bound takes its place in the order."""
-    bounds = StartBounds(BallBodies(gas_scene(4, 0.1)))
+    bounds = StartBounds(BallBodies(build_gas_scene(4, 0.1)))
     pairs = [(i, j) for i in range(4) for j in range(i + 1, 4)]
     expected = sorted([*pairs, *((i, -1 - k) for i in range(4) for k in range(4))], key=lambda p: (p[0], p[1] < 0))
     found = bounds.up_to(0.0)

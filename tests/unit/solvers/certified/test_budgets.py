@@ -10,9 +10,9 @@ from tests.cases import each
 from carom import Outcome, certify
 from carom.errors import InputError, MissingExtraError
 from carom.solvers.certified.result import Ending
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 
-SCENE = gas_scene(9, 0.3, duration_s=1000.0)
+SCENE = build_gas_scene(9, 0.3, duration_s=1000.0)
 
 
 def test_a_limit_on_impacts() -> None:

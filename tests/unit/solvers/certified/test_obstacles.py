@@ -8,7 +8,7 @@ from tests.validation.random_tables import draw
 from tests.validation.table_runs import scene_of
 
 from carom import Chain, Disc, Ring, Scene, Wall
-from carom.core.wall_features import features_of
+from carom.core.wall_features import build_features
 from carom.model.chain_geometry import Outline
 from carom.model.trace import EdgeKind, wall_index
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, obstacles_of
@@ -33,7 +33,7 @@ def test_they_are_the_features_that_pic_has() -> None:
         found = sorted((one.wall, one.kind, one.edges) for one in obstacles_of(scene) if one.kind is not None)
         outlines = [(k, wall) for k, wall in enumerate(scene.arrays.walls) if isinstance(wall, Outline)]
         widest = max(disc.radius_m for disc in scene.discs)
-        parts = [(k, part.kind, part.edges) for k, wall in outlines for part in features_of(wall, widest)]
+        parts = [(k, part.kind, part.edges) for k, wall in outlines for part in build_features(wall, widest)]
         assert found == sorted(parts)
         compared += len(found)
     assert compared > 150

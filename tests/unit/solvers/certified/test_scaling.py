@@ -14,7 +14,7 @@ from carom import Scene, certify
 from carom.catalogue import catalogue
 from carom.solvers.certified import bounds
 from carom.solvers.certified.result import CertifiedTrace
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 
 from .start_bounds import StartBounds
 
@@ -54,8 +54,10 @@ def plain_numbers(scene: Scene) -> dict[str, Any]:
 
 
 SCENES = [
-    gas_scene(6, 0.4),
-    gas_scene(4, 0.1).model_copy(update={"restitution": 0.75, "wall_restitution": 0.5, "gravity_m_s2": (0.25, -2.0)}),
+    build_gas_scene(6, 0.4),
+    build_gas_scene(4, 0.1).model_copy(
+        update={"restitution": 0.75, "wall_restitution": 0.5, "gravity_m_s2": (0.25, -2.0)}
+    ),
     *(catalogue()[name].scene for name in ("classics/cradle-touching", "classics/galperin-100")),
 ]
 POWERS = st.one_of(st.sampled_from([-500, -300, -256, 256, 300, 500]), st.integers(-500, 500))

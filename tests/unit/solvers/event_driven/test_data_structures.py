@@ -12,7 +12,7 @@ from tests.scene_builders import sure
 
 from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.rows import CONTACT_DTYPE
-from carom.studies.bench.gas import hard_disc_gas
+from carom.studies.bench.gas import build_hard_disc_gas
 
 core_functions = pytest.importorskip("tests.core_functions")
 
@@ -85,7 +85,7 @@ def test_a_queue_of_any_length_names_each_disc_in_its_turn(discs: int) -> None:
 #: Discs that a scan looks at in one go, `BATCH` of core/pic/state.h.
 BATCH = 64
 
-GAS = hard_disc_gas(200, 0.3)
+GAS = build_hard_disc_gas(200, 0.3)
 
 
 def cells() -> Any:

@@ -16,8 +16,8 @@ from carom import Disc, Outcome, Scene, solve_pic
 from carom.errors import InputError
 from carom.model.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.pic import pic_run
-from carom.studies.bench.gas import hard_disc_gas
+from carom.solvers.pic import start_pic_run
+from carom.studies.bench.gas import build_hard_disc_gas
 
 
 def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
@@ -36,7 +36,7 @@ STARTS = {
     "immovable": jittered(np.random.default_rng(11), 30, immovable=6),
     "polydisperse": jittered(np.random.default_rng(11), 60, spread=100.0),
     "unbounded": jittered(np.random.default_rng(11), 40, walls=False),
-    "large": hard_disc_gas(1000, 0.6),
+    "large": build_hard_disc_gas(1000, 0.6),
 }
 
 
@@ -168,7 +168,7 @@ def test_two_impacts_at_right_angles_are_unique_without_friction_only(
         Disc(position_m=(-2.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
         Disc(position_m=(0.0, -2.0), velocity_m_s=(0.0, 1.0), radius_m=0.5),
     ]
-    run = pic_run(Scene(name="corner", duration_s=3.0, friction=friction, discs=discs), all_pairs=by_all_pairs)
+    run = start_pic_run(Scene(name="corner", duration_s=3.0, friction=friction, discs=discs), all_pairs=by_all_pairs)
     run.advance_to(3.0)
     assert run.log.array()["time_s"].tolist()[:2] == [1.0, 1.0]
     assert run.log.ambiguous() == ambiguous
@@ -176,7 +176,7 @@ def test_two_impacts_at_right_angles_are_unique_without_friction_only(
 
 def test_a_run_without_an_end_stays_where_the_last_impact_was() -> None:
     """A run up to its last impact ends there, with finite positions."""
-    for run in (all_pairs(line(0.0, 3.0, velocities=(1.0, 0.0))), pic_run(line(0.0, 3.0, velocities=(1.0, 0.0)))):
+    for run in (all_pairs(line(0.0, 3.0, velocities=(1.0, 0.0))), start_pic_run(line(0.0, 3.0, velocities=(1.0, 0.0)))):
         run.advance_to(math.inf)
         assert run.time_s == 2.0
         np.testing.assert_array_equal(run.positions(), [[2.0, 0.0], [3.0, 0.0]])

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from carom.model.damping import Damping
 from carom.model.scene import Scene
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import MOST_WASTE, FrameRun, edges_of_contacts
+from carom.solvers.pit.solve import MOST_WASTE, FrameRun, build_edges
 
 Form = Callable[[Scene, FrameClock], FrameRun]
 
 
 def edges_of(scene: Scene) -> Callable[[NDArray[np.void]], NDArray[np.void]] | None:
-    return None if scene.arrays.has_half_planes else edges_of_contacts
+    return None if scene.arrays.has_half_planes else build_edges
 
 
 def plain(scene: Scene, clock: FrameClock) -> FrameRun:

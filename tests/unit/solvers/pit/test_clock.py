@@ -22,12 +22,12 @@ def test_frames_stand_at_whole_multiples_each_rounded_once(frame: int, rate: flo
 def test_a_frame_is_not_before_its_own_instant(frame: int, rate: float) -> None:
     """The number of frames before the instant of frame k is k, however the instant is rounded."""
     for clock in (FrameClock(rate_hz=rate), FrameClock(step_s=rate)):
-        assert clock.frames_before(clock.time_s(frame)) == frame
-        assert clock.frames_before(clock.time_s(frame) * (1 + 2.0**-50) + clock.frame_s * 2.0**-20) == frame + 1
+        assert clock.count_frames_before(clock.time_s(frame)) == frame
+        assert clock.count_frames_before(clock.time_s(frame) * (1 + 2.0**-50) + clock.frame_s * 2.0**-20) == frame + 1
 
 
 @each("time_s", [-1.0, math.nan, math.inf])
 def test_a_time_that_has_no_number_of_frames_before_it_is_refused(time_s: float) -> None:
     """A time that is negative, infinite or NaN is refused by name and value."""
     with pytest.raises(InputError, match=f"time_s must be a finite number of seconds, 0 or more, got {time_s}"):
-        FrameClock(rate_hz=60.0).frames_before(time_s)
+        FrameClock(rate_hz=60.0).count_frames_before(time_s)

@@ -13,7 +13,7 @@ from tests.unit.solvers.pit.run_forms import assert_identical, bits, compiled_fo
 
 from carom import Chain, Disc, Scene, Wall, solve_pit
 from carom.solvers.pit.clock import FrameClock
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 
 
 def crowd(seed: int, *, ratio: float, speed: float) -> Scene:
@@ -120,14 +120,14 @@ def test_separating_discs_are_looked_at_once() -> None:
 
 def test_plain_looping_looks_at_every_frame_and_makes_every_test() -> None:
     """Asked to leave nothing out, the compiled run counts what the plain loop counts."""
-    scene = gas_scene(20, 0.3, duration_s=1.0)
+    scene = build_gas_scene(20, 0.3, duration_s=1.0)
     clock = FrameClock(rate_hz=60.0)
     assert finished(scene, clock, compiled_forms()["plain"]).counts == finished(scene, clock).counts
 
 
 def test_a_thousand_discs_take_a_hundredth_of_the_pair_tests() -> None:
     """At 1,000 discs, packing .3, 60 frames a second: at most a hundredth of plain looping's tests."""
-    scene = gas_scene(1000, 0.3, duration_s=0.5)
+    scene = build_gas_scene(1000, 0.3, duration_s=0.5)
     clock = FrameClock(rate_hz=60.0)
     fast, plain = (finished(scene, clock, compiled_forms()[name]) for name in ("default", "plain"))
     assert bits(fast) == bits(plain)
@@ -150,7 +150,7 @@ def test_where_skipping_does_not_pay_most_frames_are_looped_plainly() -> None:
 
 def test_the_record_is_handed_out_as_it_grows() -> None:
     """Arrays asked for in between stay as they were, none can be written to, and the last one holds all impacts."""
-    scene = gas_scene(50, 0.5, duration_s=2.0)
+    scene = build_gas_scene(50, 0.5, duration_s=2.0)
     clock = FrameClock(rate_hz=60.0)
     whole = finished(scene, clock, compiled_forms()["default"]).log.array()
     run = compiled_forms()["default"](scene, clock)

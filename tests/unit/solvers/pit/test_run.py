@@ -16,7 +16,7 @@ from carom.errors import InputError
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Outcome
 from carom.solvers.pit.clock import FrameClock
-from carom.studies.bench.gas import gas_scene
+from carom.studies.bench.gas import build_gas_scene
 
 CLOCK = FrameClock(rate_hz=24.0)
 
@@ -135,7 +135,7 @@ def interrupted_soon() -> Iterator[None]:
 @pytest.mark.skipif(sys.platform == "win32", reason="has no timer that signals")
 def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
     """What would take a minute ends soon after the signal; afterwards the run ends as if nothing had happened."""
-    scene = gas_scene(300, 0.3)
+    scene = build_gas_scene(300, 0.3)
     run = form(scene, CLOCK)
     with pytest.raises(StopError), interrupted_soon():
         run.advance_frames(2_000_000)
@@ -154,7 +154,7 @@ def test_other_threads_run_meanwhile() -> None:
     """While compiled code passes frames, another thread sees how many it has passed."""
     from carom.core.pit import FrameLoop
 
-    loop = FrameLoop(gas_scene(300, 0.3), CLOCK, False, 0.0)
+    loop = FrameLoop(build_gas_scene(300, 0.3), CLOCK, False, 0.0)
     thread = threading.Thread(target=loop.run, args=(200, 2**62, 1e18))
     thread.start()
     seen = set()

@@ -11,7 +11,7 @@ from carom.errors import InputError
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Outcome
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import pit_run, solve_pit
+from carom.solvers.pit.solve import solve_pit, start_pit_run
 from carom.solvers.rows import RecordedImpacts
 
 CLOCK = FrameClock(rate_hz=60.0)
@@ -34,7 +34,7 @@ def test_compiled_code_runs_every_kind_of_motion() -> None:
         falling(walls=[Wall(point_m=(0.0, -5.0), normal=(0.0, 1.0), velocity_m_s=(0.0, -1.0))]),
     ):
         for skipping in (True, False):
-            run = pit_run(scene, CLOCK, skipping=skipping)
+            run = start_pit_run(scene, CLOCK, skipping=skipping)
             assert isinstance(run.log, RecordedImpacts)
             assert run.notes == ()
 

@@ -10,7 +10,7 @@ from tests.scene_builders import line
 
 from carom import Chain, solve_pit
 from carom.errors import InputError
-from carom.model.trace import impact_array
+from carom.model.trace import build_impact_array
 from carom.solvers.reference.algorithm_1 import run_algorithm_1
 from carom.solvers.reference.algorithm_2 import solve_pic_framewise
 
@@ -27,7 +27,7 @@ def test_solve_pit_gives_the_bits_of_the_definition(kind: str, numbers: range) -
         if scene.duration_s * scene.frame_rate_hz * len(scene.discs) ** 2 > MOST_TESTS:
             continue
         trace, found = solve_pit(scene), run_algorithm_1(scene)
-        assert trace.impacts.tobytes() == impact_array(found.impacts).tobytes(), scene.name
+        assert trace.impacts.tobytes() == build_impact_array(found.impacts).tobytes(), scene.name
         np.testing.assert_array_equal(trace.final_position_m, [(disc.x, disc.y) for disc in found.discs])
         np.testing.assert_array_equal(trace.final_velocity_m_s, [disc.velocity for disc in found.discs])
 

@@ -20,10 +20,17 @@ from carom.execution.pool import InProcessPool
 from carom.model.walls import Leg
 from carom.studies.advise import run as adviser
 from carom.studies.advise.api import ShownAdvice
-from carom.studies.advise.document import advice_document
+from carom.studies.advise.document import build_advice_document
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import ReferenceCut, advise
-from carom.studies.advise.sampling_limit import Cause, ContactWindow, Demand, hardest_impacts, largest_step, pair_limit
+from carom.studies.advise.sampling_limit import (
+    Cause,
+    ContactWindow,
+    Demand,
+    compute_largest_step,
+    compute_pair_limit,
+    rank_hardest_impacts,
+)
 from carom.studies.advise.step_search import CONFIRM, SearchEnding
 from carom.studies.advise.step_trial import StartTask
 
@@ -82,7 +89,7 @@ def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
     n, u = (math.cos(normal), math.sin(normal)), (speed * math.cos(toward), speed * math.sin(toward))
     before = (frame, (frame[0] + u[0], frame[1] + u[1]))
     window, angle = ContactWindow.of(1.0, n, u), math.radians(demanded)
-    limit = pair_limit(window, before, (1 / masses[0], 1 / masses[1]), restitution, angle, 0.0).direction_dt_s
+    limit = compute_pair_limit(window, before, (1 / masses[0], 1 / masses[1]), restitution, angle, 0.0).direction_dt_s
 
     def error(late: float) -> float:
         c = (n[0] + u[0] * late, n[1] + u[1] * late)
@@ -105,7 +112,7 @@ def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
 @each("scene", [pair(0.3), pair(0.7, mass=5.0), pair(0.05, speed=20, radius=0.05)])
 def test_one_step_above_fails_and_one_below_passes(scene: Scene) -> None:
     """PIT's closed form, run: at its step every start meets the demand, and a step 0.1 % larger has one that fails."""
-    limit = hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
+    limit = rank_hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
     for share in (0.001, 0.25, 0.5, 0.75, 0.999):
         found, worst = direction_errors(scene, limit.dt_s * 0.999, limit.dt_s * 0.999 * share)
         assert found == 1
@@ -118,22 +125,22 @@ def test_a_graze_is_missed_as_often_as_its_window_says() -> None:
     """A graze's window is sqrt(R^2 - b^2) / v; at twice that step, half of all starts miss, as PIT run shows."""
     scene = pair(0.999)
     window_s = math.sqrt(1 - 0.999**2)
-    hard = hardest_impacts(solve_pic(scene), Demand(math.radians(90)))[0]
+    hard = rank_hardest_impacts(solve_pic(scene), Demand(math.radians(90)))[0]
     assert hard.cause is Cause.GRAZE
     assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
     dt_s = 2 * window_s
-    assert largest_step(window_s, 0.5) == pytest.approx(dt_s)
+    assert compute_largest_step(window_s, 0.5) == pytest.approx(dt_s)
     found = [direction_errors(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
     assert sum(found) == 10
 
 
 def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     """Near head-on, what ends the window is speed and size; a wall's window has no end."""
-    fast = hardest_impacts(solve_pic(pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
+    fast = rank_hardest_impacts(solve_pic(pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
     assert fast.cause is Cause.FAST
     assert fast.limit.dt_s == pytest.approx(0.02 / 100)
     walled = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=3.0)
-    assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
+    assert rank_hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
 @each("starts", long_until(1, [16, CONFIRM]))
@@ -181,7 +188,9 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
     assert advice.cut is ReferenceCut.CHAOS
     assert times[1] < advice.scene.duration_s < times[2]
     assert advice.impacts == 2
-    assert any("Only the time up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
+    assert any(
+        "Only the time up to" in line and "rounding" in line for line in printed(build_advice_document(advice), 200)
+    )
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
     with pytest.raises(
         InputError, match="no step can be recommended for 'walled', because from its first impact on rounding"
@@ -214,7 +223,7 @@ def test_with_friction_pit_is_tried() -> None:
     for step, right in ((sure(answer.passes).dt_s, True), (sure(answer.fails).dt_s, False)):
         found, worst = direction_errors(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
-    text = " ".join(" ".join(printed(advice_document(advice), 80)).split())
+    text = " ".join(" ".join(printed(build_advice_document(advice), 80)).split())
     assert "(without friction)" in text
     assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} steps/s, by search" in text
 
@@ -249,7 +258,7 @@ def test_an_impact_in_the_last_step_is_asked_for() -> None:
 @each("name, cause", [("driven/paddle", Cause.WALL), ("driven/swatter", Cause.EDGE)])
 def test_only_of_a_half_plane_it_is_said_that_nothing_passes(name: str, cause: Cause) -> None:
     """A swatter, which a disc is beyond after one step, has another phrase than a wall without a far side."""
-    (hard,) = hardest_impacts(solve_pic(name), Demand(DEGREE))
+    (hard,) = rank_hardest_impacts(solve_pic(name), Demand(DEGREE))
     assert hard.cause is cause
 
 

@@ -11,8 +11,15 @@ from tests.scene_builders import sure
 from carom.execution.job import Answer, Method, Status
 from carom.model.scene import Disc, Scene
 from carom.studies.advise.sampling_limit import Demand
-from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepSearch, grid_of, in_a_frame
-from carom.studies.advise.step_trial import Started, StepTrial, most_steps, starts_of
+from carom.studies.advise.step_search import (
+    CONFIRM,
+    Advised,
+    SearchEnding,
+    StepSearch,
+    count_steps_per_frame,
+    generate_step_grid,
+)
+from carom.studies.advise.step_trial import Started, StepTrial, compute_step_limit, list_start_phases
 
 DEGREE = math.radians(1)
 SCENE = Scene(name="one", discs=[Disc(position_m=(0.0, 0.0), radius_m=1.0)], duration_s=1.0, frame_rate_hz=60)
@@ -42,21 +49,21 @@ def searched(
         tried.append((wanted.dt_s, wanted.even))
         lost, error = curve(wanted.dt_s, wanted.even)
         starts = wanted.even + 3
-        steps = round(share * most_steps(SCENE.duration_s, wanted.dt_s, starts))
+        steps = round(share * compute_step_limit(SCENE.duration_s, wanted.dt_s, starts))
         reason = "crashed" if broken(wanted.dt_s) else ""
         search.take(StepTrial(wanted.dt_s, wanted.even, starts, int(lost), int(lost), error, steps, reason))
-    return search.answer(), tried
+    return search.build_answer(), tried
 
 
 def test_the_grid_goes_from_the_whole_run_down_two_steps_an_octave() -> None:
     """1 s, and of a frame of 1/60 s whole and half multiples: rates 1.875 ... 60, 90, 120, to a 64th."""
-    grid = list(grid_of(SCENE, math.inf))
+    grid = list(generate_step_grid(SCENE, math.inf))
     assert grid[0] == 1.0
     rates = [1 / dt_s for dt_s in grid]
     assert [rate for rate in rates if 50 < rate < 500] == pytest.approx([60, 90, 120, 180, 240, 360, 480])
     assert all(coarse > fine >= coarse / 1.5000001 for coarse, fine in pairwise(grid))
     assert rates[-1] == pytest.approx(60 * 64)
-    assert 1 / list(grid_of(SCENE, 1 / 600))[-1] == pytest.approx(600 * 64, rel=0.5)
+    assert 1 / list(generate_step_grid(SCENE, 1 / 600))[-1] == pytest.approx(600 * 64, rel=0.5)
 
 
 def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_three() -> None:
@@ -69,9 +76,11 @@ def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_thre
         assert sure(answer.passes).even == CONFIRM
         assert answer.down_to_s == pytest.approx(1 / 120 / 2**octaves)
         assert answer.monotone
-        below = [dt for dt in grid_of(SCENE, math.inf) if answer.down_to_s <= dt <= sure(answer.passes).dt_s]
+        below = [dt for dt in generate_step_grid(SCENE, math.inf) if answer.down_to_s <= dt <= sure(answer.passes).dt_s]
         assert set(below) <= {dt for dt, _ in tried}
-        assert sure(found.never_misses.passes).dt_s == max(dt for dt in grid_of(SCENE, math.inf) if dt <= 0.1)
+        assert sure(found.never_misses.passes).dt_s == max(
+            dt for dt in generate_step_grid(SCENE, math.inf) if dt <= 0.1
+        )
         assert found.ending is SearchEnding.FOUND
 
 
@@ -120,14 +129,17 @@ def test_the_answer_in_whole_steps_of_a_frame_is_run_at_64_starts_too() -> None:
     assert found.never_misses.in_frame is found.never_misses.passes
     (large,) = (found for found, _ in [searched(lambda dt, _: (False, 1e-3 * dt))])
     assert sure(large.demand.passes).dt_s == 1.0
-    assert in_a_frame(sure(large.demand.in_frame).dt_s, 60) == 1
+    assert count_steps_per_frame(sure(large.demand.in_frame).dt_s, 60) == 1
 
 
 @each("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
 def test_a_whole_number_of_steps_is_known_whatever_the_rate(rate_hz: float) -> None:
     """Every step of a grid below half a frame is a whole number a frame, those of 1.5 frames and 2/3 are none."""
     one = Scene(**{**dict(SCENE), "frame_rate_hz": rate_hz, "duration_s": 5.0 / rate_hz})
-    found = {round(1 / (dt_s * rate_hz), 6): in_a_frame(dt_s, rate_hz) for dt_s in grid_of(one, math.inf)}
+    found = {
+        round(1 / (dt_s * rate_hz), 6): count_steps_per_frame(dt_s, rate_hz)
+        for dt_s in generate_step_grid(one, math.inf)
+    }
     assert {times: whole for times, whole in found.items() if times >= 2} == {
         times: times for times in found if times >= 2
     }
@@ -158,7 +170,7 @@ def test_runs_that_end_early_are_counted_as_such() -> None:
         return dt_s > 1 / 100, DEGREE * 300 * dt_s
 
     whole, tried = searched(curve)
-    needed = sum(most_steps(1.0, dt_s, even + 3) for dt_s, even in tried)
+    needed = sum(compute_step_limit(1.0, dt_s, even + 3) for dt_s, even in tried)
     assert searched(curve, budget=needed - 1)[0].ending is SearchEnding.BUDGET
     early, again = searched(curve, budget=needed // 9, share=0.1)
     assert (early.ending, again) == (SearchEnding.FOUND, tried)
@@ -171,7 +183,7 @@ def test_a_budget_is_never_exceeded_and_what_was_not_reached_is_no_answer(budget
     """However large: the steps of all trials stay within it, two searches are one, and no answer is half a search."""
     curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls
     found, tried = searched(curve, budget=budget)
-    assert sum(most_steps(1.0, dt, even + 3) for dt, even in tried) <= budget
+    assert sum(compute_step_limit(1.0, dt, even + 3) for dt, even in tried) <= budget
     assert found.ending is SearchEnding.BUDGET
     assert found.demand.passes is None
     assert (found, tried) == searched(curve, budget=budget)
@@ -203,11 +215,11 @@ def test_what_breaks_off_at_a_huge_step_is_asked_for_smaller_ones_and_at_a_frame
 def test_a_direction_that_is_not_known_meets_nothing() -> None:
     """NaN, where no impact was found, is within no angle, nor in proportion; a share of misses may be allowed."""
     blind = StepTrial(0.1, 8, 11, 8, 11, math.nan, 1)
-    assert not blind.meets(Demand(DEGREE, 0.99))
+    assert not blind.is_within(Demand(DEGREE, 0.99))
     some = StepTrial(0.1, 8, 11, 1, 4, DEGREE / 2, 1)
-    assert some.meets(Demand(DEGREE, 0.125))
-    assert not some.meets(Demand(DEGREE, 0.1))
-    assert not some.meets(Demand(DEGREE))
+    assert some.is_within(Demand(DEGREE, 0.125))
+    assert not some.is_within(Demand(DEGREE, 0.1))
+    assert not some.is_within(Demand(DEGREE))
     assert not some.never_misses
     found, _ = searched(lambda *_: (False, math.nan), Demand(DEGREE))
     assert found.demand.passes is None
@@ -228,7 +240,7 @@ def test_starts_that_can_not_be_had_are_counted_out_and_a_crash_is_none_of_them(
     crashed = StepTrial.of(0.1, [ran(0, 0.1)], [Answer(Status.CRASHED, "signal 11")])
     assert isinstance(crashed, StepTrial)
     assert not crashed.never_misses
-    assert not crashed.meets(Demand(DEGREE))
+    assert not crashed.is_within(Demand(DEGREE))
     broken_off = StepTrial.of(0.1, [Answer(Status.RAN, value=Started(0, False, 0.1, 10))], [])
     assert isinstance(broken_off, StepTrial)
     assert broken_off.lost == 1
@@ -236,7 +248,7 @@ def test_starts_that_can_not_be_had_are_counted_out_and_a_crash_is_none_of_them(
 
 def test_an_aimed_start_looks_just_before_the_impact() -> None:
     """Begun so much earlier, the last look is a thousandth of a step before the impact; none is there twice."""
-    even, aimed = starts_of(0.1, 8, [0.234, 0.234, 0.777])
+    even, aimed = list_start_phases(0.1, 8, [0.234, 0.234, 0.777])
     assert even == tuple(k / 8 for k in range(8))
     assert len(aimed) == 2
     for phase, at in zip(aimed, (0.234, 0.777), strict=True):

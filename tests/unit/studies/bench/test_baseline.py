@@ -11,7 +11,7 @@ from tests.unit.studies.examples import HERE, bench
 
 from carom.errors import InputError
 from carom.studies.bench.baseline import BaselineChange, compare_points, read_baseline
-from carom.studies.bench.document import bench_document, write_bench
+from carom.studies.bench.document import build_bench_document, write_bench
 from carom.studies.bench.result import Bench
 
 ROUNDS = (1.0, 1.02, 0.99, 1.01, 0.98, 1.0, 1.0)
@@ -65,11 +65,11 @@ def test_the_first_line_counts_and_names_the_worst(earlier: Path) -> None:
     """Regressed, improved and no change; growth of an error and of a run time are distinguished."""
     now = timed(1.5, error=2.0)
     found = compare_points(now, read_baseline(earlier, HERE))
-    text = " ".join(" ".join(printed(bench_document(now, baseline=found), 80)).split())
+    text = " ".join(" ".join(printed(build_bench_document(now, baseline=found), 80)).split())
     assert text.startswith(f"Run time of {len(found)} points compared with the baseline: 12 regressed, 0 improved, ")
     assert "worst: paper/late, pymunk " in text
     assert "Errors: 12 regressed, 0 improved." in text
-    nothing = " ".join(printed(bench_document(now, baseline=[]), 80))
+    nothing = " ".join(printed(build_bench_document(now, baseline=[]), 80))
     assert "The baseline has none of these points" in nothing
 
 

@@ -3,7 +3,7 @@ import math
 import pytest
 from tests.cases import each
 
-from carom.studies.bench.convergence import Convergence, fit_order, fit_power, student_quantile
+from carom.studies.bench.convergence import Convergence, compute_student_quantile, fit_order, fit_power
 
 STEPS = [1 / 60, 1 / 167, 1 / 464, 1 / 1292, 1 / 3594, 1 / 10000]
 
@@ -11,7 +11,7 @@ STEPS = [1 / 60, 1 / 167, 1 / 464, 1 / 1292, 1 / 3594, 1 / 10000]
 @each("freedom, published", [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)])
 def test_students_quantiles_are_the_published_ones(freedom: int, published: float) -> None:
     """The 97.5 % quantiles are those of every printed table (NIST/SEMATECH e-Handbook, 1.3.6.7.2)."""
-    assert student_quantile(0.975, freedom) == pytest.approx(published, abs=5e-4)
+    assert compute_student_quantile(0.975, freedom) == pytest.approx(published, abs=5e-4)
 
 
 @each("order", [1.0, 2.0])

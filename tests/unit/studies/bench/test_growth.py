@@ -64,7 +64,7 @@ def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str
 
     path, sizes, engines = tmp_path / "growth.jsonl", (2, 3, 4), ("pit", "pymunk")
     with pytest.raises(KeyboardInterrupt), growth.growth_journal(path) as journal:
-        growth.growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal, progress=interrupt)
+        growth.measure_growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal, progress=interrupt)
     two = [("pit", 2), ("pymunk", 2)] * 2  # plain, and falling
     assert ran == [*two, ("pit", 3)]
     with growth.growth_journal(path, resume=True) as journal:
@@ -73,7 +73,7 @@ def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str
         keys = list(journal.entries)
         journal.add([JournalEntry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
     with growth.growth_journal(path, resume=True) as journal:
-        found = growth.growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal)
+        found = growth.measure_growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal)
     assert ran[5:] == [("pymunk", 3), ("pit", 3), ("pymunk", 3), *[("pit", 4), ("pymunk", 4)] * 2]
     pit, pymunk = (curve.points for curve in found.curves if not curve.gravity)
     assert [value.timing.advance_s for value in earlier][:3] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
@@ -85,10 +85,10 @@ def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, i
     """A run for which the budget was too short is no finished one: with more of it, the bench goes on there."""
     path = tmp_path / "growth.jsonl"
     with growth.growth_journal(path) as journal:
-        first = growth.growth(GrowthOptions(["pit"], sizes=[2], own=False, budget_s=1e-9), notes=journal)
+        first = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False, budget_s=1e-9), notes=journal)
     assert "raise --budget" in first.curves[0].points[0].reason
     with growth.growth_journal(path, resume=True) as journal:
-        second = growth.growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
+        second = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
     assert second.curves[0].points[0].reason == ""
     assert ran == [("pit", 2), ("pit", 2)]  # plain, and falling
 
@@ -114,8 +114,8 @@ def test_what_is_left_over_by_those_that_are_done_is_for_the_others(
         allowed.append(args[-1])
         return ""
 
-    monkeypatch.setattr(growth, "_too_long", note)
-    growth.growth(GrowthOptions(["pit"], sizes=[2, 3], own=False, budget_s=100.0))
+    monkeypatch.setattr(growth, "_find_skip_reason", note)
+    growth.measure_growth(GrowthOptions(["pit"], sizes=[2, 3], own=False, budget_s=100.0))
     assert len(ran) == len(allowed) == 4
     assert allowed[:2] == [pytest.approx(100.0, abs=10.0)] * 2
     assert allowed[3] == pytest.approx(200.0, abs=50.0)

@@ -20,12 +20,12 @@ from carom.execution.pool import InProcessPool, Lane
 from carom.execution.score_jobs import Measures, score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import Convergence
-from carom.studies.bench.growth import GrowthPoint, growth, same_method
+from carom.studies.bench.growth import GrowthPoint, measure_growth, select_same_method
 from carom.studies.bench.noise import NoiseProbe, Spread
-from carom.studies.bench.options import BenchPlan, GrowthOptions, step_series
-from carom.studies.bench.result import Bench, Point, cheapest, pareto_front
-from carom.studies.bench.run import work_precision
-from carom.studies.bench.series import geometric_steps
+from carom.studies.bench.options import BenchPlan, GrowthOptions, parse_step_series
+from carom.studies.bench.result import Bench, Point, find_cheapest, find_pareto_front
+from carom.studies.bench.run import measure_work_precision
+from carom.studies.bench.series import compute_geometric_steps
 from carom.studies.bench.timing_pass import CellTiming, TimeScene, timing_journal
 from carom.support.limits import MOST_DISCS
 
@@ -47,29 +47,29 @@ def point(engine: str, seconds: float, error: float, missed: int = 0) -> Point:
 
 def test_a_series_is_geometric_and_of_whole_frame_rates() -> None:
     """Between 1/60 and 1/10000 six steps are evenly spread on a logarithmic axis, rounded to whole frames a second."""
-    steps = step_series("1/60..1/10000:6")
+    steps = parse_step_series("1/60..1/10000:6")
     assert [round(1 / step) for step in steps] == [60, 167, 464, 1292, 3594, 10000]
-    assert step_series("1/60..1/10000") == steps
-    assert geometric_steps(0.1, 0.0125, 4) == pytest.approx([0.1, 0.05, 0.025, 0.0125])
-    assert geometric_steps(0.0125, 0.1, 4) == geometric_steps(0.1, 0.0125, 4)
-    assert step_series("1/240") == (1 / 240,)
+    assert parse_step_series("1/60..1/10000") == steps
+    assert compute_geometric_steps(0.1, 0.0125, 4) == pytest.approx([0.1, 0.05, 0.025, 0.0125])
+    assert compute_geometric_steps(0.0125, 0.1, 4) == compute_geometric_steps(0.1, 0.0125, 4)
+    assert parse_step_series("1/240") == (1 / 240,)
 
 
 @each("text", ["1/60..", "1/60..1/600:1", "1/60..1/600:x", "1/60..0", "..", "1/60..1/600:-2"])
 def test_a_series_that_is_none_is_refused(text: str) -> None:
     """A series with a missing end, one step or no number is refused with the text itself."""
     with pytest.raises(InputError, match=rf"^--dt must be .*, got '{re.escape(text)}'"):
-        BenchPlan.said({"dts": [text]})
+        BenchPlan.parse_command_line({"dts": [text]})
 
 
 def test_the_front_is_what_nothing_beats() -> None:
     """The front contains the points (time, error) without a faster one as exact; a miss has no accuracy."""
     a, b, c, d = point("a", 1, 0.1), point("b", 2, 0.2), point("c", 3, 0.01), point("d", 0.5, 0.0, missed=1)
-    assert pareto_front([a, b, c, d]) == (a, c)
-    assert pareto_front([a, point("e", 1.5, 0.1 - 1e-16)]) == (a,)
-    assert cheapest([a, b, c, d], 0.1) == a
-    assert cheapest([a, b, c, d], 0.05) == c
-    assert cheapest([a, b, c, d], 0.001) is None
+    assert find_pareto_front([a, b, c, d]) == (a, c)
+    assert find_pareto_front([a, point("e", 1.5, 0.1 - 1e-16)]) == (a,)
+    assert find_cheapest([a, b, c, d], 0.1) == a
+    assert find_cheapest([a, b, c, d], 0.05) == c
+    assert find_cheapest([a, b, c, d], 0.001) is None
 
 
 @pytest.mark.long
@@ -84,14 +84,14 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
             score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
             timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
         ):
-            return work_precision([scene], plan, InProcessPool(), notes=journal, timings=timings)
+            return measure_work_precision([scene], plan, InProcessPool(), notes=journal, timings=timings)
 
     first = run(resume=False)
     again = run(resume=True)
     assert first.scenes == again.scenes
     assert len(measured_in(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
     with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
-        bench = work_precision([scene], replace(plan, timing=False), InProcessPool(), notes=journal)
+        bench = measure_work_precision([scene], replace(plan, timing=False), InProcessPool(), notes=journal)
     assert bench.scenes[0].noise is None
     found = {curve.engine: curve for curve in first.scenes[0].curves}
     assert found["pic"].order.verdict is Convergence.EXACT
@@ -123,7 +123,7 @@ def test_carom_s_own_methods_are_there_whoever_is_asked_for(scene: Scene) -> Non
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), phases=1, timing=False)
 
     def found(plan: BenchPlan) -> dict[tuple[str, str], int]:
-        (result,) = work_precision([scene], plan, InProcessPool()).scenes
+        (result,) = measure_work_precision([scene], plan, InProcessPool()).scenes
         return {(curve.engine, curve.profile): len(curve.points) for curve in result.curves}
 
     assert found(plan) == {("pic", "event-driven"): 1, ("pit", "tuned"): 2}
@@ -139,7 +139,7 @@ def test_the_last_steps_go_to_the_best_profile_of_each_engine(scene: Scene, monk
     plan = BenchPlan(engines=("pic", "pit"), dts=(1 / 60, 1 / 120), phases=1, timing=False)
     # Each look at the clock takes a second: of the finer steps one of two fits into half of the budget.
     monkeypatch.setattr("carom.studies.bench.scoring_pass.time", Clock(1.0))
-    found = work_precision([scene], replace(plan, budget_s=26.0), InProcessPool()).scenes[0]
+    found = measure_work_precision([scene], replace(plan, budget_s=26.0), InProcessPool()).scenes[0]
     unscored = {(c.engine, c.profile, p.dt_s): p.reason for c in found.curves for p in c.points if p.reason}
     assert unscored == {("pit", "tuned", 1 / 120): "the 13 s for scoring this scene are used up; raise --budget"}
 
@@ -160,7 +160,7 @@ def test_noise_is_measured_by_fixed_work() -> None:
     probe = NoiseProbe()
     for _ in range(5):
         probe.take()
-    noise = probe.noise()
+    noise = probe.compute_noise()
     assert noise.probes == 5
     assert noise.work_s > 0
     assert noise.worst >= 1
@@ -175,7 +175,7 @@ def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
         ([scene], replace(plan, profiles=("best",)), UnknownNameError, "profile 'best'"),
     ):
         with pytest.raises(error, match=words):
-            work_precision(scenes, wrong, InProcessPool())
+            measure_work_precision(scenes, wrong, InProcessPool())
     for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
         words = f"{name} must be .*, got {value:g}"
         with pytest.raises(InputError, match=words):
@@ -186,25 +186,25 @@ def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
 def test_growth_runs_more_and_more_discs_and_says_what_it_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each size has time, memory and a ratio to PIT; a size beyond the budget has a reason instead of them."""
     monkeypatch.setattr("carom.studies.bench.growth.time", Clock())  # nothing uses up a budget, however slow it is
-    found = growth(GrowthOptions(["pit", "pic"], sizes=(2, 40), budget_s=60.0))
+    found = measure_growth(GrowthOptions(["pit", "pic"], sizes=(2, 40), budget_s=60.0))
     for curve in found.curves:
         ran = [entry for entry in curve.points if not entry.reason]
         assert [entry.discs for entry in ran][:2] == [2, 40]
         assert all(entry.advance_s > 0 and entry.ratio > 0 for entry in ran[:2])
     pit = next(curve for curve in found.curves if curve.engine == "pit")
-    curve, _ = growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3, own=False)).curves
+    curve, _ = measure_growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3, own=False)).curves
     assert "according to the run with 40 discs" in curve.points[-1].reason
     assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
     with pytest.raises(InputError, match=r"sizes\[0\] must be a whole number from 1 to 100000, got 0"):
-        growth(GrowthOptions(["pit"], sizes=(0,)))
+        measure_growth(GrowthOptions(["pit"], sizes=(0,)))
 
 
 def test_a_power_law_is_fitted_through_one_method_alone() -> None:
     """Where more discs take less time, another method took over: only what follows belongs together."""
     times = [1.0, 3.0, 0.1, 0.4, 1.2]
     points = [GrowthPoint(10 ** (k + 2), 0.0, seconds, 1.0, 1.0) for k, seconds in enumerate(times)]
-    assert same_method(points) == points[2:]
-    assert same_method(points[2:]) == points[2:]
+    assert select_same_method(points) == points[2:]
+    assert select_same_method(points[2:]) == points[2:]
 
 
 @pytest.mark.long
@@ -256,7 +256,7 @@ def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[
     """The names of the documented lines, in a folder with a journal: two jobs, one without an error, one not run."""
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False, own=False)
     with score_journal(tmp_path / "journal.jsonl") as journal:
-        work_precision([scene], plan, InProcessPool(), notes=journal)
+        measure_work_precision([scene], plan, InProcessPool(), notes=journal)
         ran = next(iter(journal.entries.values()))
         unmeasured = replace(sure(ran.answer.value), total=replace(sure(ran.answer.value).total, velocity=math.nan))
         journal.add(

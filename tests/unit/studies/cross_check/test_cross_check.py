@@ -21,7 +21,7 @@ from carom.execution.engine_run import ObserveTask
 from carom.execution.job import Answer, Job, Method, Status, Task
 from carom.execution.plan import build_plan
 from carom.execution.pool import InProcessPool
-from carom.execution.run_options import Options, default_dts
+from carom.execution.run_options import Options, compute_default_dts
 from carom.execution.timing import TIMING_RUNS, TimeTask
 from carom.model.trace import Outcome, Trace
 from carom.studies.cross_check import run as execute
@@ -192,7 +192,7 @@ def test_what_makes_no_sense_is_refused_by_name_and_value(scene: Scene, given: d
 
 def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> None:
     """By default a scene is run at its own frame, a quarter and a sixteenth of it."""
-    assert default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
+    assert compute_default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
     results = cross_checked([scene], ["pit"])
     assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
 

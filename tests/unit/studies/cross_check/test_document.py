@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from carom.cli import app
 from carom.execution.results import Results
 from carom.report.document import Document, Media, Table, Text
-from carom.report.results_file.read_write import read_records, records
+from carom.report.results_file.read_write import format_records, read_records
 from carom.studies.cross_check import run_sections, scene_sections
 from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
@@ -17,7 +17,7 @@ from carom.studies.cross_check.document import cross_check_document, rebuild_doc
 @pytest.fixture
 def folder(results: Results, tmp_path: Path) -> Path:
     """A folder with nothing but the records."""
-    (tmp_path / "results.jsonl").write_text(records(results), encoding="utf-8")
+    (tmp_path / "results.jsonl").write_text(format_records(results), encoding="utf-8")
     return tmp_path
 
 
@@ -25,11 +25,11 @@ def tables(document: Document) -> dict[str, list[list[list[str]]]]:
     """Return the lines of all tables of a page by the heading of their section, without the step in it."""
     return {
         section.heading.partition(", a")[0]: [
-            [[cell.line for cell in row] for row in block.shown(Media.PAGE)[1]]
-            for block in section.shown(Media.PAGE)
+            [[cell.line for cell in row] for row in block.select_for(Media.PAGE)[1]]
+            for block in section.select_for(Media.PAGE)
             if isinstance(block, Table)
         ]
-        for section in document.shown(Media.PAGE)
+        for section in document.select_for(Media.PAGE)
     }
 
 

@@ -21,7 +21,7 @@ from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.run import cross_check, execute
-from carom.studies.cross_check.skipping_section import skipping_section
+from carom.studies.cross_check.skipping_section import build_skipping_section
 
 
 def plan(name: str, **options: Any) -> str:
@@ -78,13 +78,13 @@ def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
     asked: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60], "pool": InProcessPool()}
     found = cross_check(["classics/gas"], ["pit"], **asked)
     assert list(found.skipped) == ["classics/gas"]
-    section = skipping_section(build_grid(found))
+    section = build_skipping_section(build_grid(found))
     (table,) = [block for block in section.blocks if isinstance(block, Table)]
-    _, ((scene, *_),) = table.shown(Media.MARKDOWN)
+    _, ((scene, *_),) = table.select_for(Media.MARKDOWN)
     assert scene.text == "classics/gas"
     (figures,) = [block for block in section.blocks if isinstance(block, Figures)]
     assert "classics/gas" in figures.items[0].draw(False)
-    assert not skipping_section(build_grid(cross_check(["paper/late"], ["pit"], **asked, timing=False))).blocks
+    assert not build_skipping_section(build_grid(cross_check(["paper/late"], ["pit"], **asked, timing=False))).blocks
     assert not cross_check(["paper/late"], ["pit"], **asked, samples=False).skipped
 
 

@@ -13,8 +13,8 @@ from carom.execution.results import Results, Row
 from carom.report.document import Cell, Media, Table
 from carom.report.outcome_marks import Mark
 from carom.studies.cross_check.cells import build_grid, compute_standing
-from carom.studies.cross_check.grade_tables import methods_section
-from carom.studies.cross_check.scene_sections import scenes_section
+from carom.studies.cross_check.grade_tables import build_methods_section
+from carom.studies.cross_check.scene_sections import build_scenes_section
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +27,8 @@ def results() -> Results:
 
 def tables(results: Results, medium: Media) -> list[tuple[list[str], list[list[Cell]]]]:
     """Return headings and rows of the first section's tables."""
-    section = methods_section(build_grid(results))
-    found = [block.shown(medium) for block in section.shown(medium) if isinstance(block, Table)]
+    section = build_methods_section(build_grid(results))
+    found = [block.select_for(medium) for block in section.select_for(medium) if isinstance(block, Table)]
     return [([column.line for column in columns], rows) for columns, rows in found]
 
 
@@ -144,7 +144,7 @@ def test_pic_stands_once_in_the_table_of_every_scene(several: Results) -> None:
     """PIC's two profiles say the same of every scene, so there is one column of PIC; an engine keeps all."""
     grid = build_grid(several)
     assert [column.name for column in grid.columns.values()][:2] == ["PIC frame-by-frame", "PIC event-driven"]
-    section = scenes_section(grid)
-    (table,) = (block for block in section.shown(Media.PAGE) if isinstance(block, Table))
-    heads = [column.line for column in table.shown(Media.PAGE)[0]]
+    section = build_scenes_section(grid)
+    (table,) = (block for block in section.select_for(Media.PAGE) if isinstance(block, Table))
+    heads = [column.line for column in table.select_for(Media.PAGE)[0]]
     assert heads == ["scene", "PIC", "PIT", "pymunk default", "pymunk tuned", "pymunk located"]

@@ -17,10 +17,10 @@ from carom import Scene
 from carom.catalogue import all_scenes
 from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.cells import build_grid
-from carom.studies.cross_check.document import report_of
-from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page, play_link
+from carom.studies.cross_check.document import build_report
+from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_link, build_play_page
 from carom.studies.cross_check.scene_sections import pack_replays
-from carom.web.page import with_gallery
+from carom.web.page import add_gallery
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
 #: One more than the page shows, of which two meet.
@@ -29,29 +29,29 @@ MANY = staged("many", disc_at(-1.5, 0, 1), *(disc_at(2 * k, 0) for k in range(10
 
 def test_a_link_names_the_scene_as_an_address_can() -> None:
     """Strokes, spaces and signs of its name are written so that the page reads the name back."""
-    assert play_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
+    assert build_play_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
 
 
 def test_a_scene_that_the_page_does_not_show_has_no_link() -> None:
     """Too many discs: no link, and no page of these alone."""
-    assert play_link(MANY) == ""
+    assert build_play_link(MANY) == ""
     assert build_play_page([MANY]) == ""
 
 
 def test_a_scene_on_a_table_that_slows_discs_has_a_link() -> None:
     """The page shows it."""
-    assert play_link(PAIR.model_copy(update={"table_deceleration_m_s2": 0.5}))
+    assert build_play_link(PAIR.model_copy(update={"table_deceleration_m_s2": 0.5}))
 
 
 @each("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll"])
 def test_a_scene_of_one_disc_and_any_wall_has_a_link(name: str) -> None:
     """Edges, driven walls and contact that lasts are no reason to have none."""
-    assert play_link(all_scenes()[name].scene)
+    assert build_play_link(all_scenes()[name].scene)
 
 
 def test_the_page_has_the_scenes_of_the_report_first() -> None:
     """And those of the catalogue that a reader is led to after them."""
-    names = [scene.name for scene in with_gallery(PAIR)]
+    names = [scene.name for scene in add_gallery(PAIR)]
     assert names[0] == "mine/a pair & more"
     assert "classics/bullet" in names
 
@@ -60,7 +60,7 @@ def test_the_page_has_the_scenes_of_the_report_first() -> None:
 def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """The report has the page, and the replay's data a link to it, only if one of its scenes can be thrown."""
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
-    report_of(results).write(tmp_path)
+    build_report(results).write(tmp_path)
     assert (tmp_path / PLAY_PAGE).exists() == linked
     ((name, data),) = pack_replays(build_grid(results))
     replay = json.loads(gzip.decompress(base64.b64decode(data)))

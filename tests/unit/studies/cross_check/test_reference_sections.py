@@ -7,18 +7,18 @@ from tests.scene_builders import cross_checked, disc_at, staged, wall_at
 from carom.catalogue import all_scenes
 from carom.execution.results import Results
 from carom.report.document import Lines, Media
-from carom.report.render.markdown import markdown
+from carom.report.render.markdown import render_markdown
 from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.reference_sections import reference_section
-from carom.studies.cross_check.stepwise_section import steps_section
+from carom.studies.cross_check.reference_sections import build_reference_section
+from carom.studies.cross_check.stepwise_section import build_steps_section
 
 
 def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
     """Where a reference is not believed to its end, the report says up to where, and that it is an estimate."""
     name = next(iter(results.references))
     short = replace(results, horizons={name: 0.5 * float(results.references[name].impacts["time_s"][0])})
-    text = markdown(cross_check_document(short))
+    text = render_markdown(cross_check_document(short))
     assert "0 of 1 impacts" in text
     assert "the horizon is an estimate" in text
 
@@ -34,14 +34,18 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
         duration_s=2.0,
     )
     results = cross_checked([ball], ["pic", "pit"], dts=[1 / 24])
-    lines = [b.items for b in reference_section(build_grid(results)).shown(Media.TERMINAL) if isinstance(b, Lines)]
+    lines = [
+        b.items for b in build_reference_section(build_grid(results)).select_for(Media.TERMINAL) if isinstance(b, Lines)
+    ]
     assert any("runs are compared up to 0.5 s of 2 s, when a disc comes to rest" in line for (line,) in lines)
-    assert [section.heading for section in (steps_section(build_grid(results)),) if section.blocks]
+    assert [section.heading for section in (build_steps_section(build_grid(results)),) if section.blocks]
 
 
 def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
     """Discs that roll from the start, of which one strikes the other: no word says that the reference is in doubt."""
     scene = all_scenes()["contact/struck"].scene
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
-    told = [b.items for b in reference_section(build_grid(results)).shown(Media.TERMINAL) if isinstance(b, Lines)]
+    told = [
+        b.items for b in build_reference_section(build_grid(results)).select_for(Media.TERMINAL) if isinstance(b, Lines)
+    ]
     assert told == [("contact/struck: runs are compared up to 0 s of 3 s, when a disc rolls along a wall.",)]

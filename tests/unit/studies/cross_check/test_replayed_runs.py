@@ -114,8 +114,8 @@ class _Film:
 
 @pytest.fixture
 def film(shown: Replay) -> Iterator[_Film]:
-    made = films.film(shown.reference, shown.observed, shown.score)
-    yield _Film(made, films._times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
+    made = films.build_film(shown.reference, shown.observed, shown.score)
+    yield _Film(made, films._compute_frame_times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
     made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
 
 
@@ -132,7 +132,7 @@ def _at(cross: Line2D) -> np.ndarray:
 
 
 def _frames(shown: Replay) -> int:
-    return len(films._times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
+    return len(films._compute_frame_times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
 
 
 def test_a_film_shows_the_discs_where_they_are(shown: Replay, film: _Film) -> None:
@@ -220,7 +220,7 @@ def test_what_a_film_would_not_magnify_has_no_inset() -> None:
     """A disc a fifth of the picture's height is seen as it is."""
     scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
     shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
-    made = films.film(shown.reference, shown.observed, shown.score)
+    made = films.build_film(shown.reference, shown.observed, shown.score)
     assert made._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
     made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
 

@@ -9,26 +9,31 @@ from carom.execution.phases import PhaseSpread
 from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import Cell, Media, Section, Table
-from carom.report.render.markdown import markdown
+from carom.report.render.markdown import render_markdown
 from carom.report.results_file.json_lines import OF_SPINS
-from carom.report.results_file.read_write import records
+from carom.report.results_file.read_write import format_records
 from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.run_sections import cells_section, run_time_section, settings_section, spread_section
+from carom.studies.cross_check.run_sections import (
+    build_cells_section,
+    build_run_time_section,
+    build_settings_section,
+    build_spread_section,
+)
 
 
 def rows_of(section: Section) -> list[list[Cell]]:
     """The rows of a section's one table, as a page shows them."""
     (table,) = (block for block in section.blocks if isinstance(block, Table))
-    return table.shown(Media.PAGE)[1]
+    return table.select_for(Media.PAGE)[1]
 
 
 def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
     """Each field of `Errors` is a column of the table of every cell; JSON lines have all except those of spins."""
-    (table,) = cells_section(build_grid(results)).blocks
+    (table,) = build_cells_section(build_grid(results)).blocks
     assert isinstance(table, Table)
-    columns, _ = table.shown(Media.PAGE)
-    head, *rows = (json.loads(line) for line in records(results).splitlines())
+    columns, _ = table.select_for(Media.PAGE)
+    head, *rows = (json.loads(line) for line in format_records(results).splitlines())
     assert head["rows"] == len(rows)
     for metric in fields(Errors):
         assert metric.metadata["name"] in {column.head for column in columns}
@@ -42,26 +47,26 @@ def test_the_spread_over_phases_is_shown(results: Results) -> None:
     spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
     rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
     wide = replace(results, rows=rows, phases=12)
-    section = spread_section(build_grid(wide))
+    section = build_spread_section(build_grid(wide))
     shown = [[cell.text for cell in row] for row in rows_of(section)]
     assert {row[1] for row in shown} == {"toy tuned"}
     assert all({"0.012", "0.046", "25 %"} <= set(row) for row in shown)
-    assert section.heading in markdown(cross_check_document(wide))
-    assert section.heading not in markdown(cross_check_document(results))
+    assert section.heading in render_markdown(cross_check_document(wide))
+    assert section.heading not in render_markdown(cross_check_document(results))
 
 
 def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> None:
     """Settings are read from the coarsest trace and marked where they vary with the step; ratios are medians."""
     grid = build_grid(results)
-    settings = {row[0]: row for row in rows_of(settings_section(grid))}
+    settings = {row[0]: row for row in rows_of(build_settings_section(grid))}
     by_engine = {cell.text.split()[0]: row[-1].text for cell, row in settings.items()}
     assert set(by_engine) == {"PIC", "PIT", "toy"}
     assert by_engine["PIT"] == "dt_s = 0.0416667 (varies with the step)"
-    medians = {row[0].text: row[1].text for row in rows_of(run_time_section(grid))}
+    medians = {row[0].text: row[1].text for row in rows_of(build_run_time_section(grid))}
     assert medians == {
-        "PIC event-driven": formatting.ratio(1.0),
-        "PIT": formatting.ratio(1.0),
-        "toy tuned": formatting.ratio(0.5),
+        "PIC event-driven": formatting.format_ratio(1.0),
+        "PIT": formatting.format_ratio(1.0),
+        "toy tuned": formatting.format_ratio(0.5),
     }
 
 
@@ -74,5 +79,5 @@ def test_the_run_times_say_who_came_to_the_same_bits(results: Results) -> None:
         return replace(row, timing=replace(here, ends=next(ends))) if here else row
 
     grid = build_grid(replace(results, rows=tuple(map(counted, results.rows))))
-    told = {row[0].text: row[4].text for row in rows_of(run_time_section(grid))}
+    told = {row[0].text: row[4].text for row in rows_of(build_run_time_section(grid))}
     assert (told["toy tuned"], told["PIT"]) == ("2 of 3", "-")

@@ -17,19 +17,19 @@ from carom.execution.job import Method
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.report.document import Column, Document, Headline, Media, Section, Table
-from carom.report.formatting import number
-from carom.report.render.html import html
-from carom.report.render.markdown import markdown
-from carom.report.render.terminal import terminal
-from carom.report.results_file.read_write import records
+from carom.report.formatting import format_number
+from carom.report.render.html import render_html
+from carom.report.render.markdown import render_markdown
+from carom.report.render.terminal import render_terminal
+from carom.report.results_file.read_write import format_records
 from carom.studies.cross_check import sampling_cost_section as price
 from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.grade_tables import methods_section
+from carom.studies.cross_check.grade_tables import build_methods_section
 from carom.studies.cross_check.sampling_cost_section import (
+    build_sampling_cost_section,
     draw_sampling_costs,
     measure_engine_costs,
-    sampling_cost_section,
 )
 
 
@@ -64,12 +64,12 @@ def table_of(section: Section) -> Table:
 
 
 def price_of(results: Results) -> Section:
-    return sampling_cost_section(build_grid(results))
+    return build_sampling_cost_section(build_grid(results))
 
 
 def of_toy(results: Results) -> dict[str, str]:
     """What the table of prices says of the toy engine, by heading."""
-    columns, rows = table_of(price_of(results)).shown(Media.PAGE)
+    columns, rows = table_of(price_of(results)).select_for(Media.PAGE)
     (row,) = (row for row in rows if row[0].text == "toy tuned")
     return {column.head: cell.line for column, cell in zip(columns, row, strict=True)}
 
@@ -78,9 +78,9 @@ def in_every_medium(section: Section) -> tuple[str, str, str]:
     """A section, alone, as a page, as Markdown and on a terminal."""
     document, printed = Document("A section", Headline(""), (section,)), io.StringIO()
     console = Console(file=printed, width=300)
-    for block in terminal(document, 160, full=True):
+    for block in render_terminal(document, 160, full=True):
         console.print(block)
-    return html(document), markdown(document), printed.getvalue()
+    return render_html(document), render_markdown(document), printed.getvalue()
 
 
 def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(results: Results) -> None:
@@ -163,12 +163,12 @@ def test_the_price_is_one_number_wherever_it_stands() -> None:
     rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
     of_all = replace(found, rows=rows)
     grid = build_grid(of_all)
-    tables = [block for block in methods_section(grid).blocks if isinstance(block, Table)]
-    heads, lines = tables[-1].shown(Media.MARKDOWN)
+    tables = [block for block in build_methods_section(grid).blocks if isinstance(block, Table)]
+    heads, lines = tables[-1].select_for(Media.MARKDOWN)
     (line,) = (line for line in lines if line[0].line == "toy tuned")
     shown = line[[head.line for head in heads].index("error / PIT's")].text
     assert shown == of_toy(of_all)["error / PIT's, median"].split()[0]
-    written = [json.loads(text) for text in records(of_all).splitlines()[1:]]
+    written = [json.loads(text) for text in format_records(of_all).splitlines()[1:]]
     own = [row["price_paid"] for row in written if row["engine"] == "toy" and row["refinement"] == 0]
-    assert shown == number(statistics.median(float(price) for price in own if price is not None))
+    assert shown == format_number(statistics.median(float(price) for price in own if price is not None))
     assert own.count(None) == 2

@@ -14,7 +14,7 @@ from carom.execution.job import Job, Method
 from carom.execution.results import Results, Row
 from carom.report.document import Media, Section, Table, Text
 from carom.studies.cross_check.cells import build_grid
-from carom.studies.cross_check.stepwise_section import steps_section
+from carom.studies.cross_check.stepwise_section import build_steps_section
 
 #: A graze that parts trajectories: whatever is said of the steps is put in by hand.
 GRAZE = staged("mine/graze", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
@@ -42,25 +42,25 @@ def with_rows(results: Results, rows: Mapping[str, Mapping[str, Any]], **score: 
 
 def table(section: Section, medium: Media) -> tuple[list[str], list[list[str]]]:
     """Return headings and cells of a section's table in a medium."""
-    (found,) = (block for block in section.shown(medium) if isinstance(block, Table))
-    columns, rows = found.shown(medium)
+    (found,) = (block for block in section.select_for(medium) if isinstance(block, Table))
+    columns, rows = found.select_for(medium)
     return [column.line for column in columns], [[cell.line for cell in row] for row in rows]
 
 
 def ranked(results: Results) -> list[str]:
     """Return the engines in the order of the terminal's table."""
-    _, shown = table(steps_section(build_grid(results)), Media.TERMINAL)
+    _, shown = table(build_steps_section(build_grid(results)), Media.TERMINAL)
     return [row[0].split()[0] for row in shown]
 
 
 def texts(section: Section, medium: Media) -> str:
     """Return all paragraphs of a section in a medium."""
-    return "\n".join(block.text for block in section.shown(medium) if isinstance(block, Text))
+    return "\n".join(block.text for block in section.select_for(medium) if isinstance(block, Text))
 
 
 def test_runs_whose_trajectory_tells_all_are_not_listed(plain: Results) -> None:
     """Without a horizon, a rest, a parted trajectory, or a verdict of the steps alone, there is no table."""
-    assert not steps_section(build_grid(plain)).blocks
+    assert not build_steps_section(build_grid(plain)).blocks
 
 
 def test_misses_then_inventions_then_early_then_error_then_energy_rank(plain: Results) -> None:
@@ -104,7 +104,7 @@ def test_a_run_that_ended_early_stands_last(plain: Results) -> None:
 def test_both_counts_of_misses_stand_together(plain: Results) -> None:
     """A miss that PIT has from the same state is said to be that, on paper and on a terminal."""
     results = with_rows(plain, {"engine": {"missed": 3, "missed_by_pit": 2, "invented": 4}})
-    section = steps_section(build_grid(results))
+    section = build_steps_section(build_grid(results))
     heads, (row,) = table(section, Media.TERMINAL)
     assert row[heads.index("impacts - (PIT's) +")] == "-3 (2) +4"
     heads, (row,) = table(section, Media.MARKDOWN)
@@ -115,7 +115,7 @@ def test_both_counts_of_misses_stand_together(plain: Results) -> None:
 def test_a_parted_run_says_when_it_parted_and_when_pit_did(plain: Results) -> None:
     """One sentence has the times of the run and of PIT; the steps have their own grade in the column of the steps."""
     results = with_rows(plain, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5)
-    section = steps_section(build_grid(results))
+    section = build_steps_section(build_grid(results))
     assert "0.25 s; PIT diverged at 0.5 s" in texts(section, Media.TERMINAL)
     heads, (row,) = table(section, Media.MARKDOWN)
     assert row[heads.index("grade")].endswith("parted inaccurate")
@@ -130,7 +130,7 @@ def test_a_suite_gains_no_line_on_a_terminal(plain: Results) -> None:
     other = replace(row, job=replace(row.job, scene=GRAZE.model_copy(update={"name": "other"})))
     references = {**results.references, "other": results.references[GRAZE.name]}
     results = replace(results, rows=(row, other), references=references)
-    section = steps_section(build_grid(results))
-    assert not section.shown(Media.TERMINAL)
+    section = build_steps_section(build_grid(results))
+    assert not section.select_for(Media.TERMINAL)
     heads, shown = table(section, Media.MARKDOWN)
     assert [row[heads.index("scene")] for row in shown] == [GRAZE.name, "other"]

@@ -22,14 +22,14 @@ from carom.model.scene import Scene
 from carom.model.trace import Outcome, Trace
 from carom.report import formatting
 from carom.report.document import Lines, Media
-from carom.report.junit import junit
+from carom.report.junit import render_junit
 from carom.report.outcome_marks import Mark
-from carom.report.paths import exact_paths, observed_paths
-from carom.report.render.html import html
-from carom.report.render.markdown import markdown
-from carom.report.render.terminal import terminal
-from carom.report.replay import impact_rows
-from carom.report.results_file.lines_from_rows import line_of, reasons_of
+from carom.report.paths import build_exact_paths, build_observed_paths
+from carom.report.render.html import render_html
+from carom.report.render.markdown import render_markdown
+from carom.report.render.terminal import render_terminal
+from carom.report.replay import build_impact_rows
+from carom.report.results_file.lines_from_rows import build_line, list_reasons
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.studies.cross_check.cells import GridCell, build_grid
@@ -42,7 +42,7 @@ def said(results: Results) -> str:
     """All that a terminal shows."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=200)
-    for item in terminal(cross_check_document(results), 160, full=True):
+    for item in render_terminal(cross_check_document(results), 160, full=True):
         console.print(item, soft_wrap=isinstance(item, str), markup=False, highlight=False)
     return buffer.getvalue()
 
@@ -67,15 +67,15 @@ def test_every_cell_that_was_not_run_has_its_reason(
     """Each cell has its reason, and the list below the grid has it once for all cells that share it."""
     grid = build_grid(results)
     section = next(s for s in cross_check_document(results).sections if s.heading == "Runs without a score")
-    (block,) = section.shown(Media.PAGE)
-    (short,) = section.shown(Media.TERMINAL)
+    (block,) = section.select_for(Media.PAGE)
+    (short,) = section.select_for(Media.TERMINAL)
     assert isinstance(block, Lines)
     assert isinstance(short, Lines)
     lines = block.items
     assert len(lines) == len(not_run)
     assert short.items == lines
     for engine, (status, reason) in not_run.items():
-        cells = grid.cells(next(column for column in grid.columns.values() if column.engine == engine))
+        cells = grid.list_cells(next(column for column in grid.columns.values() if column.engine == engine))
         assert {cell.reasons for cell in cells} == {(reason,)}
         assert {cell.mark for cell in cells} == {Mark[status.name]}
         assert sum(reason in line and "every scene" in line for line in lines) == 1
@@ -87,9 +87,9 @@ def test_a_row_that_ran_keeps_its_verdicts_where_it_could_not_be_timed(results: 
     rows = tuple(replace(row, timing=None, untimed=untimed if row.score else "") for row in results.rows)
     for before, after in zip(results.rows, rows, strict=True):
         said = (f"not timed: {untimed}",) if before.score else ()
-        assert reasons_of(line_of(after)) == (*reasons_of(line_of(before)), *said)
+        assert list_reasons(build_line(after)) == (*list_reasons(build_line(before)), *said)
     wrong = next(row for row in rows if row.grade is Grade.WRONG)
-    assert str(wrong.score and wrong.score.findings[0].verdict.value) in junit(replace(results, rows=rows))
+    assert str(wrong.score and wrong.score.findings[0].verdict.value) in render_junit(replace(results, rows=rows))
 
 
 def test_a_cell_without_a_row_says_so(results: Results, nasty: str) -> None:
@@ -105,7 +105,7 @@ def test_a_run_without_a_reference_is_not_scored(results: Results) -> None:
     rows = tuple(replace(row, score=None) for row in results.rows)
     bare = replace(results, rows=rows, references={}, known={})
     grid = build_grid(bare)
-    assert {cell.mark for cell in grid.cells(list(grid.columns.values())[2])} == {Mark.UNSCORED}
+    assert {cell.mark for cell in grid.list_cells(list(grid.columns.values())[2])} == {Mark.UNSCORED}
     assert "could be scored" in said(bare)
 
 
@@ -148,7 +148,7 @@ def test_late_is_late_wherever_it_is_told() -> None:
     cell, score = cell_of(scene, replace(right, impacts=impacts, dt_s=1 / 60, float_bits=32), 1 / 60)
     assert Verdict.LATE in score.verdicts
     assert cell.figure == "0.015 steps late"
-    (told,) = impact_rows(right, sure(sure(cell.row).trace), score)
+    (told,) = build_impact_rows(right, sure(sure(cell.row).trace), score)
     assert (told["flag"], told["became"]) == ("late", "0.015 steps late")
 
 
@@ -200,10 +200,12 @@ def test_engines_that_are_not_installed_are_named(results: Results) -> None:
     reason = f"absent is not installed; make it in {Path.cwd() / 'its' / 'folder'}"
     missing = EngineInfo("absent", "Absent", "", reason, Capabilities(), {"tuned": ""}, "")
     shown = replace(results, engines=(*results.engines, missing))
-    short = "\n".join(line for line in terminal(cross_check_document(shown), 80) if isinstance(line, str))
+    short = "\n".join(line for line in render_terminal(cross_check_document(shown), 80) if isinstance(line, str))
     assert "Not installed: absent; 'carom engines' shows how to install them." in short
     assert "absent is not run: absent is not installed; make it in its/folder" in said(shown)
-    assert "absent is not run: absent is not installed; make it in its/folder" in markdown(cross_check_document(shown))
+    assert "absent is not run: absent is not installed; make it in its/folder" in render_markdown(
+        cross_check_document(shown)
+    )
     assert "absent" not in said(results)
 
 
@@ -251,9 +253,9 @@ def test_the_trend_has_pic_once() -> None:
 def test_reference_path_turns_at_the_impact_and_ends_at_the_final_state(results: Results) -> None:
     """The exact path has a corner at each impact's instant, where the two discs touch."""
     trace = results.references["paper/late"]
-    paths = exact_paths(trace)
+    paths = build_exact_paths(trace)
     (impact,) = trace.impacts
-    a, b = (paths.at(disc, impact["time_s"]) for disc in (0, 1))
+    a, b = (paths.position_at(disc, impact["time_s"]) for disc in (0, 1))
     assert np.hypot(*(b - a)) == pytest.approx(0.6, abs=1e-12)
     assert len(paths.stands) == 2
     for disc, (_, points) in enumerate(paths.lines):
@@ -265,12 +267,12 @@ def test_observed_path_has_a_point_for_each_step(results: Results) -> None:
     """A sampled path runs through the states looked at, and ends where the scene does, if the last step reaches on."""
     row = next(row for row in results.rows if row.job.engine == "pit" and row.trace is not None)
     assert row.trace is not None
-    paths = observed_paths(row.trace)
+    paths = build_observed_paths(row.trace)
     times, points = paths.lines[0]
     assert times[-1] == row.trace.end_time_s
     assert len(times) == 25
     np.testing.assert_allclose(points[-1], row.trace.final_position_m[0])
-    without = observed_paths(replace(row.trace, samples=None))
+    without = build_observed_paths(replace(row.trace, samples=None))
     np.testing.assert_allclose(without.lines[0][1][-1], points[-1])
 
 
@@ -288,7 +290,7 @@ def test_nothing_run_is_still_a_report(results: Results) -> None:
     bare = cross_check_document(replace(results, rows=rows))
     assert {"Error against step", "What goes wrong"}.isdisjoint(section.heading for section in bare.sections)
     assert "No engine run at each scene's own frame rate could be scored." in " ".join(bare.lead)
-    assert "<svg" not in html(bare)
+    assert "<svg" not in render_html(bare)
 
 
 def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
@@ -323,10 +325,10 @@ def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
 )
 def test_numbers_are_short_and_right(value: float, shown: str) -> None:
     """A number is shown to two digits, without padding, and never as 0 when it is not."""
-    assert formatting.number(value) == shown
+    assert formatting.format_number(value) == shown
 
 
 @each("dt_s, shown", [(1 / 24, "1/24 s"), (1 / 960, "1/960 s"), (0.03, "0.03 s"), (2.0, "2 s")])
 def test_steps_are_fractions_where_they_are(dt_s: float, shown: str) -> None:
     """A step is shown as the fraction of a second that it is meant to be."""
-    assert formatting.step(dt_s) == shown
+    assert formatting.format_step(dt_s) == shown

@@ -26,12 +26,12 @@ from carom.execution.job import Job, Method, Status
 from carom.execution.results import Results, Row
 from carom.model.trace import Trace
 from carom.report.outcome_marks import Mark
-from carom.report.render.html import html
-from carom.report.render.markdown import markdown
-from carom.report.results_file.json_lines import records_schema
-from carom.report.results_file.read_write import records
-from carom.studies.diff.document import MOST_ROWS, diff_document
-from carom.studies.diff.run import Diff, Kind, diff
+from carom.report.render.html import render_html
+from carom.report.render.markdown import render_markdown
+from carom.report.results_file.json_lines import build_records_schema
+from carom.report.results_file.read_write import format_records
+from carom.studies.diff.document import MOST_ROWS, build_diff_document
+from carom.studies.diff.run import Diff, Kind, compare_records
 
 Engines = dict[str, Trace | Status]
 Write = Callable[..., Path]
@@ -69,7 +69,7 @@ def write(tmp_path: Path) -> Write:
         here = Environment("2026-01-02T03:04:05+00:00", "0.1.0", "CPython 3.11", "Linux", "CPU", 2, versions or {})
         path = tmp_path / f"{name}.jsonl"
         results = Results(tuple(rows), {ROW.name: REFERENCE}, {}, (), here, "carom run", 1.0)
-        path.write_text(records(results), encoding="utf-8")
+        path.write_text(format_records(results), encoding="utf-8")
         return path
 
     return write
@@ -81,7 +81,7 @@ def test_results_with_the_earlier_names_of_pics_forms_are_compared(write: Write,
     assert '"profile":"event-driven"' in new.read_text()
     old = tmp_path / "results.jsonl"
     old.write_text(new.read_text().replace("event-driven", "tuned"))
-    found = diff(old, new)
+    found = compare_records(old, new)
     assert (found.unchanged, found.changes) == (2, ())
     assert carom_command("report", old).output == carom_command("report", new).output
 
@@ -100,7 +100,7 @@ def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_nam
     """It is the one change, with scene, engine and the numbers that follow by hand; the command ends with 1."""
     old = write("old", {"mine": sideways(0.0), "other": sideways(0.0)})
     new = write("new", {"mine": sideways(1e-3), "other": sideways(0.0)})
-    found = diff(old, new)
+    found = compare_records(old, new)
     change = only(found)
     assert (change.kind, change.scene, change.method, change.dt_s) == (Kind.WORSE, "row", "mine tuned", DT)
     assert found.unchanged == 1
@@ -119,13 +119,13 @@ def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_nam
 
 def test_the_same_regression_is_found_between_runs_that_had_errors_before(write: Write) -> None:
     """From 0.02 to 0.021 the grade stays, the number tells, and both numbers are written apart."""
-    found = diff(write("old", {"mine": sideways(0.02)}), write("new", {"mine": sideways(0.021)}))
+    found = compare_records(write("old", {"mine": sideways(0.02)}), write("new", {"mine": sideways(0.021)}))
     change = only(found)
     assert change.kind is Kind.WORSE
     assert change.old is change.new
     assert "velocity error 0.02 → 0.021" in [str(measure) for measure in change.measures]
-    assert change.violates(Grade[change.new.name])
-    assert not change.violates(Grade.WRONG)
+    assert change.is_regression_to(Grade[change.new.name])
+    assert not change.is_regression_to(Grade.WRONG)
 
 
 def broken() -> Trace:
@@ -156,7 +156,7 @@ MISSING = replayed(REFERENCE, REFERENCE.impacts[:-1].copy())
 def test_a_change_is_of_a_kind(write: Write, old: Trace, new: Trace, kind: Kind | None, number: str) -> None:
     """A change beyond the rounding of the declared floats is better or worse; a better result is no violation."""
     paths = write("old", {"mine": old}), write("new", {"mine": new})
-    found = diff(*paths)
+    found = compare_records(*paths)
     if kind is None:
         assert found.changes == ()
         return
@@ -180,17 +180,17 @@ def test_a_spin_that_is_worse_is_worse(write: Write, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(f"{__name__}.REFERENCE", right)
     monkeypatch.setattr(f"{__name__}.PIT", pit)
     monkeypatch.setattr(f"{__name__}.ROW", scene)
-    change = only(diff(write("old", {"mine": turned(0.1)}), write("new", {"mine": turned(0.5)})))
+    change = only(compare_records(write("old", {"mine": turned(0.1)}), write("new", {"mine": turned(0.5)})))
     assert (change.kind, change.old, change.new) == (Kind.WORSE, Mark.INACCURATE, Mark.INACCURATE)
     assert {"spin error", "final spin"} <= {measure.name for measure in change.measures}
-    assert diff(write("a", {"mine": turned(0.1)}), write("b", {"mine": turned(0.1)})).changes == ()
+    assert compare_records(write("a", {"mine": turned(0.1)}), write("b", {"mine": turned(0.1)})).changes == ()
 
 
 def test_a_run_against_itself_has_no_change(results: Results, tmp_path: Path) -> None:
     """Every cell of a whole cross-check is as it was: that is said, and nothing else."""
     path = tmp_path / "results.jsonl"
-    path.write_text(records(results), encoding="utf-8")
-    found = diff(tmp_path, path)
+    path.write_text(format_records(results), encoding="utf-8")
+    found = compare_records(tmp_path, path)
     assert (found.changes, found.around) == ((), ())
     done = carom_command("diff", str(tmp_path), str(path))
     assert done.exit_code == 0
@@ -203,7 +203,7 @@ def test_an_error_that_falls_while_another_grows_is_mixed_and_violates(write: Wr
     late = REFERENCE.impacts.copy()
     late["time_s"][-1] += 3 * DT  # later than checking once per step is: inaccurate, as the other
     old, new = write("old", {"mine": sideways(1e-2)}), write("new", {"mine": replayed(REFERENCE, late)})
-    change = only(diff(old, new))
+    change = only(compare_records(old, new))
     assert change.kind is Kind.MIXED
     signs = {measure.growth > 0 for measure in change.measures if measure.growth}
     assert signs == {True, False}
@@ -239,8 +239,8 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
 )
 def test_profiles_of_the_sample_compared_fit_25_lines_on_a_terminal(old: str, new: str) -> None:
     """For whole suites, too, 80 columns show the answer in 25 lines, and a row shows the number behind the change."""
-    found = diff(SAMPLE, SAMPLE, [(old, new)])
-    lines = printed(diff_document(found, "old", "new"), 80)
+    found = compare_records(SAMPLE, SAMPLE, [(old, new)])
+    lines = printed(build_diff_document(found, "old", "new"), 80)
     assert len(lines) <= 25, "\n".join(lines)
     assert max(map(len, lines)) <= 80
     for change in found.changes:
@@ -253,7 +253,7 @@ def test_several_pairs_of_engines_are_compared_at_once(write: Write) -> None:
     """Each -e is a pair of its own, and what is in none is left out."""
     old = write("old", {"a": sideways(0.0), "b": sideways(0.0), "c": sideways(0.0)})
     new = write("new", {"d": sideways(0.0), "e": sideways(1e-3), "f": sideways(1e-3)})
-    found = diff(old, new, [("a", "d"), ("b", "e")])
+    found = compare_records(old, new, [("a", "d"), ("b", "e")])
     assert only(found).method == "b tuned → e tuned"
     assert found.unchanged == 1
     done = carom_command("diff", str(old), str(new), "-e", "a=d", "-e", "b=e")
@@ -265,7 +265,7 @@ def test_what_vanishes_appears_crashes_and_recovers_is_told(write: Write) -> Non
     right = sideways(0.0)
     old = write("old", {"a": right, "b": right, "c": Status.CRASHED, "e": Status.UNSUPPORTED, "f": right})
     new = write("new", {"a": right, "b": Status.CRASHED, "c": right, "d": right, "e": Status.UNSUPPORTED})
-    found = diff(old, new)
+    found = compare_records(old, new)
     kinds = {change.method: change.kind for change in found.changes}
     assert list(kinds.items()) == [  # the worst first
         ("b tuned", Kind.WORSE),
@@ -273,7 +273,7 @@ def test_what_vanishes_appears_crashes_and_recovers_is_told(write: Write) -> Non
         ("d tuned", Kind.APPEARED),
         ("c tuned", Kind.BETTER),
     ]
-    assert [change.method for change in found.changes if change.violates(Grade.WRONG)] == ["b tuned"]
+    assert [change.method for change in found.changes if change.is_regression_to(Grade.WRONG)] == ["b tuned"]
     assert "b gave no answer" in found.changes[0].causes
 
 
@@ -281,7 +281,7 @@ def test_causes_name_settings_and_versions(write: Write) -> None:
     """A changed setting, and a changed version of the engine, are next to their possible effects."""
     old = write("old", {"mine": sideways(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
     new = write("new", {"mine": sideways(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"})
-    found = diff(old, new)
+    found = compare_records(old, new)
     assert "settings: iterations 10.0 → 20.0" in only(found).causes
     assert "version: Mine 1.0 → 1.1" in only(found).causes
     assert found.around == ("Mine 1.0 → 1.1", "numpy 2.0 → 2.1")
@@ -290,30 +290,30 @@ def test_causes_name_settings_and_versions(write: Write) -> None:
 def test_engines_of_other_names_are_matched(write: Write) -> None:
     """If both runs have one method these are compared with each other, otherwise those that are named."""
     right, wrong = sideways(0.0), sideways(1e-3)
-    assert only(diff(write("old", {"a": right}), write("new", {"b": wrong}))).method == "a tuned → b tuned"
+    assert only(compare_records(write("old", {"a": right}), write("new", {"b": wrong}))).method == "a tuned → b tuned"
     old, new = write("old", {"a": right, "x": right}), write("new", {"b": wrong, "x": wrong})
-    assert only(diff(old, new, [("a", "b")])).method == "a tuned → b tuned"
-    assert only(diff(old, new, [("x/tuned", "b/tuned")])).method == "x tuned → b tuned"
+    assert only(compare_records(old, new, [("a", "b")])).method == "a tuned → b tuned"
+    assert only(compare_records(old, new, [("x/tuned", "b/tuned")])).method == "x tuned → b tuned"
     with pytest.raises(InputError, match="has no engine or method 'c'; it has a/tuned and x/tuned"):
-        diff(old, new, [("c", "b")])
+        compare_records(old, new, [("c", "b")])
 
 
 def test_runs_without_a_common_cell_are_refused(write: Write) -> None:
     """Two runs that have no cell in common, as where an engine is not installed, must not pass for no change."""
     right = sideways(0.0)
     with pytest.raises(InputError, match="have no run in common"):
-        diff(write("old", {"a": right, "b": right}), write("new", {"c": right, "d": right}))
+        compare_records(write("old", {"a": right, "b": right}), write("new", {"c": right, "d": right}))
     with pytest.raises(InputError, match="or an engine was not available"):
-        diff(write("old", {"a": right}), write("new", {"a": Status.UNAVAILABLE}))
+        compare_records(write("old", {"a": right}), write("new", {"a": Status.UNAVAILABLE}))
 
 
 @pytest.mark.long
 def test_every_medium_shows_the_change_and_escapes_names(write: Write) -> None:
     """Markdown and page begin with the sum; a name is text in both; what is too much for one is on the other."""
     engines: Engines = {f"<b>{k}|": sideways(0.0) for k in range(MOST_ROWS + 2)}
-    found = diff(write("old", engines), write("new", {name: sideways(1e-3) for name in engines}))
-    document = diff_document(found, "old", "new")
-    text, page = markdown(document), html(document)
+    found = compare_records(write("old", engines), write("new", {name: sideways(1e-3) for name in engines}))
+    document = build_diff_document(found, "old", "new")
+    text, page = render_markdown(document), render_html(document)
     assert text.startswith(f"# Carom diff: old → new\n\n{MOST_ROWS + 2} worse; 0 cells unchanged.")
     assert "2 more are not shown" in text
     assert "<b>" not in text.replace("\\<", "")
@@ -324,15 +324,15 @@ def test_every_medium_shows_the_change_and_escapes_names(write: Write) -> None:
 def test_the_published_schema_is_the_one_of_the_code() -> None:
     """The file that is published equals what the code generates, and is a valid schema in strict JSON."""
     published = resources.files("carom").joinpath("results.schema.json").read_text(encoding="utf-8")
-    assert published == json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False) + "\n"
-    jsonschema.Draft202012Validator.check_schema(records_schema())
+    assert published == json.dumps(build_records_schema(), indent=2, sort_keys=True, allow_nan=False) + "\n"
+    jsonschema.Draft202012Validator.check_schema(build_records_schema())
 
 
 @pytest.mark.long
 def test_the_schema_holds_for_what_is_written_and_for_no_less(results: Results) -> None:
     """Each line of a cross-check keeps to the schema; one without a field, or of another format, does not."""
-    check = jsonschema.Draft202012Validator(records_schema())
-    lines = [json.loads(line) for line in records(results).splitlines()]
+    check = jsonschema.Draft202012Validator(build_records_schema())
+    lines = [json.loads(line) for line in format_records(results).splitlines()]
     for line in lines:
         check.validate(line)
         for name in line:
@@ -346,6 +346,6 @@ def test_the_schema_holds_for_what_is_written_and_for_no_less(results: Results) 
 
 def test_the_schema_knows_every_field_that_is_written(results: Results) -> None:
     """No line has a field that the schema does not name."""
-    parts = records_schema()["$defs"]
-    for k, line in enumerate(map(json.loads, records(results).splitlines())):
+    parts = build_records_schema()["$defs"]
+    for k, line in enumerate(map(json.loads, format_records(results).splitlines())):
         assert set(line) == set(parts["RowLine" if k else "Summary"]["properties"])

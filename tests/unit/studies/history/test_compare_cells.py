@@ -9,7 +9,7 @@ from tests.cases import each
 
 from carom.errors import CaromError
 from carom.execution.job import Answer, Status
-from carom.studies.history.compare_cells import PLACES, ChangeKind, ReleaseRun, SeenCell, change_of
+from carom.studies.history.compare_cells import PLACES, ChangeKind, ReleaseRun, SeenCell, classify_change
 from carom.studies.history.run import select_versions, sort_versions
 
 PHASES = 8
@@ -88,20 +88,20 @@ def places(low: float, high: float, **fields: Any) -> SeenCell:
 )
 def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
     """Settings must be equal, every contact seen, and a number of the motion apart at every phase."""
-    assert change_of(old, new).kind is moved
+    assert classify_change(old, new).kind is moved
 
 
 def test_where_discs_are_elsewhere_is_said() -> None:
     """The coordinate that parts most, of which disc and when, with its ranges."""
-    change = change_of(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
+    change = classify_change(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
     assert change.why == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
 
 
 def test_fewer_phases_say_nothing() -> None:
     """However far apart, what ran at seven phases alone is no change of the engine's; at eight it is."""
     low, high = ([replace(RAN, digest=f"{v}", off_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
-    assert change_of(seen(*low), seen(*high[1:])).kind is ChangeKind.OVERLAP
-    assert change_of(seen(*low), seen(*high)).kind is ChangeKind.WORSE
+    assert classify_change(seen(*low), seen(*high[1:])).kind is ChangeKind.OVERLAP
+    assert classify_change(seen(*low), seen(*high)).kind is ChangeKind.WORSE
 
 
 def test_ranges_that_part_by_rounding_do_not_part() -> None:
@@ -110,13 +110,13 @@ def test_ranges_that_part_by_rounding_do_not_part() -> None:
         old = seen(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
         own = replace(RAN, digest="b", float_bits=bits, off_m_s=(0.1 + 1e-6, 0.0))
         new, later = [replace(own, verdicts=("LATE", "EARLY"))], [own]
-        assert change_of(old, seen(*new, *later * 8)).kind is moved
+        assert classify_change(old, seen(*new, *later * 8)).kind is moved
 
 
 def test_what_one_of_the_two_did_not_run_is_said() -> None:
     """The reason is that of the one that did not."""
     refused = SeenCell(Answer(Status.UNSUPPORTED, "no gravity"))
-    change = change_of(seen(RAN), refused)
+    change = classify_change(seen(RAN), refused)
     assert (change.kind, change.why) == (ChangeKind.NOT_RUN, "unsupported: no gravity")
 
 

@@ -10,15 +10,15 @@ from tests.installed_adapters import clear_entry_point_caches
 from tests.scene_builders import disc_at, staged, sure
 from tests.unit.studies.history.toy_engine import Toys, toys
 
-from carom.engines.registry import adapter_points
+from carom.engines.registry import list_adapter_points
 from carom.errors import InputError, UnknownNameError
 from carom.execution.job import UnavailableError
-from carom.report.render.markdown import markdown
+from carom.report.render.markdown import render_markdown
 from carom.studies.history.compare_cells import ChangeKind, history_journal
-from carom.studies.history.document import history_document
+from carom.studies.history.document import build_history_document
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache
-from carom.studies.history.run import bisect_change, history
+from carom.studies.history.run import bisect_change, run_history
 
 PAIR = staged("pair", disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, 0.125, r=0.25), duration_s=2.0, frame_rate_hz=20.0)
 
@@ -38,7 +38,7 @@ def asked(*versions: str, **options: object) -> HistoryOptions:
 @pytest.mark.release
 def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> None:
     """Same bits, worse, better, asked otherwise, half seen, too old and not to be had: each by construction."""
-    found = history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked())
+    found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked())
     assert [release.version for release in found.releases] == [
         *("0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0")
     ]
@@ -58,19 +58,19 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
     assert moved["1.5"].why == "slop 0.0 → 0.1"
     assert [release.version for release in found.releases if release.observes_no_contact] == ["1.6"]
     assert registry.installed == ["1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6"]
-    text = markdown(history_document(found))
+    text = render_markdown(build_history_document(found))
     assert "the adapter can't read contacts of this release" in text
     assert "1.1 → 1.2: 1 worse." in text
     part = section(found, "By hand.")  # of the page that `make history` writes
     assert part.startswith(f"## {found.origin.engine}\n\nBy hand.\n\n")
     assert "1.1 → 1.2: 1 worse." in part
-    assert not any(name.startswith("toy-") for name in adapter_points())
+    assert not any(name.startswith("toy-") for name in list_adapter_points())
 
 
 @pytest.mark.release
 def test_only_what_differs_is_run_at_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
     """A cell of the same bits is run once, and a changed one also at each phase."""
-    found = history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
+    found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
     counts = [len(seen.ran) for release in found.releases for seen in release.seen.values()]
     assert counts == [1, 10, 10]
 
@@ -81,7 +81,7 @@ def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> Non
     kept, results = ReleaseCache(tmp_path / "kept"), []
     for resume in (False, True):
         with history_journal(tmp_path / "journal.jsonl", resume=resume) as notes:
-            results.append(history("toy", [PAIR], kept, asked("1.1", "1.2"), notes=notes))
+            results.append(run_history("toy", [PAIR], kept, asked("1.1", "1.2"), notes=notes))
             lines = (tmp_path / "journal.jsonl").read_text().splitlines()
     assert results[0].releases == results[1].releases
     assert registry.installed == ["1.1", "1.2"]
@@ -92,11 +92,11 @@ def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> Non
 def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -> None:
     """Releases that are kept and named are run; a list that is not to be had is said, with what is kept."""
     kept = ReleaseCache(tmp_path / "kept")
-    first = history("toy", [PAIR], kept, asked("1.0", "1.2"))
+    first = run_history("toy", [PAIR], kept, asked("1.0", "1.2"))
     registry.reached = False
-    assert history("toy", [PAIR], kept, asked("1.0,1.2")).releases == first.releases
+    assert run_history("toy", [PAIR], kept, asked("1.0,1.2")).releases == first.releases
     with pytest.raises(UnavailableError, match=r"no network; cached releases can be named by --versions: 1\.0, 1\.2$"):
-        history("toy", [PAIR], kept, asked())
+        run_history("toy", [PAIR], kept, asked())
 
 
 @pytest.mark.release
@@ -125,11 +125,11 @@ def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) ->
     """An engine of no registry, a profile, a release: nothing is installed before it is refused."""
     kept = ReleaseCache(tmp_path / "kept")
     with pytest.raises(InputError, match="pit has no registry"):
-        history("pit", [PAIR], kept, HistoryOptions(profiles=("tuned",)))
+        run_history("pit", [PAIR], kept, HistoryOptions(profiles=("tuned",)))
     with pytest.raises(UnknownNameError, match="toy has no profile 'best'"):
-        history("toy", [PAIR], kept, HistoryOptions(profiles=("best",)))
+        run_history("toy", [PAIR], kept, HistoryOptions(profiles=("best",)))
     with pytest.raises(UnknownNameError, match=r"there is no release '1\.7'"):
-        history("toy", [PAIR], kept, asked("1.7"))
+        run_history("toy", [PAIR], kept, asked("1.7"))
     assert registry.installed == []
 
 

@@ -23,9 +23,9 @@ from carom.studies.stress.attack import Attack, Trial
 from carom.studies.stress.contact import CONTACT_ATTACKS
 from carom.studies.stress.finite_walls import WALL_ATTACKS
 from carom.studies.stress.friction import FRICTION_ATTACKS
-from carom.studies.stress.run import attacks
+from carom.studies.stress.run import list_attacks
 
-ATTACKS = [attack for _, attack in attacks()]
+ATTACKS = [attack for _, attack in list_attacks()]
 each_attack = each("attack", ATTACKS)
 
 #: Attacks that no float64 method can pass to the end: an error doubles faster than once a bounce.
@@ -35,7 +35,7 @@ HORIZON = "unstable-orbit"
 def test_a_ladder_runs_from_harmless_to_absurd() -> None:
     """Both ladders begin at the harmless end, end at the absurd one, and never turn back."""
     for attack, quick in itertools.product(ATTACKS, (False, True)):
-        ladder = attack.ladder(quick)
+        ladder = attack.build_ladder(quick)
         end = attack.quick_absurd if quick and attack.quick_absurd is not None else attack.absurd
         ends = (attack.harmless, end if attack.last is None else attack.last)
         assert (ladder[0], ladder[-1]) == ends, attack.name
@@ -55,7 +55,7 @@ def test_every_entry_of_the_file_of_attacks_is_used() -> None:
 @pytest.mark.parametrize("stride", release_after(1, [3, 1]))
 def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
     """PIC passes the rungs of the quick ladder to the end; a failure is a bug of Carom."""
-    ladder = attack.ladder(quick=True)
+    ladder = attack.build_ladder(quick=True)
     if attack.name == HORIZON:
         ladder = [value for value in ladder if value <= 20]
     rungs = {value: attack.trials(value) for value in (ladder[::-stride] if not attack.full_only else ladder[:1])}
@@ -76,7 +76,7 @@ def test_pit_gives_way_where_sampling_must(name: str) -> None:
     def stands(value: float) -> bool:
         return all(not trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(value))
 
-    ladder = attack.ladder(quick=True)
+    ladder = attack.build_ladder(quick=True)
     assert stands(ladder[0])
     assert not stands(ladder[-1])
 
@@ -84,11 +84,11 @@ def test_pit_gives_way_where_sampling_must(name: str) -> None:
 def test_bisection_stops_when_two_values_are_near() -> None:
     """The value between two is their geometric mean, whole where the axis is; near ones have none between."""
     pair, crowd = (next(a for a in ATTACKS if a.name == name) for name in ("mass-ratio", "at-once"))
-    assert pair.between(1.0, 100.0, 1.1) == 10.0
-    assert pair.between(1.0, 1.05, 1.1) is None
-    assert crowd.between(2.0, 8.0, 1.1) == 4.0
-    assert crowd.between(2.0, 3.0, 1.1) is None
-    assert pair.between(1e-15, 0.0, 1.1) is None
+    assert pair.find_middle_value(1.0, 100.0, 1.1) == 10.0
+    assert pair.find_middle_value(1.0, 1.05, 1.1) is None
+    assert crowd.find_middle_value(2.0, 8.0, 1.1) == 4.0
+    assert crowd.find_middle_value(2.0, 3.0, 1.1) is None
+    assert pair.find_middle_value(1e-15, 0.0, 1.1) is None
 
 
 WALLS = {attack.name: attack for attack in WALL_ATTACKS}
@@ -107,7 +107,7 @@ def test_looking_once_a_step_passes_a_thin_wall_as_often_as_the_closed_form_says
 
 def test_a_floor_of_pieces_is_struck_at_a_joint_of_two() -> None:
     """The centre is straight above a joint at the impact, whatever the number of pieces."""
-    for pieces in WALLS["seam"].ladder(quick=False):
+    for pieces in WALLS["seam"].build_ladder(quick=False):
         for trial in WALLS["seam"].trials(pieces):
             (chain,), (impact,) = trial.scene.walls, solve_pic(trial.scene).impacts
             assert isinstance(chain, Chain)
@@ -131,7 +131,7 @@ def _by_hand(trial: Trial) -> tuple[list[float], float]:
 def test_the_truth_is_that_of_60_digits_and_pic_meets_it(name: str, whole: bool) -> None:
     """The truth of scenes as stored, on both sides of each threshold and on it, to 1e-14; long, at all rungs."""
     attack = IN_CONTACT[name]
-    for value in attack.ladder(quick=False) if whole else (attack.harmless,):
+    for value in attack.build_ladder(quick=False) if whole else (attack.harmless,):
         for trial in attack.trials(value):
             trace = solve_pic(trial.scene)
             velocity, spin = _by_hand(trial)
@@ -164,7 +164,7 @@ def test_a_rim_that_friction_has_not_turned_is_broken() -> None:
 def test_both_sides_of_a_threshold_are_tried_to_a_rounding() -> None:
     """The last rungs are one rounding of 1 off on either side, and the threshold itself."""
     for name in ("sliding-slope", "slipping-slope", "rolling-slope", "bouncing-slope"):
-        *_, least, none = IN_CONTACT[name].ladder(quick=False)
+        *_, least, none = IN_CONTACT[name].build_ladder(quick=False)
         assert (least, none) == (2.0**-52, 0.0)
         above, below = ((-gx / gy) for gx, gy in (trial.scene.gravity_m_s2 for trial in IN_CONTACT[name].trials(least)))
         (at, _) = ((-gx / gy) for gx, gy in (trial.scene.gravity_m_s2 for trial in IN_CONTACT[name].trials(none)))
@@ -178,7 +178,7 @@ ROUGH = {attack.name: attack for attack in FRICTION_ATTACKS}
 @each("name", [name for name in ROUGH if name != "rolling"])
 def test_pic_stands_every_rung(name: str) -> None:
     """From the harmless to the absurd end PIC is the closed form's to rounding, chains of grips included."""
-    for value in ROUGH[name].ladder(quick=False):
+    for value in ROUGH[name].build_ladder(quick=False):
         for trial in ROUGH[name].trials(value):
             judgement = trial.judge(solve_pic(trial.scene))
             assert judgement.broken == ""
@@ -198,7 +198,7 @@ def test_what_bounces_on_a_rough_floor_ends_rolling(value: float) -> None:
 @each("name", ["friction", "spin", "inertia"])
 def test_pit_stands_what_turns_no_normal(name: str) -> None:
     """Head-on and on walls checking once per step costs no velocity and no spin."""
-    for value in ROUGH[name].ladder(quick=True):
+    for value in ROUGH[name].build_ladder(quick=True):
         for trial in ROUGH[name].trials(value):
             assert trial.judge(solve_pit(trial.scene)).error < 1e-11, value
 

@@ -21,14 +21,14 @@ from carom.studies.stress.attack import Attack
 from carom.studies.stress.bug_reports import find_symptom
 from carom.studies.stress.failure_search import RESOLUTION, find_failure
 from carom.studies.stress.result import CellEnding
-from carom.studies.stress.run import attacks
+from carom.studies.stress.run import list_attacks
 
 METHOD = Method("pic", "tuned")
 
 
 @pytest.fixture
 def attack() -> Attack:
-    return next(attack for _, attack in attacks() if attack.name == "mass-ratio")
+    return next(attack for _, attack in list_attacks() if attack.name == "mass-ratio")
 
 
 class Answering(InProcessPool):

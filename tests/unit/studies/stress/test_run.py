@@ -12,7 +12,7 @@ from carom.studies.stress import run as campaign
 from carom.studies.stress.document import write_stress
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.result import CellEnding, StressResults
-from carom.studies.stress.run import JOURNAL, list_lines, stress
+from carom.studies.stress.run import JOURNAL, list_lines, run_stress_campaign
 
 #: What is asked of Carom's own two methods.
 BOTH = StressOptions(["pic", "pit"], quick=True)
@@ -29,7 +29,7 @@ def results(folder: Path) -> StressResults:
     names = ["tunnelling", "reversal", "mujoco-441", "rapier-97"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("carom.execution.pool.LocalPool", lambda *_: InProcessPool())
-        return stress(names, replace(BOTH, jobs=1), out=folder, command="carom stress")
+        return run_stress_campaign(names, replace(BOTH, jobs=1), out=folder, command="carom stress")
 
 
 @pytest.mark.long
@@ -70,10 +70,10 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
     assert isinstance(monkeypatch, pytest.MonkeyPatch)
     monkeypatch.setattr(campaign.TableCell, "run", lambda *_: pytest.fail("a finished cell was run again"))
     names = [line.name for line in results.lines]
-    again = stress(names, BOTH, out=folder, resume=True, command="carom stress")
+    again = run_stress_campaign(names, BOTH, out=folder, resume=True, command="carom stress")
     assert again.cells == results.cells
     with pytest.raises(InputError, match="its quick is True, but this study's is False; name another folder"):
-        stress(names, replace(BOTH, quick=False), out=folder, resume=True)
+        run_stress_campaign(names, replace(BOTH, quick=False), out=folder, resume=True)
 
 
 @pytest.mark.usefixtures("in_process")
@@ -82,7 +82,7 @@ def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="holds files that Carom did not write, such as scenes"):
-        stress(["small"], StressOptions(["pit"], quick=True), out=tmp_path)
+        run_stress_campaign(["small"], StressOptions(["pit"], quick=True), out=tmp_path)
     assert (tmp_path / "scenes" / "notes.txt").read_text() == "mine"
 
 
@@ -94,11 +94,11 @@ def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
         raise KeyboardInterrupt(f"{done} of {total}: {what}")
 
     with pytest.raises(KeyboardInterrupt):
-        stress(["small"], replace(BOTH, jobs=1), out=tmp_path, progress=interrupt)
+        run_stress_campaign(["small"], replace(BOTH, jobs=1), out=tmp_path, progress=interrupt)
     finished = (tmp_path / JOURNAL).read_text().splitlines()
     assert len(finished) >= 2, "the stamp and a cell"
     done: list[int] = []
-    stress(["small"], BOTH, out=tmp_path, resume=True, progress=lambda d, _t, _w: done.append(d))
+    run_stress_campaign(["small"], BOTH, out=tmp_path, resume=True, progress=lambda d, _t, _w: done.append(d))
     assert done == [1, 2, 3], "all are counted, those of the journal too"
     assert (tmp_path / JOURNAL).read_text().splitlines()[: len(finished)] == finished
 

@@ -13,10 +13,10 @@ from carom import Scene, Trace, solve_pic
 from carom.catalogue import CatalogueScene, Tag, catalogue
 from carom.comparator import Errors
 from carom.execution.score_jobs import Measures
-from carom.studies.bench.axes import ErrorKind, error_of
+from carom.studies.bench.axes import ErrorKind, compute_error
 from carom.studies.bench.result import Point
-from carom.studies.stress.relations import base_scene, relations, rough_scene
-from carom.studies.stress.true_motion import UndecidedError, true_motion
+from carom.studies.stress.relations import build_base_scene, build_rough_scene, list_relations
+from carom.studies.stress.true_motion import UndecidedError, compute_true_motion
 
 KNOWN = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONSERVED, Tag.GRAVITY}]
 
@@ -24,7 +24,7 @@ KNOWN = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONSER
 @each("entry", KNOWN)
 def test_the_true_motion_is_the_known_answer(entry: CatalogueScene) -> None:
     """Brute force in decimals agrees with every closed form of the catalogue to the rounding of its floats."""
-    motion, known, scene = true_motion(entry.scene), entry.known, entry.scene
+    motion, known, scene = compute_true_motion(entry.scene), entry.known, entry.scene
     assert [(i.first, i.second) for i in motion.impacts] == [(i.first, i.second) for i in known.impacts]
     assert [i.time_s for i in motion.impacts] == pytest.approx(
         [i.time_s for i in known.impacts], abs=1e-13 * scene.duration_s
@@ -41,15 +41,15 @@ def graze(offset_m: float) -> Scene:
 
 def test_the_last_bit_decides_a_graze() -> None:
     """At one unit in the last place below the contact distance there is an impact, at the contact distance none."""
-    assert len(true_motion(graze(math.nextafter(1.0, 0.0))).impacts) == 1
-    assert not true_motion(graze(1.0)).impacts
+    assert len(compute_true_motion(graze(math.nextafter(1.0, 0.0))).impacts) == 1
+    assert not compute_true_motion(graze(1.0)).impacts
 
 
 def test_a_collapse_has_no_true_motion() -> None:
     """More impacts than allowed are refused with the number, not followed for ever."""
     discs = [disc_at(x, 0.0, v, r=0.25) for x, v in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
     with pytest.raises(UndecidedError, match="more than 50 impacts"):
-        true_motion(staged("collapse", *discs, restitution=0.05, duration_s=2.0), most_impacts=50)
+        compute_true_motion(staged("collapse", *discs, restitution=0.05, duration_s=2.0), most_impacts=50)
 
 
 @each(
@@ -65,14 +65,14 @@ def test_what_is_not_worked_out_is_refused(named: str, field: dict[str, Any]) ->
     discs = [disc_at(x, 1.0) for x in (0.0, 2.0)]
     scene = Scene(name="beyond", discs=discs, duration_s=1.0, **field)
     with pytest.raises(UndecidedError, match=named):
-        true_motion(scene)
+        compute_true_motion(scene)
 
 
 @each("field, disc", [("final_position_m", 0), ("final_velocity_m_s", 2), ("final_spin_rad_s", 2)])
 def test_a_relation_does_not_hold_for_what_is_no_number(field: str, disc: int) -> None:
     """A run whose places, velocities or spins are NaN, of one disc or another, is infinitely far off."""
     spins = field == "final_spin_rad_s"
-    base = rough_scene() if spins else base_scene()
+    base = build_rough_scene() if spins else build_base_scene()
 
     def run(scene: Scene) -> Trace:
         trace = solve_pic(scene)
@@ -83,7 +83,7 @@ def test_a_relation_does_not_hold_for_what_is_no_number(field: str, disc: int) -
         return dataclasses.replace(trace, **{field: values})
 
     # From what is no number no second run can start; and where nothing spins no spin is compared.
-    held = [one for one in relations() if not one.of_runs and (not spins or one.base is rough_scene)]
+    held = [one for one in list_relations() if not one.of_runs and (not spins or one.base is build_rough_scene)]
     assert held
     for relation in held:
         assert relation.deviation(base, run) == math.inf, relation.name
@@ -94,7 +94,7 @@ def test_an_infinite_error_is_no_sound_point() -> None:
     scene = catalogue()["paper/late"].scene
     total = Errors(**{field.name: math.inf for field in dataclasses.fields(Errors)} | {"time_s": 0.5})
     measures = Measures(total, 1, 1, 0, 0, 0, duration_s=scene.duration_s, outcome="completed")
-    assert error_of(measures, ErrorKind.IMPACT) == math.inf
+    assert compute_error(measures, ErrorKind.IMPACT) == math.inf
     point = Point("x", "tuned", 0.1, math.inf, math.inf, math.inf, phases=1, expected=1, missed=0, spurious=0)
     assert not point.sound
     assert dataclasses.replace(point, error=0.1).sound

@@ -14,7 +14,7 @@ from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.solvers.pic import solve_pic
 from carom.studies.tune.evaluate import judge_score
-from carom.studies.tune.objective import Judged, Merit, error_on_scale, merit_of
+from carom.studies.tune.objective import Judged, Merit, compute_merit, error_on_scale
 
 SCENES = 5
 MERITS = st.builds(
@@ -30,9 +30,9 @@ MERITS = st.builds(
 def test_the_number_of_a_merit_has_its_order(one: Merit, other: Merit) -> None:
     """The single number for an optimiser has the same order; nearly equal costs may have one number."""
     if one < other:
-        assert one.number(SCENES) <= other.number(SCENES)
+        assert one.to_number(SCENES) <= other.to_number(SCENES)
         if (one.wrong, one.behind, one.error) != (other.wrong, other.behind, other.error):
-            assert one.number(SCENES) < other.number(SCENES)
+            assert one.to_number(SCENES) < other.to_number(SCENES)
 
 
 def test_a_scene_wrong_outranks_every_error_and_cost() -> None:
@@ -45,7 +45,7 @@ def test_a_scene_wrong_outranks_every_error_and_cost() -> None:
         [Judged(Grade.WRONG, 0.0, seconds=0.1), Judged(Grade.EXACT, 0.0, seconds=0.1)],
     ]
     first = [Judged(Grade.EXACT, 0.0, seconds=1.0)] * 2
-    merits = [merit_of(judged, first) for judged in order]
+    merits = [compute_merit(judged, first) for judged in order]
     assert merits == sorted(merits)
     assert len({*merits}) == len(merits)
 
@@ -54,8 +54,8 @@ def test_the_cost_is_the_median_of_ratios_to_the_first_profile() -> None:
     """Each scene's seconds are divided by its own of the first profile; what was not timed is left out."""
     first = [Judged(Grade.EXACT, 0.0, seconds=s) for s in (1.0, 2.0, 4.0, math.nan)]
     own = [Judged(Grade.EXACT, 0.0, seconds=s) for s in (3.0, 4.0, 4.0, 1.0)]
-    assert merit_of(own, first).cost == 2.0
-    assert merit_of(own).cost == 1.0
+    assert compute_merit(own, first).cost == 2.0
+    assert compute_merit(own).cost == 1.0
 
 
 @each(
@@ -79,7 +79,7 @@ def test_an_error_is_a_part_of_a_scale_of_ratios(judged: Judged, part: float) ->
 
 def test_what_was_not_run_counts_as_wrong() -> None:
     """A setting with which an engine crashes has not found that scene's impacts: it is no way to fewer scenes wrong."""
-    assert merit_of([Judged(None, reason="crashed")]) == merit_of([Judged(Grade.WRONG)])
+    assert compute_merit([Judged(None, reason="crashed")]) == compute_merit([Judged(Grade.WRONG)])
 
 
 def test_a_run_that_parted_is_judged_by_its_steps() -> None:

@@ -20,7 +20,7 @@ from carom.model.trace import Setting
 from carom.studies.tune.evaluate import Jury, tune_journal
 from carom.studies.tune.objective import Judged
 from carom.studies.tune.search import Found, KnobSearch
-from carom.studies.tune.search_space import Space, values_of
+from carom.studies.tune.search_space import Space, list_values
 
 KNOBS = {
     "threshold": Knob(0.0, 1.0),
@@ -29,7 +29,7 @@ KNOBS = {
     "iterations": Knob(1, 100, log=True),
     "idle": Knob(0.0, 1.0),
 }
-SPACE = Space({name: values_of(knob) for name, knob in KNOBS.items()})
+SPACE = Space({name: list_values(knob) for name, knob in KNOBS.items()})
 SHIPPED: dict[str, Setting] = {"threshold": 1.0, "slop": 1e-3, "mode": "plain", "iterations": 8, "idle": 0.5}
 SCENES = [
     Scene(name=f"scene {k}", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1.0)
@@ -143,13 +143,13 @@ def test_an_engine_without_knobs_is_refused() -> None:
 
 def test_values_of_a_knob_have_its_ends_and_its_kind() -> None:
     """A range is tried at its very ends, whole numbers once each, and by ratios where the knob says so."""
-    assert values_of(KNOBS["threshold"])[0::16] == (0.0, 1.0)
-    slop = [float(value) for value in values_of(KNOBS["slop"])]
+    assert list_values(KNOBS["threshold"])[0::16] == (0.0, 1.0)
+    slop = [float(value) for value in list_values(KNOBS["slop"])]
     assert (slop[0], slop[-1]) == (1e-9, 1e-3)
     ratios = [b / a for a, b in pairwise(slop)]
     assert ratios == pytest.approx([1e6 ** (1 / 16)] * 16)
-    assert values_of(Knob(1, 4)) == (1, 2, 3, 4)
-    assert values_of(KNOBS["mode"]) == ("plain", "swept", "odd")
+    assert list_values(Knob(1, 4)) == (1, 2, 3, 4)
+    assert list_values(KNOBS["mode"]) == ("plain", "swept", "odd")
 
 
 def test_a_search_goes_on_from_its_journal(tmp_path: Path) -> None:
