@@ -31,11 +31,11 @@ MJCF_INTEGRATORS = {
 }
 
 #: ``joints`` is "free" (six axes for each disc) or "slide" (x and y; z and a hinge too if discs turn). ``stiffness``
-#: (1/s**2) is the stiffness of a contact, 0 for none: see `_compute_solref` of `model`. ``solimp`` is a geom's attribute.
-#: With ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in `located`. ``shape`` is
-#: "sphere" or "cylinder"; a cylinder is as high as it is wide. With ``in_turn`` contacts with friction are solved one
-#: after another, the push and then friction within its bounds, which is the law of impacts. Without `in_turn` all
-#: contacts are solved at once, as MuJoCo's optimum.
+#: (1/s**2) is the stiffness of a contact, 0 for none: see `_compute_solref` of `model`. ``solimp`` is a geom's
+#: attribute. With ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in
+#: `located`. ``shape`` is "sphere" or "cylinder"; a cylinder is as high as it is wide. With ``in_turn`` contacts with
+#: friction are solved one after another, the push and then friction within its bounds, which is the law of impacts.
+#: Without `in_turn` all contacts are solved at once, as MuJoCo's optimum.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
 #: Settings with a few possible words.

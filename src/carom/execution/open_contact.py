@@ -94,9 +94,9 @@ class OpenContact:
     def compute_landing_time(self, gravity: Array, leg: Course) -> float:
         """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
 
-        `compute_turn_time` does not apply, since gravity holds the pair together, so that no free path follows. After the
-        impact, the distance along the normal changes at the speed at the step boundary. The free path before the impact is a
-        parabola, or a line if gravity moves both bodies alike.
+        `compute_turn_time` does not apply, since gravity holds the pair together, so that no free path follows. After
+        the impact, the distance along the normal changes at the speed at the step boundary. The free path before the
+        impact is a parabola, or a line if gravity moves both bodies alike.
 
         Args:
             gravity: As `compute_gravity` returns it.

@@ -44,9 +44,9 @@ MOST_LEGS = 10_000
 #: Most discs in one picture. A picture with more discs would be unreadable and take megabytes.
 MOST_DISCS_DRAWN = 64
 #: Most bytes and values of a file by its ending. `count_values` counts the values; lines of TOML also count as values.
-#: The largest scene fits into JSON easily. A value takes up to 100 bytes of memory. TOML has lower limits, because reading
-#: takes ten times as long. A .jsonl file contains results. Each line must also meet the limits of JSON; 1e5 lines take
-#: 310 MB and half of the values.
+#: The largest scene fits into JSON easily. A value takes up to 100 bytes of memory. TOML has lower limits, because
+#: reading takes ten times as long. A .jsonl file contains results. Each line must also meet the limits of JSON; 1e5
+#: lines take 310 MB and half of the values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Most parts of a dotted key of TOML. The time of reading grows with the square of this number. Scenes need only one
