@@ -79,7 +79,6 @@ BYTES = (
     b"a" * 300,
     b"\xe2\x80\xae.toml",
 )
-TEMPORARY = tempfile.gettempdir()
 #: Exit codes that `carom --help` names.
 CODES = range(5)
 
@@ -200,7 +199,7 @@ def _can_mount() -> bool:
     if shutil.which("unshare") is None:
         return False
     done = subprocess.run(
-        ["unshare", "-rm", "mount", "-t", "tmpfs", "tmpfs", TEMPORARY], capture_output=True, check=False
+        ["unshare", "-rm", "mount", "-t", "tmpfs", "tmpfs", tempfile.gettempdir()], capture_output=True, check=False
     )
     return done.returncode == 0
 
@@ -221,8 +220,11 @@ def _read_only(rng: Random, work: Path) -> str:
 
 def _full(rng: Random, work: Path) -> str:
     """Fill the disk of the output folder, or of the temporary one."""
-    words, place = _words(rng, work), rng.choice((str(work), TEMPORARY))
+    words, temporary = _words(rng, work), work / "temporary"
+    temporary.mkdir()
+    place = rng.choice((work, temporary))
     size, files = rng.choice((4096, 8192, 65536, 2**20)), rng.choice((2, 10, 100))
     mount = f'mount -t tmpfs -o size={size},nr_inodes={files} tmpfs "{place}"'
-    done = _carom(words, Path("/"), before=_mounted(mount))
+    surroundings = {**os.environ, "TMPDIR": str(temporary)}
+    done = _carom(words, Path("/"), before=_mounted(mount), env=surroundings)
     return _lost(done, f"{words}, {mount}")

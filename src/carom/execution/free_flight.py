@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from carom.engines.api import Observation
 from carom.engines.api.checks import MANTISSA_BITS
+from carom.model.broad_phase import find_near_pairs
 from carom.model.chain_geometry import Outline
 from carom.model.scene import Scene, Wall
 
@@ -19,6 +20,9 @@ Array = NDArray[np.float64]
 #: are more than any engine uses.
 _MARGIN_RADII = 2.0
 _AHEAD_STEPS = 2
+
+#: Factor between the times within which pairs are examined, one after another.
+_WIDENED = 4.0
 
 #: Number of steps that must have left every velocity unchanged, and moved every disc by its velocity.
 _QUIET_STEPS = 2
@@ -60,14 +64,8 @@ class FreeFlight:
         self._turns = scene.arrays.turns
         self._look_from_s = self.needed_from_s = 0.0
         self._pause_s = dt_s
-        n = len(scene.discs)
-        movable = np.array([not disc.immovable for disc in scene.discs])
-        first, second = np.triu_indices(n, 1)
-        kept = movable[first] | movable[second]
-        self._first, self._second = first[kept], second[kept]
-        radius = scene.arrays.radius_m
-        self._touching, self._margin = radius[self._first] + radius[self._second], _MARGIN_RADII * radius
-        self._near = self._margin[self._first] + self._margin[self._second]
+        self._movable, self._radius = scene.arrays.movable, scene.arrays.radius_m
+        self._margin = _MARGIN_RADII * self._radius
         self._walls = [
             (np.array(wall.point_m), np.array(wall.normal)) if isinstance(wall, Wall) else wall.outline
             for wall in scene.walls
@@ -113,13 +111,27 @@ class FreeFlight:
     def _compute_earliest_contact(self, now: Observation, left_s: float) -> float:
         """Return the seconds until a contact is possible. Pairs are skipped if a wall is near before the end."""
         p, v = now.position_m, now.velocity_m_s
-        apart = p[self._second] - p[self._first]
-        if (np.hypot(apart[:, 0], apart[:, 1]) <= self._touching).any():
-            return 0.0  # overlapping bodies may still be pushed apart
+        for first, second in find_near_pairs(p, self._radius, self._movable):
+            apart = p[second] - p[first]
+            if (np.hypot(apart[:, 0], apart[:, 1]) <= self._radius[first] + self._radius[second]).any():
+                return 0.0  # overlapping bodies may still be pushed apart
         nearest = min((self._compute_wall_wait(wall, p, v) for wall in self._walls), default=math.inf)
-        if nearest <= left_s or not len(apart):
-            return nearest
-        return min(nearest, float(compute_time_until_near(apart, v[self._second] - v[self._first], self._near).min()))
+        return nearest if nearest <= left_s else min(nearest, self.compute_pair_wait(p, v, left_s))
+
+    def compute_pair_wait(self, p: Array, v: Array, left_s: float) -> float:
+        """Return the seconds until two discs come near each other; any later time if none do before the end."""
+        speed, end_s = np.hypot(v[:, 0], v[:, 1]), left_s + (_AHEAD_STEPS + 1) * self._dt_s
+        # Only pairs that can come near within this time are examined, because the number of all pairs may be huge.
+        within_s = min(self._pause_s, end_s)
+        while True:
+            wait = math.inf
+            for first, second in find_near_pairs(p, self._margin + speed * within_s, self._movable):
+                near = self._margin[first] + self._margin[second]
+                waits = compute_time_until_near(p[second] - p[first], v[second] - v[first], near)
+                wait = min(wait, float(np.min(waits, initial=math.inf)))
+            if wait <= within_s or within_s >= end_s:
+                return wait
+            within_s = min(_WIDENED * within_s, end_s)
 
     def _compute_wall_wait(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
         if not isinstance(wall, tuple):  # no disc reaches the wall before it has flown this distance

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import tracemalloc
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -130,6 +131,31 @@ def test_two_steps_must_leave_every_velocity_as_it_was() -> None:
         place = place + kicked * DT
         states.append((place, kicked))
     assert begun_at(PARTING, states) == 0
+
+
+@given(st.lists(st.tuples(*[st.integers(-20, 20)] * 4), min_size=2, max_size=6), st.floats(1e-3, 20.0))
+def test_no_pair_is_overlooked_within_any_time(states: list[tuple[int, int, int, int]], left_s: float) -> None:
+    """The earliest time at which two discs come near is that of all pairs, unless it is after the end."""
+    rows = np.array(states, float)
+    scene = staged("apart", *(disc_at(100 * k, 0) for k in range(len(rows))), duration_s=20.0)
+    place, velocity, (first, second) = 3.0 * rows[:, :2], rows[:, 2:], np.triu_indices(len(rows), 1)
+    radius = scene.arrays.radius_m
+    near = 2.0 * (radius[first] + radius[second])
+    every = compute_time_until_near(place[second] - place[first], velocity[second] - velocity[first], near).min()
+    found = FreeFlight(scene, DT).compute_pair_wait(place, velocity, left_s)
+    assert found == every if every <= left_s else found > left_s
+
+
+def test_memory_grows_with_the_discs_and_not_with_their_pairs() -> None:
+    """A crowd of 3000 discs has 4.5 million pairs; a number for each would take 36 MB."""
+    scene = staged(
+        "crowd", *(disc_at(3.0 * (k % 55), 3.0 * (k // 55), 0.01 * k, 0) for k in range(3000)), duration_s=10.0
+    )
+    tracemalloc.start()
+    begun_at(scene, straight(scene))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 20e6
 
 
 @each("units, begins", [(0, True), (4, True), (5, False), (-5, False)])
