@@ -126,14 +126,14 @@ def _count_changes(values: Sequence[int]) -> int:
 def _build_sturm_chain(p: Polynomial) -> list[Polynomial]:
     chain = [p, [k * c for k, c in enumerate(p)][1:]]
     while len(chain[-1]) > 1:
-        rest = _compute_remainder(chain[-2], chain[-1])
+        rest = _compute_negative_remainder(chain[-2], chain[-1])
         if not rest:
             break
         chain.append(rest)
     return [q for q in chain if q]
 
 
-def _compute_remainder(a: Polynomial, b: Polynomial) -> Polynomial:
+def _compute_negative_remainder(a: Polynomial, b: Polynomial) -> Polynomial:
     """Return a positive multiple of minus the remainder of a by b."""
     rest, lead = list(a), b[-1]
     while len(rest) >= len(b):
