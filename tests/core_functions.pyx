@@ -48,7 +48,7 @@ cdef extern from "carom/core/straight/pair_time.h" nogil:
     )
     double exact_pair_time(Encounter e)
 
-cdef extern from "carom/core/contact_law.h" nogil:
+cdef extern from "carom/core/wall_contact_law.h" nogil:
     struct Press:
         double normal
         double along
@@ -271,7 +271,7 @@ def descent_time(gap, speed, pull):
 
 
 def share_frictions(double s1, double q1, most, double y, signs):
-    """Return the two frictions by name: `Frictions` in contact_law.h."""
+    """Return the two frictions by name: `Frictions` in wall_contact_law.h."""
     cdef double f_most, h_most, slip, rim
     f_most, h_most = most
     slip, rim = signs
@@ -283,7 +283,7 @@ cdef Press press_from(press):
 
 
 def contact_rates(press, double slip, double rim):
-    """Return the rates of a disc in contact by name: `ContactRates` in contact_law.h."""
+    """Return the rates of a disc in contact by name: `ContactRates` in wall_contact_law.h."""
     cdef Press pressed = press_from(press)
     return c_contact_rates(&pressed, Slips(slip, rim))
 

@@ -17,8 +17,8 @@ from carom.execution.job import Method
 from carom.execution.plan import explain_missing_profile
 from carom.report.outcome_marks import Mark
 from carom.report.render.markdown import render_markdown
-from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
+from carom.studies.cross_check.grid import build_grid
 
 SWEPT = ["pybullet", "mujoco", "box2d"]
 SOLID = ["pybullet", "mujoco"]

@@ -27,9 +27,9 @@ from carom.execution.job import Status
 from carom.execution.pool import InProcessPool
 from carom.execution.results import Results
 from carom.report.render.markdown import render_markdown
-from carom.report.results_file.read_write import format_records
-from carom.studies.cross_check.cells import build_grid
+from carom.report.results_file.records import format_records
 from carom.studies.cross_check.document import build_report, cross_check_document
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.scene_sections import pack_replays
 
 NAME = "wild-numbers"

@@ -16,10 +16,10 @@ from carom.execution.journal import JournalEntry
 from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.report.render.markdown import render_markdown
-from carom.report.results_file.read_write import format_records
+from carom.report.results_file.records import format_records
 from carom.studies.cross_check.run import observed_journal
+from carom.studies.diff.compare_records import compare_records
 from carom.studies.diff.document import build_diff_document
-from carom.studies.diff.run import compare_records
 
 #: What JSON can hold in the place of a value.
 PIECES: tuple[Any, ...] = (

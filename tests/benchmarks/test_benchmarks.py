@@ -14,8 +14,8 @@ from benchmarks.memory import CHANGED, write_copies
 from tests.cases import each
 
 from carom.errors import InputError
-from carom.report.results_file.read_write import read_records
-from carom.studies.diff.run import compare_records
+from carom.report.results_file.records import read_records
+from carom.studies.diff.compare_records import compare_records
 
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(

@@ -7,7 +7,7 @@ from docs.figures import atlas, atlas_methods
 from tests.scene_builders import cross_checked
 
 from carom.catalogue import find_scenes
-from carom.report.results_file.read_write import format_records, read_raw_records
+from carom.report.results_file.records import format_records, read_raw_records
 
 pytestmark = pytest.mark.long  # it runs a cross-check
 

@@ -17,7 +17,7 @@ _PRIMITIVES = tuple(
     f"{_CORE}/{name}"
     for name in (
         *("primitives.pyx", "arithmetic/double_double.h", "feature.h", "straight/*.h"),
-        *("parabola/fall_time.h", "contact_law.h"),
+        *("parabola/fall_time.h", "wall_contact_law.h"),
     )
 )
 _PIT = tuple(f"{_CORE}/{name}" for name in ("pit.*", "pit/*"))

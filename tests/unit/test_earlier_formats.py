@@ -14,9 +14,9 @@ from carom.execution.pool import InProcessPool
 from carom.execution.run_options import Options
 from carom.report.files import FORMATS
 from carom.report.results_file.json_lines import format_line
-from carom.report.results_file.read_write import read_records
+from carom.report.results_file.records import read_records
 from carom.studies.cross_check.run import execute, observed_journal
-from carom.studies.diff.run import compare_records
+from carom.studies.diff.compare_records import compare_records
 
 KEPT = Path(__file__).resolve().parents[1] / "earlier_formats"
 #: What the journals are of.

@@ -8,7 +8,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from carom.comparator.align import align_impacts
+from carom.comparator.align_impacts import align_impacts
 from carom.comparator.comparison_range import Baseline, find_range
 from carom.comparator.grade_run import GradedRun, grade_run
 from carom.comparator.grades import Grade

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.horizon import RELIABLE_ERROR
-from carom.comparator.impact_matching import Alignment, ComparisonRange, Pair, group_by_pair, match_impacts
+from carom.comparator.match_impacts import Alignment, ComparisonRange, Pair, group_by_pair, match_impacts
 from carom.comparator.scales import Scales, compute_scales
 from carom.comparator.stepwise.resting_pairs import RESTING_STEPS
 from carom.comparator.stepwise.scene_bodies import SceneBodies

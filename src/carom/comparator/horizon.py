@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.impact_matching import group_by_pair
+from carom.comparator.match_impacts import group_by_pair
 from carom.comparator.scales import find_largest
 from carom.errors import InputError, SceneError
 from carom.model.scene import Disc, Scene, to_scene

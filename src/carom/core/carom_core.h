@@ -50,8 +50,8 @@
      have the same bits on every machine and in WebAssembly.
    - The core does not call an allocator. Rows of fixed number are in one arena, and the function `Resize` supplies
      memory that grows. There is no global state, no input and no output.
-   - Instants of discs that accelerate are pairs of floats (arithmetic/double_double.h). Runs without acceleration begin a new epoch
-     after 32 impacts per disc, so that times stay short and precise (clock.h).
+   - Instants of discs that accelerate are pairs of floats (arithmetic/double_double.h). Runs without acceleration begin
+     a new epoch after 32 impacts per disc, so that times stay short and precise (clock.h).
    - Quantities that the physical law makes 0 are stored as facts and not computed. These are the gap and the normal
      speed of a disc in contact, the slip of a rolling disc, and the normal speed of two bodies that touch after an
      impact with restitution 0 (touched_bodies.h).
@@ -64,7 +64,7 @@
      run_input.h                  the input of a run
      feature.h                    features of walls, and a disc relative to a wall
      impact_law.h                 restitution and friction in an impact
-     contact_law.h                Coulomb's law for a disc that is pressed against a straight wall
+     wall_contact_law.h           Coulomb's law for a disc that is pressed against a straight wall
      damping.h                    linear damping as a change of time
      touched_bodies.h             bodies that a disc touches without normal speed
      impact_record.h              recorded impacts: resolution of their times, which are ambiguous, rows

@@ -97,7 +97,7 @@ cdef extern from "carom/core/impact_law.h" nogil:
         double inverse_effective_mass, double normal,
     )
 
-cdef extern from "carom/core/contact_law.h" nogil:
+cdef extern from "carom/core/wall_contact_law.h" nogil:
     struct Frictions:
         double friction
         double turning

@@ -107,9 +107,7 @@ def time_run(
     settings = prepare_settings(adapter, profile, dt_s, tried)
     steps = scene.step_count(dt_s) if steps is None else steps
     located = adapter.profiles[profile].located
-    prepared: list[float] = []
-    called: list[float] = []
-    advanced: list[float] = []
+    prepared, called, advanced = (list[float]() for _ in range(3))
     ends: set[bytes] = set()
     with _pause_garbage_collection():
         while not advanced or (

@@ -103,10 +103,8 @@ class Validator:
     def _check_contact(self, found: object, begin_s: float, end_s: float) -> Contact:
         if not isinstance(found, Contact):
             raise build_wrong_value_error("a contact", "a Contact", found)
-        first, second = (
-            to_whole_number(found.first, "first of a contact"),
-            to_whole_number(found.second, "second of a contact"),
-        )
+        first = to_whole_number(found.first, "first of a contact")
+        second = to_whole_number(found.second, "second of a contact")
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
             raise build_adapter_error(
                 f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "

@@ -1,5 +1,7 @@
 """Watchdog: terminates a worker and all its child processes when the worker ends or the parent exits.
 
+`carom.execution.worker_process` enforces the time limits of a worker.
+
 The watchdog is run as ``python -m carom.execution.watchdog MEMORY_BYTES`` by `carom.execution.worker_process`, or
 forked by `carom.execution.fork_server`. The watchdog forks before it loads an adapter. The child becomes the worker
 (`carom.execution.worker`) and uses standard input, output and error. The watchdog waits until one of these happens:

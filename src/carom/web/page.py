@@ -19,7 +19,7 @@ from carom.model.scene import Scene
 from carom.web.engine_script import PageEngine
 
 SOURCES = Path(__file__).parent
-#: The solvers, compiled from `carom/core` by `carom.web.build`.
+#: The solvers, compiled from `carom/core` by `tests/packaging/core_wasm.py`.
 CORE = SOURCES / "core.wasm"
 #: The modules of the page. Each module comes after the modules that it imports.
 MODULES = (

@@ -10,7 +10,7 @@ from tests.scene_builders import disc_at, staged, wall_at
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade
 from carom.comparator.comparison_range import clip_before_rest
-from carom.comparator.impact_matching import ComparisonRange
+from carom.comparator.match_impacts import ComparisonRange
 from carom.model.scene import Scene
 from carom.model.trace import Outcome
 

@@ -15,7 +15,7 @@ core_functions = pytest.importorskip("tests.core_functions")
 
 
 class Press(NamedTuple):
-    """`Press` of contact_law.h."""
+    """`Press` of wall_contact_law.h."""
 
     normal: float
     along: float

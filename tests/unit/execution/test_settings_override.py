@@ -21,10 +21,10 @@ from carom.execution.settings_override import resolve_settings
 from carom.model.trace import Setting
 from carom.report.junit import render_junit
 from carom.report.render.markdown import render_markdown
-from carom.report.results_file.read_write import format_records
+from carom.report.results_file.records import format_records
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.run import DRAWN, execute, observed_journal
-from carom.studies.diff.run import compare_records
+from carom.studies.diff.compare_records import compare_records
 
 
 @pytest.fixture

@@ -30,7 +30,7 @@ from carom.studies.bench.options import BenchPlan, GrowthOptions
 from carom.studies.bench.run import measure_work_precision
 from carom.studies.bench.timing_pass import timing_journal
 from carom.studies.cross_check.run import execute, observed_journal
-from carom.studies.diff.run import compare_records
+from carom.studies.diff.compare_records import compare_records
 from carom.studies.history.compare_cells import history_journal
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.release_cache import ReleaseCache

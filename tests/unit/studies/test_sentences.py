@@ -18,9 +18,9 @@ from carom.execution.run_options import Options
 from carom.report.document import Lines, Text
 from carom.report.replay import build_impact_rows
 from carom.studies.bench.growth_document import build_growth_document
-from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.explain import explain
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.trend_section import build_trend_section
 from carom.studies.stress.document import build_stress_document
 from carom.studies.stress.result import CellEnding

@@ -43,8 +43,8 @@ def diff(
     if old is None or new is None:
         raise InputError("two reports are needed: carom diff OLD NEW")
     from carom.comparator import Grade
+    from carom.studies.diff.compare_records import compare_records as compared
     from carom.studies.diff.document import build_diff_document
-    from carom.studies.diff.run import compare_records as compared
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None:

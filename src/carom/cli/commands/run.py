@@ -122,7 +122,7 @@ def _say_settings(results: Results, scene: str) -> None:
     """Print the command that shows the settings of an engine's best run as code."""
     from carom.engines.registry import format_engine_argument
     from carom.report import formatting
-    from carom.studies.cross_check.cells import build_grid, rank_methods
+    from carom.studies.cross_check.grid import build_grid, rank_methods
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
     for column in rank_methods(grid, grid.columns.values()):

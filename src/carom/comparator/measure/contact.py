@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import AlignedRun
+from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.grades import Grade, find_worst_grade
 from carom.comparator.measure.contact_intervals import (
     LAST,

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.impact_matching import Alignment
+from carom.comparator.match_impacts import Alignment
 from carom.comparator.non_finite import find_finite_impacts
 from carom.comparator.scales import OwnScales, Scales, compute_own_scales, find_largest_in_array
 from carom.comparator.thresholds import THRESHOLDS

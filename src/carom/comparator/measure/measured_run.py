@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import AlignedRun
+from carom.comparator.align_impacts import AlignedRun
 from carom.comparator.comparison_range import Baseline
-from carom.comparator.impact_matching import Alignment
+from carom.comparator.match_impacts import Alignment
 from carom.comparator.measure.consistency import Consistency, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
 from carom.comparator.measure.errors import ImpactError, Measured, measure_errors, unknown_velocities

@@ -15,8 +15,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import AlignedRun
-from carom.comparator.impact_matching import ComparisonRange, match_impacts
+from carom.comparator.align_impacts import AlignedRun
+from carom.comparator.match_impacts import ComparisonRange, match_impacts
 from carom.comparator.measure.errors import Measured, larger_error, measure_errors
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.scales import Scales, compute_scales, find_largest

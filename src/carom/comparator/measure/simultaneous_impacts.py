@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.impact_matching import LATEST_STAMP_STEPS
+from carom.comparator.match_impacts import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
 from carom.core import primitives
 from carom.core.impact_law import ContactFriction

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import MOST_EDITS
+from carom.comparator.align_impacts import MOST_EDITS
 from carom.comparator.grades import Grade
 from carom.comparator.measure.contact import ContactErrors, ContactScore
 from carom.comparator.measure.measured_run import MeasuredRun

@@ -124,8 +124,7 @@ static inline bool round_pair(DoubleDouble value, double error, double *nearest)
 
 /* ---- arguments that need 192 bits ---- */
 
-/* Return n with e^x = n 2^(twos - 192), with a relative error of 2^-180, for x from -710 to 710. `_power` of
-   exponentials.py does the same with the same result. */
+/* Return n with e^x = n 2^(twos - 192), with a relative error of 2^-180, for x from -710 to 710. */
 static inline WideInteger wide_exponential(double x, int *twos) {
     static const WideInteger LN2 = {{0x7298b62d, 0x40f34326, 0x03f2f6af, 0xc9e3b398, 0xd1cf79ab, 0xb17217f7, 0, 0}};
     int count = (int)(x / CAROM_LN2) - (x < 0.0); /* the quotient rounded down, or next to it */

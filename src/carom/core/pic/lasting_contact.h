@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include "carom/core/contact_law.h"
+#include "carom/core/wall_contact_law.h"
 #include "carom/core/pic/parabola_motion.h"
 
 /* ---- the ground: the half-plane or face that a disc is in contact with ---- */
@@ -41,7 +41,7 @@ static inline double ground_gap_resolution(const State *s, Index i, Index k) {
 }
 
 /* Remove the gap between a disc and its ground, which is a rounding error. */
-static inline void set_on_ground(State *s, Index i, Index k) {
+static inline void place_on_wall(State *s, Index i, Index k) {
     Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
     double gap = ground_gap(s, i, k);
@@ -50,7 +50,7 @@ static inline void set_on_ground(State *s, Index i, Index k) {
 }
 
 /* Return the position of a disc along a face, from the face's start. */
-static inline double place_on_face(const State *s, Index i, Index k) {
+static inline double coordinate_along_face(const State *s, Index i, Index k) {
     const Disc *a = &s->discs[i];
     const Feature *f = &s->features[k];
     const Ground *g = &s->accelerated.grounds[k];
@@ -63,7 +63,7 @@ static inline double time_to_face_end(const State *s, Index i, Index k, double s
     if (f->kind != FACE) {
         return CAROM_INF;
     }
-    double place = place_on_face(s, i, k), ahead = f->size.high - place;
+    double place = coordinate_along_face(s, i, k), ahead = f->size.high - place;
     double back = speed < 0.0 || rate < 0.0
                       ? descent_time((DoubleDouble){place, 0.0}, (DoubleDouble){speed, 0.0}, (DoubleDouble){rate, 0.0})
                       : CAROM_INF;
@@ -73,7 +73,7 @@ static inline double time_to_face_end(const State *s, Index i, Index k, double s
     return forth < back ? forth : back;
 }
 
-static inline Press press_on(const State *s, Index i, const Feature *ground) {
+static inline Press pressing_on(const State *s, Index i, const Feature *ground) {
     const Accelerated *run = &s->accelerated;
     double along = wall_speed(run->gx, run->gy, ground->ny, -ground->nx).high;
     double normal = -wall_speed(run->gx, run->gy, ground->nx, ground->ny).high;
@@ -109,13 +109,13 @@ static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before)
 }
 
 /* Continue the motion of a disc in contact with feature k, with a given slip and rim speed. */
-static inline ModeRow settle(State *s, Index i, Index k, Slips now) {
+static inline ModeRow continue_in_contact(State *s, Index i, Index k, Slips now) {
     Disc *a = &s->discs[i];
     Parabola *p = &s->accelerated.paths[i];
     const Feature *f = &s->features[k];
     Mode before = p->mode;
-    set_on_ground(s, i, k);
-    Press press = press_on(s, i, f);
+    place_on_wall(s, i, k);
+    Press press = pressing_on(s, i, f);
     double speed = a->vx * f->ny - a->vy * f->nx;
     bool resists = press.rolling_resistance > 0.0;
     if (resists && now.slip == 0.0) { /* the two numbers are equal by the law, but not after rounding */
@@ -166,7 +166,7 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     const Feature *f = &s->features[k];
     const Law *law = &s->wall_laws[f->wall];
     double restitution = law->wall_restitution;
-    Press press = press_on(s, i, f);
+    Press press = pressing_on(s, i, f);
     Slips now = {slip_on(s, i, f), rim_speed(s, i)};
     bool sticks = p->sticks && a->last < 0 && a->last != NO_BODY && s->features[-1 - a->last].wall == f->wall;
     /* A slip that an impact has reversed remains. If infinitely many bounces follow, `slip_after_bounces` returns what
@@ -200,7 +200,7 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     if (p->corner_ground != k) {
         p->corner = NO_OBSTACLE;
     }
-    return settle(s, i, k, now);
+    return continue_in_contact(s, i, k, now);
 }
 
 /* Make a disc leave the wall that it is in contact with. */
@@ -225,7 +225,7 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
     const Feature *f = &s->features[k];
-    bool at_last = 2.0 * place_on_face(s, i, k) > f->size.high;
+    bool at_last = 2.0 * coordinate_along_face(s, i, k) > f->size.high;
     double away = a->radius + f->half_width;
     a->x = (at_last ? f->fx.high : f->x.high) + away * f->nx;
     a->y = (at_last ? f->fy.high : f->y.high) + away * f->ny;
@@ -251,7 +251,7 @@ static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
 
 /* Continue the motion of a disc, which is at the present instant, after the end of its mode: its slip, its spin, or
    both are 0. Return false if it is at the end of its face and does not fly off. */
-static inline bool end_mode(State *s, Index i, ModeRow *row) {
+static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
     s->discs[i].last = NO_BODY; /* this is a new path, on which it may hit the last body again */
@@ -262,7 +262,7 @@ static inline bool end_mode(State *s, Index i, ModeRow *row) {
         p->slip_ends ? 0.0 : slip_on(s, i, &s->features[k]),
         p->rim_ends ? 0.0 : rim_speed(s, i),
     };
-    *row = settle(s, i, k, now);
+    *row = continue_in_contact(s, i, k, now);
     return true;
 }
 
@@ -284,7 +284,7 @@ static inline double normal_resolution(const State *s, Index i, const Feature *f
    walls one such hop follows another, so there it stays only if there is no hop at all. At a right angle between them
    there is a hop if friction causes one. A disc that is pushed into its wall is also in flight, and hits the wall at
    once. `normal` is that of the impact. */
-static inline bool update_contact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
+static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
     p->never_met = NEVER_NOTHING;
@@ -303,12 +303,12 @@ static inline bool update_contact(State *s, Index i, Index struck, const double 
         bool changes = p->rubs || fabs(normal[0] * f->nx + normal[1] * f->ny) > normal_resolution(s, i, other);
         hops = approach < 0.0 && changes;
     }
-    if (!hops && approach * approach <= 2.0 * press_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
+    if (!hops && approach * approach <= 2.0 * pressing_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
         Parabola before = *p;
-        *row = settle(s, i, k, (Slips){slip_on(s, i, f), rim_speed(s, i)});
+        *row = continue_in_contact(s, i, k, (Slips){slip_on(s, i, f), rim_speed(s, i)});
         return before.mode != p->mode || before.ax != p->ax || before.ay != p->ay || before.spin_rate != p->spin_rate;
     }
-    set_on_ground(s, i, k);
+    place_on_wall(s, i, k);
     *row = take_off(s, i);
     if (hops) { /* the time of its return is computed without a rounded gap */
         p->left_ground = (int)k;

@@ -72,7 +72,7 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
     for (int k = 0; k < 2; k++) {
         ModeRow row;
         if (struck[k] >= 0 && s->discs[struck[k]].inverse_mass > 0.0 && s->accelerated.deceleration == 0.0 &&
-            update_contact(s, struck[k], feature, impact->normal, &row)) {
+            update_contact_after_impact(s, struck[k], feature, impact->normal, &row)) {
             record_mode(s, &row);
         }
     }
@@ -364,7 +364,7 @@ static inline bool apply_motion_end(State *s, Index i, Instant at) {
         return true;
     }
     int ground = s->accelerated.paths[i].ground;
-    if (!end_mode(s, i, &row)) {
+    if (!begin_next_mode(s, i, &row)) {
         s->accelerated.end = (ContactEnd){i, -1 - (Index)s->features[ground].wall, ground, ground, false};
         s->stopped = EDGE;
         return false;
@@ -392,7 +392,7 @@ static inline bool begin_contacts(State *s) {
             if (f->kind == FACE && !foot_is_on_face(&disc, f, 0.0, s->accelerated.gx, s->accelerated.gy)) {
                 continue;
             }
-            double pull = -press_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
+            double pull = -pressing_on(s, i, f).normal, resolution = ground_gap_resolution(s, i, k);
             double approach = ground_approach(s, i, f), gap = ground_gap(s, i, k);
             /* A disc on the other side of a face would be behind it by more than its own diameter. */
             bool is_slow = approach * approach <= -2.0 * pull * resolution;

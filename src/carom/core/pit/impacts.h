@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include "carom/core/contact_law.h"
+#include "carom/core/wall_contact_law.h"
 #include "carom/core/impact_record.h"
 #include "carom/core/pit/motion.h"
 #include "carom/core/pit/separation.h"

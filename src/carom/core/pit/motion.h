@@ -3,7 +3,7 @@
    Discs are advanced frame by frame, x += v dt, and each product and sum is rounded, as Algorithm 1 requires. One long
    step therefore cannot replace several frames. But one disc can be advanced over many frames before the next disc is.
 
-   Each kind of motion is a branch in `advance_disc`, `skip_disc` and `carom_pit_write_states`. */
+   Each kind of motion is a branch in `advance_disc` and `carom_pit_write_states`. */
 
 #pragma once
 

@@ -1,9 +1,9 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls below them.
 
-The module repeats the contact law of `core/contact_law.h` and the transitions of `core/pic/lasting_contact.h` in ball
-arithmetic. Quantities that the law makes 0 are exactly 0. The state of a disc in contact is relative to its wall, on a
-path with its own acceleration. An impact first releases a disc from its wall. After the impact the disc returns to the
-wall or stays free. An undecided event ends the run and is reported.
+The module repeats, in ball arithmetic, the law of `core/wall_contact_law.h` and the transitions of
+`core/pic/lasting_contact.h`. Quantities that the law makes 0 are exactly 0. The state of a disc in contact is relative
+to its wall, on a path with its own acceleration. An impact first releases a disc from its wall. After the impact the
+disc returns to the wall or stays free. An undecided event ends the run and is reported.
 
 Bounces are applied one by one until the remaining ones are shorter than the requested digits can resolve. If the
 remaining bounces are certainly alike (all slip in one direction, or all stick), they are summed as a geometric series.

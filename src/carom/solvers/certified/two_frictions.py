@@ -1,6 +1,6 @@
-"""Contact law of `core/contact_law.h` in balls: the slip and rim speed that friction and rolling resistance remove.
+"""Law of `core/wall_contact_law.h` in balls: the slip and rim speed that friction and rolling resistance remove.
 
-`stick` repeats the friction of impacts in `core/impact_law.h`.
+`limit_sticking` repeats the friction of impacts in `core/impact_law.h`.
 
 Forces are limited, which is a continuous operation. If it is undecided whether a force exceeds its limit, its ball
 covers both cases.
@@ -16,7 +16,7 @@ from carom.solvers.certified.balls import ZERO
 
 
 class BallFrictions(NamedTuple):
-    """`Frictions` of `core/contact_law.h` in balls. `sticks` and `blocks` are None if undecided."""
+    """`Frictions` of `core/wall_contact_law.h` in balls. `sticks` and `blocks` are None if undecided."""
 
     friction: arb
     rolling: arb
@@ -40,7 +40,7 @@ def limit_sticking(sticking: arb, most: arb) -> BallFrictions:
 
 
 def share_frictions(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallFrictions:
-    """Compute `share_frictions` of `core/contact_law.h`."""
+    """Compute `share_frictions` of `core/wall_contact_law.h`."""
     (slip, rim), (f_most, h_most) = signs, most
     f = h = ZERO
     blocks: bool | None = False

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from carom.comparator.comparison_range import comparison_range
-from carom.comparator.impact_matching import LATEST_STAMP_STEPS, match_impacts
+from carom.comparator.match_impacts import LATEST_STAMP_STEPS, match_impacts
 from carom.comparator.measure.errors import measure_errors
 from carom.comparator.scales import compute_scales
 from carom.comparator.shifted_scenes import list_even_phases

@@ -18,9 +18,11 @@ from carom.report.provenance import build_provenance
 from carom.report.replay import build_replay_data
 from carom.report.results_file.line_types import RowLine, Summary
 from carom.studies.cross_check import grade_tables, reference_sections, run_sections, scene_sections
-from carom.studies.cross_check.cells import Grid, build_grid, read_grid
+from carom.studies.cross_check.cells_section import build_cells_section
 from carom.studies.cross_check.fault_pictures import build_picture_sections
+from carom.studies.cross_check.grid import Grid, build_grid, read_grid
 from carom.studies.cross_check.headline import build_headline
+from carom.studies.cross_check.impact_tables_section import build_impact_tables_section
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_page
 from carom.studies.cross_check.sampling_cost_section import build_sampling_cost_section
 from carom.studies.cross_check.skipping_section import build_skipping_section
@@ -68,8 +70,8 @@ def _build_document(title: str, about: str, grid: Grid) -> Document:
         build_skipping_section(grid),
         *build_provenance(results.environment, results.command or _format_python_call(grid), results.elapsed_s),
         run_sections.build_settings_section(grid),
-        run_sections.build_cells_section(grid),
-        run_sections.build_impact_tables_section(grid),
+        build_cells_section(grid),
+        build_impact_tables_section(grid),
     )
     return Document(title, build_headline(grid), sections, about=about, watch=grade_tables.find_first_replay(grid))
 
@@ -120,7 +122,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
     from carom.report.junit import render_junit
     from carom.report.render.html import render_html
     from carom.report.render.markdown import render_markdown
-    from carom.report.results_file.read_write import format_records
+    from carom.report.results_file.records import format_records
 
     document = cross_check_document(results)
     files = {
@@ -136,7 +138,7 @@ def _render_report(results: Results, fail_on: Grade | None) -> Report:
 
 def _replace_unreportable(results: Results) -> Results:
     """Replace each row that can't be written or replayed by a failure with the reason."""
-    from carom.report.results_file.read_write import format_record
+    from carom.report.results_file.records import format_record
 
     def check(row: Row) -> Row:
         try:

@@ -11,7 +11,7 @@ from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Media, Pair, Pairs, Section, Text
 from carom.report.picture import draw_pair
-from carom.studies.cross_check.cells import Grid, GridCell
+from carom.studies.cross_check.grid import Grid, GridCell
 from carom.support.limits import MOST_DISCS_DRAWN
 
 #: Group of the source paper's four cases, which are always shown with the paper's method, PIT.

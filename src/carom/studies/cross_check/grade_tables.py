@@ -14,7 +14,7 @@ from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Legend, Lines, Media, Section, Share, Table, Text
 from carom.report.outcome_marks import RIGHT, Mark
 from carom.report.replay import build_impact_rows
-from carom.studies.cross_check.cells import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
+from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridColumn, compute_standing
 
 #: Largest number of listed impacts, largest number of impact columns in the table of methods, and largest number of
 #: methods that fit on a terminal.

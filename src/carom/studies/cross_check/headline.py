@@ -11,7 +11,7 @@ from carom.execution.results import Results
 from carom.report import formatting
 from carom.report.document import Headline
 from carom.report.outcome_marks import RIGHT, Mark
-from carom.studies.cross_check.cells import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
 #: Name of the profile with an engine's default settings.
 SHIPPED = "default"

@@ -9,7 +9,7 @@ from carom.catalogue import KnownAnswer
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import formatting
 from carom.report.document import Block, Cell, Column, Lines, Media, Section, Table, Text
-from carom.studies.cross_check.cells import Grid
+from carom.studies.cross_check.grid import Grid
 
 #: Largest number of references that a terminal lists. Further references are listed in the report only.
 MOST_LISTED = 3

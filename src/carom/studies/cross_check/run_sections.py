@@ -1,28 +1,16 @@
-"""Sections with every run: all cells at every step, their impacts, spread over phases, run times and settings."""
+"""Sections about all runs: spread over phases, run times and settings."""
 
 from __future__ import annotations
 
-import dataclasses
-import math
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import NamedTuple
 
-from carom.comparator import Errors, ImpactError, Score
 from carom.execution.phases import PhaseSpread
-from carom.model.trace import Trace, pair_name
 from carom.report import formatting
 from carom.report.document import Cell, Column, Media, Section, Table, Text
 from carom.report.results_file.line_types import RowLine
-from carom.studies.cross_check.cells import Grid, GridCell, GridColumn, keep_worst, omission_note
-
-#: Largest number of listed cells: a browser takes seconds for this many.
-MOST_CELLS = 10_000
-
-#: Largest number of runs with a table of impacts, and of impacts in such a table.
-MOST_TABLES = 4
-MOST_IMPACTS = 40
+from carom.studies.cross_check.grid import Grid, GridColumn
 
 SPREAD_NOTE = (
     "An engine can find an impact by luck, because a check happens to fall on it. So each run was repeated with "
@@ -152,107 +140,3 @@ def _describe_settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]
         ]
         said = f" (varies with the {formatting.join_words(on, 'and the')})" if on else ""
         yield f"{name} = {formatting.format_setting(value)}{said}"
-
-
-def build_cells_section(grid: Grid) -> Section:
-    """Return all cells at all steps."""
-    columns = (
-        Column("scene", lambda cell: cell.scene),
-        Column("engine", lambda cell: cell.column.label),
-        Column("profile", lambda cell: cell.column.profile),
-        Column("step", lambda cell: formatting.format_step(cell.line.dt_s)),
-        Column("grade", lambda cell: dataclasses.replace(cell.mark.cell, title="")),
-        Column(
-            "expected / missed / invented",
-            lambda cell: f"{cell.expected} / {cell.missed} / {cell.invented}" if cell.scored else formatting.ABSENT,
-        ),
-        Column("error / PIT's", lambda cell: formatting.format_number(cell.cost, 3)),
-        *(
-            Column(metric.metadata["name"], partial(_format_metric, metric.name))
-            for metric in dataclasses.fields(Errors)
-        ),
-        Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
-    )
-    cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
-    table = Table(
-        columns, cells, folded=formatting.format_count(len(cells), "cell"), css="cells", only=Media.PAGE, packed=True
-    )
-    return Section("All cells at all steps", (table, *omission_note(cells, grid.runs, "runs", Media.PAGE)))
-
-
-def _format_metric(name: str, cell: GridCell) -> str:
-    """Format a metric of a cell; the metric's name contains its unit."""
-    error: float = getattr(cell.errors, name)
-    if name.endswith("_s") and not math.isnan(error):
-        return f"{formatting.format_seconds(error)} ({formatting.format_steps(error, cell.line.dt_s)})"
-    if name.endswith("_rad") and not math.isnan(error):
-        return f"{formatting.format_number(math.degrees(error), 3)}°"
-    return formatting.format_number(error, 3)
-
-
-class _Impact(NamedTuple):
-    """An impact of the reference, or a spurious one, with its errors in a run."""
-
-    bodies: str
-    time_s: float | None
-    error: ImpactError | None
-    otherwise: str
-
-
-def _build_error_column(head: str, digits: int, say: Callable[[float, ImpactError], float]) -> Column:
-    """Return a column with a number that is computed from a found impact's exact time and errors."""
-
-    def format_error(impact: _Impact) -> str:
-        value = math.nan if impact.error is None or impact.time_s is None else say(impact.time_s, impact.error)
-        return "" if math.isnan(value) else formatting.format_number(value, digits)
-
-    return Column(head, format_error, number=True)
-
-
-_REPORTED = _build_error_column("", 9, lambda time_s, error: time_s + error.reported_time_s)
-_COLUMNS = (
-    Column("bodies", lambda impact: impact.bodies),
-    Column(
-        "PIC, s",
-        lambda impact: "does not happen" if impact.time_s is None else formatting.format_number(impact.time_s, 9),
-        number=True,
-    ),
-    Column("reported, s", lambda impact: impact.otherwise or _REPORTED.say(impact), number=True),
-    _build_error_column("path turned, s", 9, lambda time_s, error: time_s + error.effective_time_s),
-    _build_error_column("velocity error", 3, lambda _, error: error.velocity),
-    _build_error_column("direction, degrees", 3, lambda _, error: math.degrees(error.direction_rad)),
-    _build_error_column("restitution", 6, lambda _, error: error.restitution),
-)
-#: Additional column if discs turn.
-_SPIN_COLUMN = _build_error_column("spin error", 3, lambda _, error: error.spin)
-
-
-def build_impact_tables_section(grid: Grid) -> Section:
-    """Return a table of impacts for each run, if there are few runs."""
-    ran = [(cell, cell.row) for cell in grid.runs if cell.row and cell.row.trace is not None and cell.row.score]
-    tables = []
-    for cell, row in ran if len(ran) <= MOST_TABLES else ():
-        reference, score, trace = grid.results.references[cell.scene], row.score, row.trace
-        assert score is not None and trace is not None  # noqa: S101, PT018 - chosen above
-        left_out = len(reference.impacts) - MOST_IMPACTS
-        more = [f"{left_out} more impacts are not shown"] if left_out > 0 else []
-        table = Table(
-            _COLUMNS if trace.spins is None else (*_COLUMNS, _SPIN_COLUMN),
-            tuple(_list_impacts(score, trace, reference)),
-            title=f"{cell.scene} on {row.job.method.phrase}, dt = {formatting.format_instant(row.job.dt_s)}: "
-            f"{cell.mark.sentence}",
-            note="\n".join((*cell.reasons, *more)),
-            only=Media.DETAIL,
-        )
-        tables.append(table)
-    return Section("Impacts of each run", tuple(tables), only=Media.DETAIL)
-
-
-def _list_impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Impact]:
-    found = {error.reference: error for error in score.errors}
-    for k, impact in enumerate(reference.impacts[:MOST_IMPACTS]):
-        otherwise = "not compared" if k >= score.expected else "not found" if k in score.undecided else "missed"
-        yield _Impact(pair_name(impact), float(impact["time_s"]), found.get(k), "" if k in found else otherwise)
-    for k in score.spurious:
-        reported = formatting.format_number(float(trace.impacts[k]["time_s"]), 9)
-        yield _Impact(pair_name(trace.impacts[k]), None, None, reported)

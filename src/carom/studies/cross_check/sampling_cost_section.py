@@ -19,7 +19,7 @@ from carom.report.svg import (
     scale_error_axis,
     use_drawing_style,
 )
-from carom.studies.cross_check.cells import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
 #: Width of the chart, width on a phone, height of a line, and margins for names and for the axis, inches.
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5

@@ -12,8 +12,8 @@ from carom.model.trace import Trace
 from carom.report import formatting
 from carom.report.document import Cell, Column, Figure, Figures, Media, Section, Table, Text
 from carom.report.svg import SURFACE, build_figure, choose_line_style, finish, format_tick, render, use_drawing_style
-from carom.studies.cross_check.cells import Grid
 from carom.studies.cross_check.explain import describe_pic, describe_pit
+from carom.studies.cross_check.grid import Grid
 from carom.support.formatting import format_number
 
 NOTE = (

@@ -11,7 +11,7 @@ from carom.comparator import LocalScore, Verdict
 from carom.report import formatting
 from carom.report.document import Block, Column, Media, Section, Table, Text
 from carom.report.outcome_marks import Mark, mark_of_grade
-from carom.studies.cross_check.cells import Grid, GridCell, keep_worst, omission_note
+from carom.studies.cross_check.grid import Grid, GridCell, keep_worst, omission_note
 
 #: Largest number of listed runs.
 MOST_RUNS = 1000

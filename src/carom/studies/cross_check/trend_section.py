@@ -22,7 +22,7 @@ from carom.report.svg import (
     scale_error_axis,
     use_drawing_style,
 )
-from carom.studies.cross_check.cells import Grid, GridCell, GridColumn
+from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from functools import partial
 
 from carom.report import formatting
 from carom.report.document import Cell, Column, Document, Headline, Media, Section, Table, Text
-from carom.studies.diff.run import Change, Diff, Kind
+from carom.studies.diff.compare_records import Change, Diff, Kind
 
 #: Largest number of rows. A comment on a pull request has a limited length.
 MOST_ROWS = 50

@@ -19,7 +19,7 @@ from carom.support.folders import build_file_name
 SCENES, STRESS = "scenes", "stress/"
 
 #: Phrases in journals of earlier versions, and their present form.
-_EARLIER_PHRASES = {
+_EARLIER = {
     "gives way": "fails at this size",
     "stands to the end": "passes to the end",
     "gives way at the harmless end": "fails at the harmless end",
@@ -48,7 +48,7 @@ class CellEnding(StrEnum):
     @classmethod
     def _missing_(cls, value: object) -> CellEnding | None:
         """Return the ending for a phrase of an earlier version."""
-        return cls(_EARLIER_PHRASES[value]) if isinstance(value, str) and value in _EARLIER_PHRASES else None
+        return cls(_EARLIER[value]) if isinstance(value, str) and value in _EARLIER else None
 
 
 _NAMES_IN_FILES = {

@@ -8,10 +8,10 @@ from typer.testing import CliRunner
 from carom.cli import app
 from carom.execution.results import Results
 from carom.report.document import Document, Media, Table, Text
-from carom.report.results_file.read_write import format_records, read_records
-from carom.studies.cross_check import run_sections, scene_sections
-from carom.studies.cross_check.cells import build_grid
+from carom.report.results_file.records import format_records, read_records
+from carom.studies.cross_check import cells_section, scene_sections
 from carom.studies.cross_check.document import cross_check_document, rebuild_document
+from carom.studies.cross_check.grid import build_grid
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> N
 def test_a_large_report_lists_the_worst_and_says_so(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond a limit the tables of scenes and of cells have those with the worst grades, in their order."""
     whole = build_grid(results)
-    monkeypatch.setattr(run_sections, "MOST_CELLS", 2)
+    monkeypatch.setattr(cells_section, "MOST_CELLS", 2)
     monkeypatch.setattr(scene_sections, "MOST_SCENES", 1)
     few = tables(document := cross_check_document(results))
     ranks = [-1 if cell.rank is None else cell.rank for cell in whole.runs]

@@ -18,8 +18,8 @@ from carom.execution.run_options import Options
 from carom.execution.time_saved import measure_pic_saving, measure_pit_saving
 from carom.report.document import Figures, Media, Table
 from carom.solvers.pic import solve_pic
-from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.explain import explain
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.run import cross_check, execute
 from carom.studies.cross_check.skipping_section import build_skipping_section
 

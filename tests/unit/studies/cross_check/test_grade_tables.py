@@ -12,8 +12,8 @@ from carom.execution.job import Status
 from carom.execution.results import Results, Row
 from carom.report.document import Cell, Media, Table
 from carom.report.outcome_marks import Mark
-from carom.studies.cross_check.cells import build_grid, compute_standing
 from carom.studies.cross_check.grade_tables import build_methods_section
+from carom.studies.cross_check.grid import build_grid, compute_standing
 from carom.studies.cross_check.scene_sections import build_scenes_section
 
 

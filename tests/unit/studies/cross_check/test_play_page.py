@@ -16,8 +16,8 @@ import carom
 from carom import Scene
 from carom.catalogue import all_scenes
 from carom.studies.cross_check import demo as module
-from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import build_report
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.play_page import PLAY_PAGE, build_play_link, build_play_page
 from carom.studies.cross_check.scene_sections import pack_replays
 from carom.web.page import add_gallery

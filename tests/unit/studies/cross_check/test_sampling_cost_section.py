@@ -21,11 +21,11 @@ from carom.report.formatting import format_number
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.render.terminal import render_terminal
-from carom.report.results_file.read_write import format_records
+from carom.report.results_file.records import format_records
 from carom.studies.cross_check import sampling_cost_section as price
-from carom.studies.cross_check.cells import build_grid
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.grade_tables import build_methods_section
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.sampling_cost_section import (
     build_sampling_cost_section,
     draw_sampling_costs,

@@ -13,7 +13,7 @@ from carom.comparator.verdict import Finding
 from carom.execution.job import Job, Method
 from carom.execution.results import Results, Row
 from carom.report.document import Media, Section, Table, Text
-from carom.studies.cross_check.cells import build_grid
+from carom.studies.cross_check.grid import build_grid
 from carom.studies.cross_check.stepwise_section import build_steps_section
 
 #: A graze that parts trajectories: whatever is said of the steps is put in by hand.

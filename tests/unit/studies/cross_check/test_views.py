@@ -32,9 +32,9 @@ from carom.report.replay import build_impact_rows
 from carom.report.results_file.lines_from_rows import build_line, list_reasons
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.studies.cross_check.cells import GridCell, build_grid
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.fault_pictures import find_divergences
+from carom.studies.cross_check.grid import GridCell, build_grid
 from carom.studies.cross_check.trend_section import build_trend
 
 

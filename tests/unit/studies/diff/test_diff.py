@@ -29,9 +29,9 @@ from carom.report.outcome_marks import Mark
 from carom.report.render.html import render_html
 from carom.report.render.markdown import render_markdown
 from carom.report.results_file.json_lines import build_records_schema
-from carom.report.results_file.read_write import format_records
+from carom.report.results_file.records import format_records
+from carom.studies.diff.compare_records import Diff, Kind, compare_records
 from carom.studies.diff.document import MOST_ROWS, build_diff_document
-from carom.studies.diff.run import Diff, Kind, compare_records
 
 Engines = dict[str, Trace | Status]
 Write = Callable[..., Path]

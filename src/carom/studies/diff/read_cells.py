@@ -20,7 +20,7 @@ from carom.errors import InputError
 from carom.execution.job import Method
 from carom.report.outcome_marks import Mark, parse_mark
 from carom.report.results_file.line_types import RowLine, SceneLine, Summary
-from carom.report.results_file.read_write import stream_records
+from carom.report.results_file.records import stream_records
 
 #: Verdicts that are compared without a number: present or not.
 _FLAGS = (

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.comparison_range import Baseline, ComparedRun
-from carom.comparator.impact_matching import LATEST_STAMP_STEPS, Alignment, ComparisonRange, Pair, match_impacts
+from carom.comparator.match_impacts import LATEST_STAMP_STEPS, Alignment, ComparisonRange, Pair, match_impacts
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace
 

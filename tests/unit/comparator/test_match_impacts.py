@@ -9,8 +9,8 @@ from tests.scene_builders import altered, disc_at, staged, wall_at
 
 from carom import compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
-from carom.comparator.align import MOST_EDITS, compute_edit_distance
-from carom.comparator.impact_matching import match_impacts
+from carom.comparator.align_impacts import MOST_EDITS, compute_edit_distance
+from carom.comparator.match_impacts import match_impacts
 
 
 def test_a_disc_that_tunnelled_at_the_very_end_is_a_miss() -> None:
