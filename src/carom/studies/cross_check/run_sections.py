@@ -20,7 +20,7 @@ from carom.studies.cross_check.cells import Grid, GridCell, GridColumn, keep_wor
 #: Largest number of listed cells: a browser takes seconds for this many.
 MOST_CELLS = 10_000
 
-#: Largest number of runs with a table of impacts, and of impacts in such a table.
+#: Largest number of runs that have a table of impacts, and largest number of impacts in such a table.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
 
