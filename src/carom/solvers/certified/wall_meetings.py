@@ -99,7 +99,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
         time = arb(at) + (ZERO - speed - root) / pull
     else:
         root = d.sqrt()
-        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # without cancellation
+        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # no cancellation
         time = arb(at) + wait
     if time < begin or (d > 0 and time < at):  # before this path, which is known to have no impact before `at`
         return None
