@@ -173,7 +173,7 @@ class ConformanceRun:
                 f"{count('passed')} passed, {count('failed', 'error')} failed, {count('skipped')} skipped, "
                 f"{count('xfailed')} known failures"
             )
-            brought = f" ({info.distribution})" if info.distribution else ""  # empty for a manifest
+            brought = f" ({info.distribution})" if info.distribution else ""  # a manifest has no distribution
             write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")
         if self._write_to is not None:
             write(self._update_known_failures(self._write_to))

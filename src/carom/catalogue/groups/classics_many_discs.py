@@ -50,8 +50,8 @@ def stage_boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float,
     discs = []
     for k in range(side * side):
         row, column = divmod(k, side)
-        # Directions at multiples of the golden angle are spread evenly, and no two are equal. So are the shifts off the
-        # lattice.
+        # Directions at multiples of the golden angle are spread evenly, and no two are equal. The shifts off the
+        # lattice are multiples of this angle, too.
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
         discs.append(build_disc(centre, speed * direction, radius_m))

@@ -62,7 +62,7 @@ def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the crush of a disc between two half-planes that approach each other, if it had many impacts with both.
+    """Return the crush of a disc between two approaching half-planes, if the disc had many impacts with both of them.
 
     Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
     opposite, the sum of the disc's two gaps does not depend on its position.

@@ -132,7 +132,7 @@ def undecided(
 def find_contacts(
     bodies: BallBodies, i: int, second: int, at: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
-    """Yield each wait from `at` until a gap decreases through zero in the bodies' present motion, with its meeting.
+    """Yield each time, measured from `at`, at which a gap decreases through zero, with the meeting at this time.
 
     `powers` has the gap's coefficients of powers of the time since `at`. A meeting is undecided if the sign change is
     uncertain, or may come before the start of a path.

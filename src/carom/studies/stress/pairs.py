@@ -55,7 +55,7 @@ def _build_meeting_trial(
 
 
 def _build_attack(name: str, shows: str, **of: Callable[[float], float]) -> Attack:
-    """Return an attack on a meeting at every phase.
+    """Return an attack whose trials are meetings of two discs, one at each phase.
 
     The keywords are functions from the attack's value to the arguments of `_build_meeting_trial`.
     """

@@ -82,7 +82,7 @@ def build_base_scene() -> Scene:
 
 
 def build_rough_scene() -> Scene:
-    """Return the base scene with spins and friction: its first and last impact slide, the second sticks."""
+    """Return the base scene with spins and friction. Its first and third impact slide, and its second impact sticks."""
     base = build_base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
     discs = [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning]
