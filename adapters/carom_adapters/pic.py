@@ -35,7 +35,7 @@ class PicWorld(RecordedWorld):
 
 
 class PicAdapter:
-    """PIC: event-driven, or frame by frame, which is the source paper's Algorithm 2."""
+    """PIC in two forms: event-driven, and frame by frame, which is the source paper's Algorithm 2."""
 
     name = "pic"
     engine = Engine("Carom")
@@ -45,11 +45,11 @@ class PicAdapter:
     profiles: Mapping[str, Profile] = AliasedProfiles(
         {
             "frame-by-frame": Profile(
-                "The source paper's Algorithm 2: all pairs are solved again at each impact of a frame. Also: default.",
+                "The source paper's Algorithm 2, also the profile default: each impact solves all pairs again.",
                 lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
             ),
             "event-driven": Profile(
-                "No frames: only the discs of an impact are predicted again. Also: tuned.",
+                "PIC without frames, also the profile tuned: only the discs of an impact are predicted again.",
                 lambda dt_s: {"dt_s": dt_s, "form": "event-driven"},
             ),
         },

@@ -23,18 +23,18 @@ class PitWorld(RecordedWorld):
         super().__init__(start_pit_run(scene, FrameClock(step_s=float(settings["dt_s"]))), settings)
 
     def advance(self, steps: int) -> None:
-        """Test and move, frame by frame. Frames in which nothing can touch are skipped."""
+        """Test for impacts and move the discs, frame by frame. Frames in which nothing can touch are skipped."""
         self._run.advance_frames(steps)
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Work counts so far."""
+        """Amount of work so far, by name."""
         counts: Mapping[str, int] = self._run.counts
         return counts
 
 
 class PitAdapter:
-    """PIT, exactly the source paper's Algorithm 1. PIT has one form and no settings to tune."""
+    """PIT, which is exactly the source paper's Algorithm 1. PIT has one form and no settings to tune."""
 
     name = "pit"
     engine = Engine("Carom")

@@ -50,7 +50,7 @@ class RecordedWorld:
 
     def advance(self, steps: int) -> None:
         """Take steps, with all their impacts."""
-        raise NotImplementedError  # PIC and PIT advance differently
+        raise NotImplementedError  # PIC and PIT implement this differently
 
     def take_quiet_steps(self, position_m: Array, velocity_m_s: Array, spin_rad_s: Array) -> int:
         """Take steps until one has an impact or a warning, see `carom.engines.api.QuietWorld`."""
@@ -77,7 +77,7 @@ class RecordedWorld:
 
 def list_contacts_since(log: RunImpacts, seen: int) -> tuple[Contact, ...]:
     """Return the impacts after the first `seen` ones, with the velocities around each. A step may have several."""
-    if len(log) == seen:  # the usual case
+    if len(log) == seen:  # usually there are no new impacts
         return ()
     impacts, turned = log.array()[seen:].tolist(), log.spins()
     spins = [None] * len(impacts) if turned is None else turned[seen:].tolist()

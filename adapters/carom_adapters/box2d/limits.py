@@ -10,9 +10,10 @@ from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, S
 #: Attributes of `b2World`, by pybox2d's names.
 WORLD_SETTINGS = ("warmStarting",)
 
-#: Arguments of `b2World.Step`; ``sleepingAllowed`` of every body (`b2World.allowSleeping` has no effect in pybox2d
-#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale``, see the profile `tuned`. ``polygon_radius_m`` is the skin of
-#: a wall's shape. With ``chains`` the edges of a wall are one chain, in which each edge has its neighbours as ghosts.
+#: Other settings: the arguments of `b2World.Step`, and ``sleepingAllowed`` of every body (`b2World.allowSleeping` has
+#: no effect in pybox2d 2.3.10). ``sweep`` is one of `SWEEPS`. For ``velocity_scale`` see the profile `tuned`.
+#: ``polygon_radius_m`` is the skin of a wall's shape. With ``chains`` the edges of a wall are one chain, in which each
+#: edge has its neighbours as ghosts.
 OTHER_SETTINGS = (
     "velocityIterations",
     "positionIterations",
@@ -55,15 +56,16 @@ LARGEST_FORCE_N = 1e38
 #: `b2WorldManifold` invents a normal for points that are closer than b2_epsilon, 1.2e-7.
 SMALLEST_RADIUS_M = 1e-6
 
-#: Powers of ten between which masses, their quotients, and impulses at scaled velocities stay within 32-bit floats
-#: (1e-38 to 1e38). Box2D replaces a mass that is not above 0 by 1 kg.
+#: If masses are between these powers of ten, masses, their quotients, and impulses at scaled velocities stay within
+#: 32-bit floats (1e-38 to 1e38). Box2D replaces a mass that is not above 0 by 1 kg.
 SMALLEST_MASS_KG = 1e-20
 LARGEST_MASS_KG = 1e20
 
-#: This speed times the velocity scale (2**20), and squared, is 1e36.
+#: The square of this speed times the velocity scale (2**20) is 1e36.
 LARGEST_SPEED_M_S = 1e12
 
-#: Contacts compare squared distances. This limit is far below 1.8e19, the square root of the largest 32-bit float.
+#: Box2D compares squared distances in contacts. So this limit is far below 1.8e19, the square root of the largest
+#: 32-bit float.
 LARGEST_COORDINATE_M = 1e9
 
 #: b2_velocityThreshold, compiled in: contacts that close at this speed or less are made inelastic.

@@ -84,7 +84,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
             # Box2D sets the inverse inertia of a body that does not turn to 0.
             inertia = 1.0 if fixed else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             given = {"mass": disc.mass_kg, "inertia": inertia, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
-            if scene.damping_per_s:  # in the time of the world's clock
+            if scene.damping_per_s:  # per second of the world's clock
                 given |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             given |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # A disc that moves by more than its radius in a step is swept against all others.

@@ -226,7 +226,7 @@ class Box2dWorld(QuietSteps):
             self._clock.count(count)
 
     def observe(self) -> Observation:
-        """Read every body, and the contacts that Box2D reported to its listener.
+        """Read every body, and the contacts that Box2D has reported to the listener.
 
         Box2D finds contacts and then moves the bodies, so the contacts of step k (from 0) are at ``k dt_s``. The first
         observation creates the listener, so a world that is only timed has no listener.
@@ -276,7 +276,7 @@ class Box2dWorld(QuietSteps):
         at_s = self._clock.step_began_s / self._time
         found = []
         for a, b, (nx, ny), impulse, tangential in self._sum_contacts():
-            length = math.hypot(nx, ny)  # a unit vector only to 32 bits
+            length = math.hypot(nx, ny)  # its length is 1 only to 32 bits
             # Box2D's tangent is the normal turned by -90 degrees.
             along = -tangential * self._time if self._turns else None
             found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse * self._time, along))
@@ -294,7 +294,7 @@ class Box2dWorld(QuietSteps):
             across_x = sum(normal[1] * tangential for normal, _, tangential in of_pair)
             across_y = sum(-normal[0] * tangential for normal, _, tangential in of_pair)
             size = math.hypot(along_x, along_y)
-            if len(of_pair) == 1 or not size:  # if opposite edges push equally, the sum is 0
+            if len(of_pair) == 1 or not size:  # the sum is 0 if opposite edges push equally
                 found += [(*pair, *push) for push in of_pair]
                 continue
             nx, ny = along_x / size, along_y / size
@@ -321,7 +321,7 @@ class Box2dWorld(QuietSteps):
         self._clock.cut(dt_s * self._time)
 
     def touching(self) -> frozenset[tuple[int, int]]:
-        """Return the pairs that Box2D finds in contact in a step of no length, which moves and solves nothing."""
+        """Return the pairs that Box2D finds in contact in a step of length 0, which moves and solves nothing."""
         self._world.Step(0.0, 0, 0)
         found = set()
         for contact in self._world.contacts:

@@ -13,7 +13,7 @@ DETECTORS = ("FCL", "DART", "BULLET", "ODE")
 #: DART_MAX_BOUNCING_VELOCITY, compiled in: the greatest speed after a bounce.
 FASTEST_BOUNCE_M_S = 100.0
 
-#: DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: contacts that close at this speed or less are made inelastic.
+#: DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: DART makes contacts inelastic that close at this speed or less.
 THRESHOLD_M_S = 0.1
 
 #: DART_CFM, compiled in. DART enlarges the diagonal of the contact problem by this fraction, which reduces impulses by

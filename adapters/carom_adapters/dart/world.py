@@ -81,7 +81,7 @@ class DartWorld:
         self._discs.append(skeleton)
 
     def _add_shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
-        """Give a body its shape, with the body's number as its name, which identifies its contacts."""
+        """Give a body its shape. The shape's name is the body's number, which identifies its contacts."""
         node = body.createShapeNode(shape)
         node.setName(str(number))
         node.createCollisionAspect()
@@ -125,9 +125,9 @@ class DartWorld:
 
     def _read_contacts(self) -> list[Contact]:
         found = []
-        result = self._world.getLastCollisionResult()  # kept alive: until 6.19 contacts vanish with this result
+        result = self._world.getLastCollisionResult()  # kept alive, because until 6.19 contacts vanish with this result
         for contact in result.getContacts():
-            nx, ny, nz = map(float, contact.normal)  # from the second object to the first
+            nx, ny, nz = map(float, contact.normal)  # DART's normal points from the second object to the first
             normal, impulse = (nx, ny), math.hypot(*contact.force) * self._clock.dt_s
             if nz != 0.0:  # until 6.19 spheres are meshes by default, whose contacts lean out of the plane
                 normal, impulse = flattened(normal, impulse)

@@ -43,8 +43,8 @@ adapter = EngineAdapter(
             # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
             changed={
-                "time_step": "0, a continuous plant: a discrete one, the default, has no bounce",
-                "hunt_crossley_dissipation": "undamped: this is the only restitution that Drake has",
+                "time_step": "0, which makes a continuous plant: a discrete plant, the default, has no bounce",
+                "hunt_crossley_dissipation": "no dissipation, because Drake has no other restitution than 1",
                 "dynamic_friction": OF_THE_SCENE,
                 "static_friction": OF_THE_SCENE,
                 "joint": "planar and undamped, which keeps a disc in the plane",

@@ -148,7 +148,7 @@ class DrakeWorld:
             force, pair = float(np.linalg.norm(info.contact_force())), info.point_pair()
             bodies = (self._number[pair.id_B], self._number[pair.id_A])
             if force > self._pushed.get(bodies, (0.0, None))[0]:
-                nx, ny, _ = pair.nhat_BA_W  # from B to A
+                nx, ny, _ = pair.nhat_BA_W  # Drake's normal points from B to A
                 self._pushed[bodies] = (force, (float(nx), float(ny)))
         return self._drake.framework.EventStatus.DidNothing()
 

@@ -34,8 +34,8 @@ MJCF_INTEGRATORS = {
 #: (1/s**2) is the stiffness of a contact, 0 for none: see `_compute_solref` of `model`. ``solimp`` is a geom's
 #: attribute. With ``listed_pairs`` each pair of bodies is listed in the model and tested in every step, as in
 #: `located`. ``shape`` is "sphere" or "cylinder"; a cylinder is as high as it is wide. With ``in_turn`` contacts with
-#: friction are solved one after another, the push and then friction within its bounds, which is the law of impacts.
-#: Without `in_turn` all contacts are solved at once, as MuJoCo's optimum.
+#: friction are solved one after another: first the push, and then friction within its bounds, as in the law of impacts.
+#: Without `in_turn` MuJoCo solves all contacts at once, as an optimum.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
 #: Settings with a few possible words.
@@ -60,8 +60,8 @@ LEAST_ACCELERATION_M_S2 = 1e-12
 #: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
 LARGEST_MASS_KG = 1e11
 
-#: Most discs in a scene whose pairs are listed. A scene with this number of discs has half a million pairs, which
-#: MuJoCo compiles in seconds.
+#: Largest number of discs in a scene whose pairs are listed. A scene with this number of discs has half a million
+#: pairs, which MuJoCo compiles in seconds.
 MOST_LISTED = 1000
 
 #: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets

@@ -30,11 +30,12 @@ IMPEDANCE = 0.9999
 CYLINDER_TIPS = 7 / 12
 
 
-#: The mass of a driven body, over the heaviest disc's: an impact changes its velocity by 1e-13 of the closing speed. In
-#: MuJoCo, impacts push every moving body: a `mocap` body counts as at rest in contacts.
+#: The mass of a driven body, divided by the heaviest disc's mass. With this ratio, an impact changes the driven body's
+#: velocity by 1e-13 of the closing speed. In MuJoCo, impacts push every moving body: a `mocap` body counts as at rest
+#: in contacts.
 DRIVEN_MASS = 2.0**44
-#: The same ratio for a solver that ends at a tolerance. From 2**34 on the solver's cost is rounded by more than the
-#: tolerance, and a spring's push is too large: at 2**44 by 1.3 times the closing speed.
+#: The same mass ratio for a solver that ends at a tolerance. From 2**34 on the solver's cost is rounded by more than
+#: the tolerance, and a spring's push is too large: at 2**44 by 1.3 times the closing speed.
 DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 

@@ -13,13 +13,13 @@ from carom_adapters.shared.settings_code import count_steps, format_comment
 
 
 def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-    """Return the model of `mjcf` in a readable form, with shared attributes of geoms and pairs in its defaults."""
+    """Return the model of `build_mjcf` in a readable form: attributes shared by geoms or pairs are in its defaults."""
     require_usable(scene, settings)
     require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
     if has_legs(scene):
         raise AdapterError("MuJoCo: the velocity of a body changes between steps, which a model can't describe")
-    # The text is this adapter's, and contains only numbers and words from its lists of settings.
-    model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the text is our own
+    # This adapter has written the text, which contains only numbers and words from its lists of settings.
+    model = ElementTree.fromstring(build_mjcf(scene, settings))  # noqa: S314 - the adapter has written the text
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
     said = [heading, f"{count_steps(scene, settings)} steps from the keyframe cover the scene."]
     if not float(settings["stiffness"]):
@@ -70,7 +70,7 @@ def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str,
         if disc.immovable:
             continue
         x, y, vx, vy, turns = *disc.position_m, *disc.velocity_m_s, disc.inertia_factor < float("inf")
-        # The joints are the same as in `_format_turning` and `mjcf`.
+        # The joints are the same as in `_format_turning` and `build_mjcf`.
         free = settings["joints"] == "free" and (turns or not scene.arrays.turns)
         if free:
             places += [x, y, 0.0, 1.0, 0.0, 0.0, 0.0]

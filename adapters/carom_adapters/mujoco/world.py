@@ -51,7 +51,7 @@ _LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("
 
 
 def _find_flag_bit(mujoco: Any, flag: str) -> int:
-    """Return the bit of a flag; 0 if this release of MuJoCo lacks it, so that it reads as never set."""
+    """Return the bit of a flag; 0 if this release of MuJoCo lacks the flag, so that the flag reads as unset."""
     kind, member = _LATER[flag]
     return int(getattr(getattr(mujoco, kind), member, 0))
 
@@ -78,7 +78,8 @@ class MujocoWorld:
         # Views are kept, since it takes long to create them.
         self._warnings, self._qpos, self._qvel = self._data.warning.number, self._data.qpos, self._data.qvel
         self._shared = True
-        self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and per step
+        #: Pairs of a view on the damping of contacts, and its product with the step.
+        self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
         # Damping times step length. This product is the same for steps of all lengths, see `_compute_solref`.
@@ -223,12 +224,12 @@ class MujocoWorld:
             force, tangential = (
                 float(data.efc_force[row]) if row >= 0 else 0.0,
                 None,
-            )  # -1: not among the solver's rows
+            )  # -1 means that the contact has no row in the solver
             if self._turns and row >= 0:
                 force, tangential = self._compute_impulses(k, frame)
             if force <= 0:
                 continue
-            normal = (float(frame[0]), float(frame[1]))  # from the first geom to the second
+            normal = (float(frame[0]), float(frame[1]))  # MuJoCo's normal points from the first geom to the second
             impulse = force * self._clock.dt_s
             if self._leans:
                 normal, impulse = flattened(normal, impulse)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from carom.engines.api import Capabilities, ContactTimes
 
-#: Arguments of the solver, as it stores them. ``gap`` belongs to each shape, and ``speculative_contact_gap_max`` to the
-#: collision, where it is off by default. Settings that a profile omits keep Newton's defaults.
+#: Arguments of the solver, by the names under which the solver stores them. ``gap`` belongs to each shape, and
+#: ``speculative_contact_gap_max`` to the collision, where it is off by default. Settings that a profile omits keep
+#: Newton's defaults.
 OF_THE_SOLVER = (
     "iterations",
     "rigid_contact_relaxation",

@@ -159,5 +159,5 @@ class NewtonWorld:
 
 
 def _to_space(vector: tuple[float, float]) -> tuple[float, float, float]:
-    """Return a vector of the scene in space."""
+    """Return a vector of the scene as a vector in space."""
     return vector[0], 0.0, vector[1]

@@ -98,7 +98,7 @@ class OdeWorld:
         }
 
     def _meet(self, _: Any, first: Any, second: Any) -> None:
-        """Make a joint for each contact of two geoms, as ODE's callback does."""
+        """Make a joint for each contact of two geoms. ODE calls this function for each near pair."""
         a, b = self._number[first.getId().this], self._number[second.getId().this]
         if all(k < 0 or self._bodies[k] is None for k in (a, b)):
             return

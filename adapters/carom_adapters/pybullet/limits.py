@@ -21,9 +21,9 @@ WORLD_SETTINGS = (
 #: Arguments of `changeDynamics` for every body, by PyBullet's names.
 BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold")
 
-#: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
-#: ``shape`` is one of `SHAPES`; a cylinder is as high as it is wide. With ``turn`` a disc has its shape's moments of
-#: inertia, and otherwise infinite ones.
+#: Arguments of other functions: those of `createMultiBody`, and `ccdSweptSphereRadius` divided by the disc's radius, 0
+#: for no sweep. ``shape`` is one of `SHAPES`; a cylinder is as high as it is wide. With ``turn`` a disc has its shape's
+#: moments of inertia, and otherwise infinite ones.
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 SHAPES = ("sphere", "cylinder")
 
@@ -33,7 +33,7 @@ SHORTEST_STEP_S = 1e-15
 LARGEST_MASS_KG = 1e15
 SMALLEST_RADIUS_M = 1e-15
 
-#: PyBullet silently ignores values below these.
+#: Least values of settings. PyBullet silently ignores smaller values.
 LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {
     "numSolverIterations": 1,
     "dt_s": SHORTEST_STEP_S,

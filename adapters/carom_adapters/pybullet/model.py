@@ -39,8 +39,8 @@ def compute_moments(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -
 def build_dynamics(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
     """Return the settings of every body. A scene's damping replaces the damping in the settings.
 
-    With maximal coordinates Bullet's number is the fraction of a speed that is lost in a second. A multibody's number
-    is the rate c of ``v' = -c v (1 + |v|)``, which is not linear damping.
+    With maximal coordinates Bullet's number is the fraction of a speed that is lost in a second. For a multibody,
+    Bullet's number is the rate c of ``v' = -c v (1 + |v|)``, which is not linear damping.
     """
     dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
     if scene.damping_per_s:

@@ -26,7 +26,7 @@ SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
 LARGEST = 1e100
 SMALLEST = 1e-100
 
-#: Values below these have no meaning, or Chipmunk aborts.
+#: Least values of settings. Smaller values have no meaning, or make Chipmunk abort.
 LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
 
 #: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
@@ -44,7 +44,7 @@ CAPABILITIES = Capabilities(
     driven_walls=True,
     driven_discs=True,
     legs=True,
-    belts=True,  # half-planes only: a surface velocity is one vector, so the far side of an edge would run backwards
+    belts=True,  # half-planes only: a shape has one surface velocity, so the far side of an edge would run backwards
     gravity=True,
     damping=True,
     table_friction=True,

@@ -95,6 +95,6 @@ def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
 
 
 def compute_surface_velocity(wall: Wall) -> tuple[float, float]:
-    """Return the `compute_surface_velocity` of a conveyor wall. A positive speed runs to the left of the normal."""
+    """Return pymunk's `surface_velocity` for a conveyor wall. Positive speeds point to the left of the normal."""
     nx, ny = wall.normal
     return (-wall.surface_speed_m_s * ny, wall.surface_speed_m_s * nx)

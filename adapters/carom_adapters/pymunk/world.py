@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import pymunk
     from pymunk import Vec2d
 
-    #: Normal of an arbiter, and its impulses along the normal and perpendicular to it, newton-seconds. The
+    #: Normal of an arbiter, and the arbiter's impulses along the normal and perpendicular to it, newton-seconds. The
     #: perpendicular impulse is None if no disc spins.
     ArbiterImpulse = tuple[Vec2d, float, float | None]
 
@@ -128,7 +128,7 @@ class PymunkWorld(QuietSteps):
         self._arbiters = None
 
     def observe(self) -> Observation:
-        """Read the bodies and the arbiters of the last step. No callback is used, which would slow the step down.
+        """Read the bodies and the arbiters of the last step. Callbacks would slow the step down.
 
         Chipmunk moves the bodies and then tests for contacts, so the contacts of step k (from 0) are at ``(k + 1)
         dt_s``.
@@ -152,11 +152,11 @@ class PymunkWorld(QuietSteps):
         return bool(self._list_contact_pairs())
 
     def _collect_impulse(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[ArbiterImpulse]]) -> None:
-        """Add the impulse of an arbiter. The arbiter's first body is the one whose arbiters are being read."""
+        """Add the impulse of an arbiter. The first body of the arbiter is the body whose arbiters are being read."""
         normal = arbiter.normal
         total = -arbiter.total_impulse
         impulse = total.dot(normal)
-        if impulse <= 0:  # Chipmunk keeps a contact while the shapes overlap, even when they already separate
+        if impulse <= 0:  # Chipmunk keeps a contact while the shapes overlap, even if the bodies already separate
             return
         own, other = arbiter.shapes
         first, second = self._number[own], self._number[other]
@@ -214,7 +214,7 @@ class PymunkWorld(QuietSteps):
         """Restore positions, velocities and spins."""
         time_s, bodies, self._legs.started = state
         self._clock.restart(time_s)
-        put = object.__setattr__  # pymunk's own function only adds checks of types, and takes twice the time
+        put = object.__setattr__  # pymunk's own function also checks types, and takes twice the time
         for body, position, velocity, spin in bodies:
             put(body, "position", position)
             put(body, "velocity", velocity)

@@ -35,7 +35,7 @@ MOST = {"dt_s": 1e12}
 #: Default of `normalized_max_linear_velocity`. A faster body is silently slowed down to this speed.
 SHIPPED_SPEED_M_S = 400.0
 
-#: Powers of ten between which squares and impulses stay within 32-bit floats (1e-38 to 1e38).
+#: If values are between these powers of ten, squares and impulses stay within 32-bit floats (1e-38 to 1e38).
 LARGEST_SPEED_M_S = 1e9
 LARGEST_COORDINATE_M = 1e9
 SMALLEST_RADIUS_M = 1e-6

@@ -160,7 +160,7 @@ class RapierWorld:
                 if impulse <= 0:  # Rapier keeps contacts without effect
                     continue
                 nx, ny, _ = manifold.data.normal.to_tuple()
-                length = math.hypot(nx, ny)  # a unit vector only to 32 bits
+                length = math.hypot(nx, ny)  # its length is 1 only to 32 bits
                 a, b = self._number[pair.collider1], self._number[pair.collider2]
                 found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
         return list(sum_contacts(found, find_walls_in_pieces(self._scene)))

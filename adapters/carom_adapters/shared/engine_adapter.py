@@ -16,7 +16,7 @@ Settings = Mapping[str, Setting]
 #: Reason, in `Profile.changed` of a `default` profile, for settings that a scene requires. Such a profile lists all
 #: settings that differ from the engine's defaults.
 OF_THE_SCENE = "the scene's"
-#: Reason for a disc that is kept from turning. The friction of such a disc is 0, so nothing could turn it.
+#: Reason, in `Profile.changed`, for discs that can't turn. The friction of such a disc is 0, so nothing could turn it.
 NOT_TURNED = "discs cannot turn if the scene has no spin or friction; this changes only roundings"
 
 #: Declared accuracy of a method that has only PIT's errors.
@@ -66,6 +66,6 @@ def build_tuned_profile(means: str, settings: Callable[[float], Settings], accur
 def build_located_profile(
     finder: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND, but: str = "", then: str = ""
 ) -> Profile:
-    """Return the profile `located`. `but` describes its difference from `tuned`, and `then` the use of its steps."""
+    """Return the profile `located`. `but` describes its difference from `tuned`, and `then` how its steps are used."""
     said = f"The tuned settings{but}, with each step cut at the instant at which {finder} begins to find an overlap"
     return Profile(f"{said} (Carom's own bisection){then}.", settings, accuracy, located=True)

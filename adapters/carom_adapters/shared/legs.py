@@ -51,7 +51,7 @@ class Legs(Generic[Body]):
             taken += count
 
     def start_due(self, now_s: float) -> Sequence[tuple[Body, Vector]]:
-        """Start the legs that are due at a time; return their bodies with the new velocities."""
+        """Start the legs that are due at a time. Return the bodies of these legs with their new velocities."""
         first = self.started
         if first == len(self._changes):
             return ()

@@ -1,9 +1,10 @@
 """Closed forms from which known answers are computed.
 
-Vectors of the plane are complex numbers here: ``a * b`` rotates, ``abs(a)`` is a length. This module, and those that
-use it, contain no physics and no solvers of Carom: an answer computed by the tested code would prove nothing. Most
-scenes are written backwards from their impacts: normal and instant are chosen, and the start follows by going back
-along straight lines. With this method, no equation has to be solved for the time of impact.
+Vectors of the plane are complex numbers here: ``a * b`` rotates a vector, and ``abs(a)`` is its length. This module,
+and those that use it, contain no physics and no solvers of Carom: an answer computed by the tested code would prove
+nothing. Most scenes are computed backwards from their impacts: the normal and the instant of an impact are chosen, and
+the start follows from straight lines back in time. With this method, no equation has to be solved for the time of
+impact.
 """
 
 from __future__ import annotations
@@ -58,12 +59,12 @@ def build_impact(
 
 
 def compute_normal(approach: complex, offset: float) -> complex:
-    """Return the normal, from first to second disc, of an impact at a given offset.
+    """Return the normal of an impact at a given offset. The normal points from the first to the second disc.
 
     Args:
-        approach: Velocity of the first relative to the second.
-        offset: Impact parameter in contact distances, -1 to 1: the sine of the angle from the approach to the normal.
-            Above 0 the second disc is to the left.
+        approach: Velocity of the first disc relative to the second.
+        offset: Impact parameter divided by the contact distance, -1 to 1: the sine of the angle from the approach to
+            the normal. If it is above 0, the second disc is to the left of the path.
     """
     return unit(approach) * complex(math.sqrt(1.0 - offset * offset), offset)
 
@@ -106,7 +107,7 @@ def stage_meeting(
     "restitution, in the frame of the centre of mass",
     **fields: float,
 ) -> Staged:
-    """Stage two discs that touch at the origin, the second centre `offset` contact distances left of the approach."""
+    """Build two discs that meet at the origin. The second centre is `offset` contact distances left of the approach."""
     (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
     normal = compute_normal(v0 - v1, offset)
     discs = [build_disc(-r0 * normal - v0 * time_s, v0, r0, m0), build_disc(r1 * normal - v1 * time_s, v1, r1, m1)]
@@ -129,21 +130,24 @@ class WedgeImpact(NamedTuple):
 
 
 def compute_wedge_impacts(start: complex, velocity: complex, angle: float) -> list[WedgeImpact]:
-    """Return every impact of a point that moves in a wedge and is reflected by its two sides, by unfolding.
+    """Compute, by unfolding, all impacts of a point that moves in a wedge and is reflected by the wedge's two sides.
 
-    Reflect the wedge over and over about its sides instead of reflecting the path: the path becomes a straight line,
-    and it crosses the rays at 1, 2, 3, ... times the wedge's angle. The n-th crossing is at the time at which
-    ``(start + t velocity) exp(-i n angle)`` is real. Folded back, the velocity has been turned by ``-n angle`` for
-    even n, and mirrored into ``conj(velocity) exp(i (n + 1) angle)`` for odd n.
+    If the wedge is reflected about its sides instead of the path, the path is a straight line. This line crosses the
+    rays at 1, 2, 3, ... times the wedge's angle. The n-th crossing is at the time at which ``(start + t velocity)
+    exp(-i n angle)`` is real. In the original wedge, the velocity after the n-th impact is ``velocity exp(-i n angle)``
+    for even n, and ``conj(velocity) exp(i (n + 1) angle)`` for odd n.
 
     Args:
-        start: Start, with an argument between 0 and `angle`; the apex is 0.
-        velocity: Velocity. The path passes the apex anticlockwise, so that the upper side is hit first.
+        start: Position of the point at the start. The apex of the wedge is at 0, and the argument of `start` is between
+            0 and `angle`.
+        velocity: Velocity of the point at the start. The point moves anticlockwise around the apex, so it hits the
+            upper side first.
         angle: Angle of the wedge, below pi.
     """
     impacts = []
     n = 1
-    # In the end the straight line has the direction of the velocity, so it crosses only rays at smaller angles.
+    # Far away, the points of the straight line are in the direction of the velocity. So the line crosses only rays at
+    # smaller angles.
     while n * angle < cmath.phase(velocity) % math.tau:
         turn = cmath.exp(-1j * n * angle)
         time = -(start * turn).imag / (velocity * turn).imag
@@ -162,9 +166,9 @@ def stage_struck_row(
     duration_s: float,
     frame_rate_hz: float = 60.0,
 ) -> Staged:
-    """Stage a striker and a row of equal discs at rest.
+    """Build a scene with a striker and a row of equal discs at rest.
 
-    `gaps_m` are the gaps between neighbours, from the striker on.
+    `gaps_m` are the gaps between neighbours. The first gap is between the striker and the row.
     """
     position, time = 0.0, 0.0
     discs = [build_disc(0, speed, radius_m)]
@@ -175,7 +179,7 @@ def stage_struck_row(
         discs.append(build_disc(position, 0, radius_m))
         impacts.append(build_impact(time, k, k + 1, 0, speed))
     scene = build_scene(discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
-    source = "Equal masses exchange velocities: the velocity passes along the row, gap by gap"
+    source = "Equal masses exchange velocities, so each impact passes the striker's velocity on to the next disc"
     return build_staged(scene, impacts, source, convention)
 
 
@@ -196,7 +200,7 @@ def build_staged(
         convention: Why the answer is not unique; empty if it is.
         final: Position and velocity of each disc at the end; None if all discs move in straight lines between impacts,
             so that both can be computed.
-        spins: Spin of each disc at the end, if known.
+        spins: Spin of each disc at the end; None if unknown.
     """
     ends = zip(*(_compute_end_states(scene, impacts) if final is None else final), strict=True)
     position, velocity = (tuple(map(to_vector, values)) for values in ends)

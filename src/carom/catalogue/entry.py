@@ -1,4 +1,4 @@
-"""Entries of the catalogue: scenes with known answers, and how far a trace deviates from an answer."""
+"""Entries of the catalogue: scenes with known answers, and the deviation of a trace from an answer."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class Tag(StrEnum):
     WALLS = "walls"
     IMMOVABLE = "immovable"
     INELASTIC = "inelastic"
-    TWO_BODIES = "two-bodies"  # only one pair of bodies, so that one closed form is the whole answer
-    IN_LINE = "in-line"  # the motion is along one line
-    CHAIN = "chain"  # more than one impact, so that an error in an impact is carried into the next impact
-    UNSTABLE = "unstable"  # a small error perpendicular to the line grows many times over from impact to impact
+    TWO_BODIES = "two-bodies"  # the scene has only one pair of bodies, so one closed form is the whole answer
+    IN_LINE = "in-line"  # all motion is along one line
+    CHAIN = "chain"  # the scene has several impacts, so an error in an impact affects the next impact
+    UNSTABLE = "unstable"  # each impact multiplies a small error perpendicular to the line
     GRAZING = "grazing"
     FAST = "fast"  # a disc moves more than its own diameter between two frames
-    MASS_RATIO = "mass-ratio"  # of 100 or more
+    MASS_RATIO = "mass-ratio"  # the ratio of two masses is 100 or more
     NO_IMPACT = "no-impact"
     GRAVITY = "gravity"
     CONVENTION = "convention"  # simultaneous contact: physics gives no unique answer
@@ -44,7 +44,7 @@ class KnownImpact:
 
     Attributes:
         time_s: Seconds from the start.
-        first: Number of the disc; of two discs the lower number.
+        first: Number of the disc. If two discs meet, the lower number.
         second: The other disc, or the wall, ``wall_body(k)``.
         velocity_first_after: Velocity of the first body after the impact, metres a second.
         velocity_second_after: Velocity of the second body after the impact, metres a second; None for a wall.
@@ -104,13 +104,13 @@ Builder = Callable[[], Staged]
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """A scene of the catalogue. Listing costs little, since scene, answer and tags are built at their first use.
+    """A scene of the catalogue. Scene, answer and tags are built at their first use, so listing scenes is fast.
 
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
         shows: The scene's description, in one sentence.
         build: Makes the scene without its name, and its answer.
-        marks: Tags that cannot be derived from the scene and its answer.
+        marks: Tags that can't be derived from the scene and its answer.
     """
 
     name: str
@@ -151,7 +151,8 @@ class CatalogueScene:
             Tag.INELASTIC: Need.RESTITUTION in scene.needs,
             Tag.GRAVITY: Need.GRAVITY in scene.needs,
             Tag.TWO_BODIES: len(scene.discs) + len(scene.walls) == 2,
-            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},  # these lead off the line
+            # Friction and gravity can turn the motion off the line.
+            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},
             Tag.CHAIN: known.count is None or known.count > 1,
             Tag.FAST: any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in scene.discs),
             Tag.MASS_RATIO: max(masses) >= 100 * min(masses),

@@ -30,7 +30,7 @@ from carom.model.scene import Scene
 
 _TAG_PREFIX = "tag:"
 
-#: Modules whose scenes run by default, then modules whose scenes run only when named, in the order of reports.
+#: Modules whose scenes run by default, and modules whose scenes run only when named. Reports have this order.
 _SUITE = (paper, classics_two_discs, classics_walled, classics_collinear, classics_many_discs, gravity)
 _ON_REQUEST = (spin, tables, driven, contact_damping, contact, engines)
 
@@ -90,7 +90,7 @@ def _is_match(entry: CatalogueScene, pattern: str) -> bool:
 
 def _format_hint(pattern: str) -> str:
     entries = all_scenes().values()
-    # Names are also compared without their groups, since the length of a group would hide the likeness.
+    # Names are also compared without their groups, because a long group name makes similar names seem different.
     named = {candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])}
     named |= {group: group for group in {entry.group for entry in entries}}
     named |= {f"{_TAG_PREFIX}{tag}": f"{_TAG_PREFIX}{tag}" for tag in Tag}

@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 class Subject(Closeable):
-    """The adapter under test. A `with` statement ends the worker process at its end.
+    """The adapter under test. At the end of a `with` block, its worker process is ended.
 
     Methods that run the engine raise `Violation` if the worker process crashes or hangs, or if the adapter raises an
     error. Some methods return the adapter's error instead.
@@ -72,7 +72,7 @@ class Subject(Closeable):
         return capabilities_of(self.adapter, profile)
 
     def find_unsupported_reason(self, setup: Setup) -> str:
-        """Return why the declared capabilities exclude a run; an empty text if they don't."""
+        """Return the reason why the declared capabilities exclude a run; an empty text if they allow it."""
         located = self.adapter.profiles[setup.profile].located
         return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s, located=located)
 
@@ -148,7 +148,7 @@ class Subject(Closeable):
         return _compute_margin_score(name, margin_m) if margin_m else None
 
     def read_output(self) -> str:
-        """Return the output of the worker process so far."""
+        """Return what the worker process has printed so far."""
         return self._pool.worker_of(self.name).read_output()
 
     def list_files(self) -> list[str]:

@@ -32,7 +32,7 @@ class Case:
         name: ``check[parameters]``. The full name in a file of known failures is ``engine::check[parameters]``.
         run: The check, which raises an error if the adapter does not conform.
         meaning: The requirement in one sentence, from the first line of the check's docstring.
-        skip: Why the declared capabilities exclude the case; empty to run it.
+        skip: Reason why the declared capabilities exclude the case; empty if the case is run.
         profile: The profile that the case checks; empty if the case checks the adapter as a whole.
     """
 
@@ -111,7 +111,7 @@ _OF_TURNING_SCENE = {**_OF_SCENE, "spins": accuracy.spins_are_right}
 
 
 def list_cases(subject: Subject) -> Iterator[Case]:
-    """Yield all cases for an adapter in the order of execution. Cases on which others depend come first."""
+    """Yield all cases for an adapter in the order of execution. Cases on which other cases depend come first."""
 
     def build_case(name: str, check: Callable[..., None], /, *, skip: str = "", **parameters: Any) -> Case:
         meaning = (check.__doc__ or "").strip().splitlines()[0]

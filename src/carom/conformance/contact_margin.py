@@ -1,4 +1,4 @@
-"""Errors that a declared contact margin allows: those of PIC with bodies that are thicker by the margin.
+"""Errors that a declared contact margin allows: the errors of PIC if all bodies are thicker by the margin.
 
 An engine with a margin m responds to bodies at a distance of up to m as if their surfaces were up to m nearer. So if
 bodies touch at a distance R of their centres, the engine's impact is at a distance between R and R + m. Its instant and

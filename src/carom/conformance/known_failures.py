@@ -155,7 +155,7 @@ def list_known_reasons(
     Args:
         entries: Entries of the file.
         versions: Version of each tested engine, by adapter name. Entries of other engines are ignored.
-        platform_: The platform, as returned by `here`.
+        platform_: The platform, as returned by `find_platform_name`.
         path: The file.
 
     Raises:

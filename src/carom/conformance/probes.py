@@ -59,8 +59,8 @@ class Raised:
     Attributes:
         where: The call that raised the error: ``prepare``, ``advance``, ``observe``, ``settings``, ``cut`` or
             ``close``.
-        kind: Name of the error's class.
-        deliberate: Whether the error is an `AdapterError` or another error of Carom.
+        kind: Name of the error's type.
+        deliberate: True if the error is an `AdapterError` or another error of Carom.
         message: Message of the error.
     """
 

@@ -81,7 +81,7 @@ class CaseItem(pytest.Item):
     def _format_command(self, setup: Setup) -> str:
         scene = setup.scene.name
         if not setup.catalogued:
-            cache = getattr(self.config, "cache", None)  # missing with -p no:cacheprovider
+            cache = getattr(self.config, "cache", None)  # the attribute is missing with -p no:cacheprovider
             if cache is None:
                 return f"the scene is {scene!r} in carom.conformance.suite_scenes"
             path = cache.mkdir("carom") / f"{scene}.toml"
@@ -117,7 +117,7 @@ class ConformanceRun:
             name = engine.info.name
             collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
             collector.engine, collector.known = engine, self._plan.known
-            items.extend(session.genitems(collector))  # with collection reports
+            items.extend(session.genitems(collector))  # also creates the collection reports
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
@@ -173,7 +173,7 @@ class ConformanceRun:
                 f"{count('passed')} passed, {count('failed', 'error')} failed, {count('skipped')} skipped, "
                 f"{count('xfailed')} known failures"
             )
-            brought = f" ({info.distribution})" if info.distribution else ""  # empty for a manifest
+            brought = f" ({info.distribution})" if info.distribution else ""  # a manifest has no distribution
             write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")
         if self._write_to is not None:
             write(self._update_known_failures(self._write_to))

@@ -1,4 +1,4 @@
-"""Scenes of the suite with one feature each. `known_answers` has its scenes of the catalogue."""
+"""Scenes of the suite that test one feature each. `known_answers` lists the suite's scenes from the catalogue."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def build_walled_box() -> Scene:
 
 
 def build_approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
-    """Return a disc that meets an equal disc at rest head-on, which takes over its velocity."""
+    """Return a disc that meets an equal disc at rest head-on. The struck disc takes over the velocity."""
     discs = [
         Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m),
         Disc(position_m=(x_m + 2 * radius_m + gap_m, 0), radius_m=radius_m),
@@ -82,7 +82,7 @@ def build_bullet(phase: float) -> Scene:
 
 
 def build_bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
-    """Return a disc of 1 kg at 1 m/s that meets one of 2 kg at -2 m/s; with `wall`, also a disc and a wall."""
+    """Return a disc of 1 kg at 1 m/s that meets a disc of 2 kg at -2 m/s; with `wall`, also a disc and a wall."""
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=1.0),
         Disc(position_m=(2.01, 0), velocity_m_s=(-2, 0), radius_m=0.5, mass_kg=2.0),
@@ -130,7 +130,7 @@ def build_outside_circle(restitution: float) -> Scene:
 def build_starting_paddle(restitution: float) -> Scene:
     """Return a half-plane that moves at 1 m/s after 0.25 s.
 
-    A disc meets the half-plane at -3 m/s and leaves at 1 + 4 e.
+    A disc meets the half-plane at -3 m/s and leaves at (1 + 4 e) m/s.
     """
     legs = [{"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.25, "velocity_m_s": (1.0, 0.0)}]
     wall = Wall(point_m=(0, 0), normal=(1, 0), legs=legs)
@@ -139,14 +139,14 @@ def build_starting_paddle(restitution: float) -> Scene:
 
 
 def build_belt(friction: float, restitution: float) -> Scene:
-    """Return a half-plane with a surface speed of 9 m/s, which a disc meets head-on at 3 m/s and slips."""
+    """Return a half-plane with a surface speed of 9 m/s. A disc meets it head-on at 3 m/s and slips on it."""
     wall = Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
     laws = {"wall_restitution": restitution, "wall_friction": friction}
     return _build_head_on(f"belt-{friction:g}-{restitution:g}", [(1.51, 0, -3)], [wall], **laws)
 
 
 def build_edge_belt(friction: float, restitution: float) -> Scene:
-    """Return an edge with a surface speed of 9 m/s, which two discs meet from either side and slip."""
+    """Return an edge with a surface speed of 9 m/s. Two discs meet it, one from either side, and slip on it."""
     edge = Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
     places = [(side * 1.51, side, -3 * side) for side in (-1, 1)]
     laws = {"wall_restitution": restitution, "wall_friction": friction}
@@ -162,7 +162,7 @@ def build_two_walls(first: float, second: float) -> Scene:
 
 
 def build_paddle(restitution: float, *, edge: bool = False) -> Scene:
-    """Return a half-plane or edge that moves at 1 m/s. A disc meets the wall at -3 m/s, and leaves at 1 + 4 e."""
+    """Return a half-plane or edge that moves at 1 m/s. A disc meets the wall at -3 m/s and leaves at (1 + 4 e) m/s."""
     shape = {"points_m": [(0, -2), (0, 2)]} if edge else {"point_m": (0, 0), "normal": (1, 0)}
     wall = {**shape, "velocity_m_s": (1, 0)}
     name = f"paddle-{'edge' if edge else 'wall'}-{restitution:g}"
@@ -170,7 +170,7 @@ def build_paddle(restitution: float, *, edge: bool = False) -> Scene:
 
 
 def build_mallet(restitution: float) -> Scene:
-    """Return a driven disc at 1 m/s. A free disc meets the driven disc at -3 m/s, and leaves at 1 + 4 e."""
+    """Return a driven disc at 1 m/s. A free disc meets the driven disc at -3 m/s and leaves at (1 + 4 e) m/s."""
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=math.inf, driven=True),
         Disc(position_m=(2.01, 0), velocity_m_s=(-3, 0), radius_m=0.5),
@@ -250,7 +250,7 @@ def build_mixed_contacts(*, wall: bool, restitution: float) -> Scene:
 def build_rubbing(
     can: Capabilities, friction: float, wall_friction: float, inertia_factor: float = 0.5, restitution: float = 1.0
 ) -> Scene:
-    """Return two discs that meet along x and slip; if walls are supported, also a third disc that slips on a wall.
+    """Return two discs that meet along x and slip. If walls are supported, a third disc slips on a wall.
 
     The bodies touch just before the end of a step. The bodies then overlap by enough for the declared float width, but
     by less than the rounding allowance. So the lever arm of friction and the normal are correct even in an engine that

@@ -56,7 +56,7 @@ def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
     before it can close.
     """
     powers = list(gap)
-    while powers and powers[0] == 0:  # in contact: the first power that is not 0 decides if the gap opens
+    while powers and powers[0] == 0:  # for bodies in contact, the first power that is not 0 decides if the gap opens
         del powers[0]
     if not powers:
         return
@@ -134,7 +134,7 @@ def _build_sturm_chain(p: Polynomial) -> list[Polynomial]:
 
 
 def _compute_negative_remainder(a: Polynomial, b: Polynomial) -> Polynomial:
-    """Return a positive multiple of minus the remainder of a by b."""
+    """Return a positive multiple of -r, where r is the remainder of a divided by b."""
     rest, lead = list(a), b[-1]
     while len(rest) >= len(b):
         top, shift = rest[-1], len(rest) - len(b)

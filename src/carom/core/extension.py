@@ -66,7 +66,8 @@ def _list_sources(package: Path) -> list[Path]:
     """Return all sources of the extension."""
     kinds = (".pyx", ".pxd", ".h", ".c")  # one walk only, since each process that runs a scene calls this
     found = [Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds)]
-    return sorted(path for path in found if not path.is_relative_to(package / "core/wasm"))  # the page's: core.wasm
+    # core/wasm has the sources of the page's core.wasm.
+    return sorted(path for path in found if not path.is_relative_to(package / "core/wasm"))
 
 
 def _is_installed(package: Path) -> bool:
@@ -76,7 +77,7 @@ def _is_installed(package: Path) -> bool:
 
 @functools.cache
 def _find_staleness() -> str:
-    """Return how the extension differs from the sources next to it, and the remedy; empty if it does not.
+    """Return how the extension differs from the sources next to it, and the remedy; an empty text if nothing differs.
 
     The digest of the sources is computed only if one of them is newer than the extension.
     """

@@ -15,9 +15,9 @@ from carom.support.formatting import format_number
 #: Unit in the last place of 1. Every number's unit in the last place is at most this fraction of the number.
 ULP = 2.0**-52
 
-#: Largest sum of the coordinates of two discs at an impact, as absolute values, over the sum of the radii. Each
-#: coordinate is off by at most three roundings (distance moved, sum, time). At this limit, the position of one centre
-#: relative to the other is off by at most 3/16 of their distance.
+#: Largest sum of the absolute coordinates of two discs at an impact, divided by the sum of their radii. Each coordinate
+#: is off by at most three roundings (distance moved, sum, time). At this limit, the position of one centre relative to
+#: the other is off by at most 3/16 of their distance.
 FARTHEST = 2.0**49
 
 

@@ -34,7 +34,7 @@ _ROOT_BITS = 56
 def time_of_impact(
     p1: ArrayLike, v1: ArrayLike, r1: ArrayLike, p2: ArrayLike, v2: ArrayLike, r2: ArrayLike
 ) -> NDArray[np.float64] | float:
-    """Return the seconds from now until discs 1 and 2 collide, to within 2 units in the last place, at any size.
+    """Return the seconds until discs 1 and 2 collide, with an error of at most 2 units in the last place at any size.
 
     Args:
         p1: Centre of disc 1, metres; shape ``(..., 2)``.

@@ -59,7 +59,7 @@ class Mover(NamedTuple):
 
     @classmethod
     def at(cls, position: Point, velocity: Point, radius: float, wall_velocity: Point = (0.0, 0.0)) -> Mover:
-        """Return a disc in the frame of a wall that is at its position in the file, and has a velocity."""
+        """Return a disc in the frame of a wall, which is at its position in the file and moves at `wall_velocity`."""
         ux, uy = primitives.two_diff(velocity[0], wall_velocity[0]), primitives.two_diff(velocity[1], wall_velocity[1])
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
@@ -74,7 +74,7 @@ class Face:
         half_width: Half width of the wall, metres: all points within this distance of the edge belong to the wall.
         along: The two components of b - a, exactly.
         length: Length of the edge, metres.
-        normal: Unit vector into the free side, to the nearest floats.
+        normal: Unit vector into the free side, rounded to the nearest floats.
     """
 
     a: Point
@@ -166,13 +166,13 @@ Feature = Face | Arc
 
 
 def to_pair(number: Fraction) -> Pair:
-    """Return a rational number as the pair nearest to it, to 2^-106 of itself."""
+    """Return the pair of floats nearest to a rational number. The relative error is at most 2^-106."""
     high = float(number)
     return high, float(number - Fraction(high))
 
 
 def compute_root(square: Fraction) -> Pair:
-    """Return the square root of a rational number, 0 or more, as the pair nearest to it, to 2^-106 of itself."""
+    """Return the pair of floats nearest to the square root of a rational number, which is 0 or more."""
     if square == 0:
         return 0.0, 0.0
     # The root of square 4^shift has some _ROOT_BITS bits before its point.
@@ -186,7 +186,7 @@ def _compute_smallest_unfit(centre: tuple[Pair, Pair], radius: Pair, half_width:
 
 
 def _compute_nearest_root(part: Fraction, square: Fraction) -> float:
-    """Return ``part / sqrt(square)`` to the nearest float."""
+    """Return ``part / sqrt(square)``, rounded to the nearest float."""
     return math.copysign(compute_root(part * part / square)[0], part)
 
 
@@ -247,7 +247,7 @@ class JoinedEdges(NamedTuple):
 
 
 def build_features(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
-    """Return the features of a wall, both sides of each edge, by their precedence at one instant.
+    """Return the features of a wall, on both sides of each edge. The first of two simultaneous features counts.
 
     Faces and arcs come first, in the order of the edges, and vertices after them. A disc that meets the vertex at the
     end of a face meets the face at the same time or earlier, and the face's normal is the right one. The stops of arcs
@@ -351,7 +351,7 @@ def rotate_by_quarters(way: Exact) -> list[Exact]:
 
 
 def find_stops(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
-    """Return the vectors from an arc's centre to its stops: the points that hold discs too wide to fit inside.
+    """Return the vectors from an arc's centre to its stops: the points that stop discs too wide to fit inside.
 
     A disc exactly as wide as an arc touches the whole arc at once, so a few points can represent the arc. A whole
     circle has four stops, a quarter turn apart. An arc of more than half a circle, which such a disc can't leave, has

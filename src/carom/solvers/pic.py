@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
-#: Impacts per disc of two discs that don't meet, and of two discs that meet.
+#: Numbers of impacts of each disc: for two discs that don't meet, and for two discs that meet.
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 

@@ -1,10 +1,10 @@
-// cannon-es: spheres held in a plane, with 64-bit numbers.
+// cannon-es: spheres that stay in a plane, with 64-bit floats.
 import { Body, Box, ContactMaterial, Material, Plane, Quaternion, Sphere, Vec3, World } from "cannon-es";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, pairOf, serve, summed, thicknessOf, velocityOf, wallBody } from "../serve.mjs";
 
 const SOLVER = ["iterations", "tolerance"];
 const OF_CONTACTS = ["contactEquationStiffness", "contactEquationRelaxation"];
-const MOST_IMPULSE = 1e6; // N s: as much as an equation of contact gives, which nothing sets
+const MOST_IMPULSE = 1e6; // N s: the largest impulse of a contact equation, which no setting changes
 
 class CannonWorld {
   constructor(scene, settings) {
@@ -28,7 +28,7 @@ class CannonWorld {
     this.moving = [...this.bodies, ...walls.filter((_, k) => isDriven(scene.walls[k]))];
   }
 
-  // The body of a disc or a wall, told of its legs where it is driven.
+  // Add the body of a disc or a wall, with its legs if it is driven.
   add(body, of, number) {
     this.legs.add(of, ([x, y]) => body.velocity.set(x, y, 0));
     this.world.addBody(body);
@@ -57,12 +57,13 @@ class CannonWorld {
     const body = new Body({ mass: 0, type, material, position: place, velocity: new Vec3(...velocityOf(wall), 0) });
     if (wall.points_m) this.addBars(body, wall);
     else body.addShape(wall.centre_m ? new Sphere(thicknessOf(this.scene, wall)) : new Plane());
-    // A half-space's outside is where the body's z axis points.
+    // The z axis of the body points to the free side of a half-space.
     if (wall.normal) body.quaternion.setFromVectors(new Vec3(0, 0, 1), new Vec3(...wall.normal, 0));
     return this.add(body, wall, wallBody(k));
   }
 
-  // A box for each piece, deeper than a disc, and a ball around each of the wall's points: it has no capsule.
+  // Add a box for each piece, deeper than a disc, and a ball at each point of the wall, because cannon-es has no
+  // capsules.
   addBars(body, wall) {
     const [radius, depth] = [thicknessOf(this.scene, wall), 2 * Math.max(...this.scene.discs.map((disc) => disc.radius_m))];
     for (const { middle, half, angle } of barsOf(wall)) {
@@ -86,7 +87,7 @@ class CannonWorld {
     this.clock.steps++;
   }
 
-  // Its contacts are found where the step begins, and solved there; one that only lasts is given no impulse.
+  // cannon-es finds and solves contacts at the start of the step. A lasting contact has no impulse.
   observe() {
     const contacts = [];
     let most = 0;
@@ -108,7 +109,7 @@ class CannonWorld {
     this.clock.cut(dt);
   }
 
-  // Its own two searches, of which nothing is solved.
+  // Run both of cannon-es's searches for contacts, without solving the contacts.
   touching() {
     const [first, second, found] = [[], [], []];
     this.world.broadphase.collisionPairs(this.world, first, second);

@@ -1,17 +1,17 @@
-// Havok as WebAssembly, Babylon.js' build: spheres in a plane, with 32-bit floats.
+// Havok as WebAssembly, in the build of Babylon.js: spheres in a plane, with 32-bit floats.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
 import createHavok from "@babylonjs/havok";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
-// It would fetch its own file, which node does not do.
+// The library would load its own file with fetch(), which does not work in node.
 const library = pathToFileURL(createRequire(import.meta.url).resolve("@babylonjs/havok"));
 const HK = await createHavok({ wasmBinary: readFileSync(new URL("../esm/HavokPhysics.wasm", library)) });
 const { GEOMETRIC_MEAN, MAXIMUM, MINIMUM } = HK.MaterialCombine;
-const EVENTS = 1 | 2; // a collision began, and goes on
+const EVENTS = 1 | 2; // a collision has begun, or continues
 
-// Its functions return a result and, most of them, a value.
+// Havok's functions return a result, and most of them also a value.
 function value([result, found]) {
   if (result !== HK.Result.RESULT_OK) throw new Error(`Havok refused a call: ${result?.value}`);
   return found;
@@ -28,7 +28,7 @@ class HavokWorld {
     HK.HP_World_SetIdealStepTime(this.world, settings.idealStepTime);
     const [, , turning] = HK.HP_World_GetSpeedLimit(this.world);
     HK.HP_World_SetSpeedLimit(this.world, settings.maxLinearVelocity * this.scale, turning);
-    this.numbers = new Map(); // by the bodies' handles
+    this.numbers = new Map(); // body numbers by the handle of the body
     this.legs = new Legs();
     this.shapes = [];
     this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
@@ -36,7 +36,7 @@ class HavokWorld {
     this.walls = scene.walls.flatMap((wall, k) => this.addWall(wall, extent, k));
   }
 
-  // A point or a velocity in its units, and back.
+  // Convert a point or a velocity to Havok's units, and back.
   at([x, y]) {
     return [x * this.scale, y * this.scale, 0];
   }
@@ -67,7 +67,7 @@ class HavokWorld {
     const set = (body) => {
       if (!movable) return;
       const [centre, , inertia, axes] = value(HK.HP_Shape_BuildMassProperties(shape));
-      HK.HP_Body_SetMassProperties(body, [centre, disc.mass_kg, inertia, axes]); // its inertia is that of a kilogram
+      HK.HP_Body_SetMassProperties(body, [centre, disc.mass_kg, inertia, axes]); // the inertia stays that of 1 kg
       HK.HP_Body_SetLinearDamping(body, this.asked.linearDamping);
       if (!this.asked.canSleep) HK.HP_Body_SetActivationControl(body, HK.ActivationControl.ALWAYS_ACTIVE);
     };
@@ -76,7 +76,7 @@ class HavokWorld {
     return body;
   }
 
-  // Gives the body of a disc or a wall its velocity, and those of its legs.
+  // Set the velocity of the body of a disc or a wall, and add its legs.
   drive(body, of) {
     const tell = (velocity) => HK.HP_Body_SetLinearVelocity(body, this.at(velocity));
     tell(velocityOf(of));
@@ -85,7 +85,7 @@ class HavokWorld {
 
   addWall(wall, extent, k) {
     const { restitution = this.scene.wall_restitution } = wall;
-    const combine = restitution < this.scene.restitution ? MINIMUM : MAXIMUM; // one that comes before a disc's own
+    const combine = restitution < this.scene.restitution ? MINIMUM : MAXIMUM; // this rule has precedence over a disc's own rule
     const type = isDriven(wall) ? HK.MotionType.KINEMATIC : HK.MotionType.STATIC;
     return this.shapesOf(wall, extent).map(([shape, place, angle]) => {
       const turn = [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
@@ -95,7 +95,8 @@ class HavokWorld {
     });
   }
 
-  // It has no half-plane: a box as deep as it is long, whose face goes through the body's origin. A capsule for each piece.
+  // Return the shapes of a wall. Havok has no half-plane, so a half-plane is a box as deep as it is long, with its face
+  // through the body's origin. A chain has a capsule for each piece.
   shapesOf(wall, extent) {
     if (wall.normal) {
       const { point, size } = wallAt(wall, extent);
@@ -136,11 +137,11 @@ class HavokWorld {
     };
   }
 
-  // It tells of each pair the impulse of the step; a normal comes with each body's own point.
+  // Havok reports the impulse of the step for each pair. Each body's own point has the normal.
   contacts() {
     const found = [];
     const next = (event) => HK.HP_World_GetNextCollisionEvent(Number(this.world[0]), event);
-    const [, begin] = HK.HP_World_GetCollisionEvents(this.world); // which is 0, and fails, where there are none
+    const [, begin] = HK.HP_World_GetCollisionEvents(this.world); // 0, with a failed result, if there are no events
     for (let event = begin; event; event = next(event)) {
       const [, first, second, impulse] = value(HK.HP_Event_AsCollision(event));
       if (!(impulse > 0)) continue;

@@ -1,4 +1,4 @@
-// Jolt as WebAssembly: spheres held in a plane, with 32-bit floats.
+// Jolt as WebAssembly: spheres that stay in a plane, with 32-bit floats.
 import createJolt from "jolt-physics";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
@@ -10,7 +10,7 @@ const STEPPING = [
 const OF_BODIES = ["mLinearDamping", "mMaxLinearVelocity", "mAllowSleeping"];
 const [FIXED, MOVING] = [0, 1]; // layers
 
-// What `use` makes of an object, whose memory is then given back.
+// Return the result of `use` for an object, and then release the object's memory.
 function using(object, use) {
   const result = use(object);
   Jolt.destroy(object);
@@ -28,7 +28,7 @@ function createInterface(bodies) {
   settings.mObjectLayerPairFilter = pairs;
   settings.mBroadPhaseLayerInterface = layers;
   settings.mObjectVsBroadPhaseLayerFilter = new Jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 2, pairs, 2);
-  return using(settings, (all) => new Jolt.JoltInterface(all)); // to which the tables belong from here on
+  return using(settings, (all) => new Jolt.JoltInterface(all)); // the interface now owns the tables
 }
 
 class JoltWorld {
@@ -42,13 +42,13 @@ class JoltWorld {
     for (const name of STEPPING) stepping[name] = settings[name];
     this.system.SetPhysicsSettings(stepping);
     using(new Jolt.Vec3(...scene.gravity_m_s2, 0), (g) => this.system.SetGravity(g));
-    this.numbers = new Map(); // by the bodies' addresses
+    this.numbers = new Map(); // body numbers by the address of the body
     this.legs = new Legs();
     this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
     const extent = reach(scene, settings.dt_s);
     scene.walls.forEach((wall, k) => this.addWall(wall, extent, k));
     this.contacts = [];
-    // It takes the larger of two restitutions; a listener can give a pair that of the wall.
+    // Jolt uses the larger of two restitutions. A listener can set the wall's restitution for a pair.
     if (scene.walls.some(({ restitution = scene.wall_restitution }) => restitution < scene.restitution)) this.listen();
   }
 
@@ -95,25 +95,25 @@ class JoltWorld {
     this.addBody(shape, place, type, wall, wallBody(k), (creation) => (creation.mRestitution = restitution));
   }
 
-  // The shape of a wall, and where its body is.
+  // Return the shape of a wall, and the position of its body.
   shapeOf(wall, extent) {
     if (wall.centre_m) return [new Jolt.SphereShape(thicknessOf(this.scene, wall)), wall.centre_m];
     if (wall.points_m) return [this.capsulesOf(wall), [0, 0]];
     const { point, size } = wallAt(wall, extent);
     const [nx, ny] = wall.normal;
-    if (isDriven(wall)) return [this.boxOf(wall.normal, size), point]; // as a plane must stand
+    if (isDriven(wall)) return [this.boxOf(wall.normal, size), point]; // because a plane can't move
     const plane = using(new Jolt.Vec3(nx, ny, 0), (normal) => new Jolt.Plane(normal, 0));
     return [using(plane, (one) => new Jolt.PlaneShape(one, undefined, 2 * size)), point];
   }
 
-  // One compound: by itself, and told to remove inner edges, a disc passes the joints of no other.
+  // Return one compound shape for a chain, because Jolt removes inner edges only within one body's shape.
   capsulesOf(wall) {
     const radius = thicknessOf(this.scene, wall);
     const parts = barsOf(wall).map(({ middle, half, angle }) => [new Jolt.CapsuleShape(half, radius), middle, angle - Math.PI / 2]);
     return this.compoundOf(parts);
   }
 
-  // A box behind its face, which goes through the body's origin.
+  // Return a box whose face goes through the body's origin.
   boxOf([nx, ny], size) {
     const box = using(new Jolt.Vec3(size, size, size), (half) => new Jolt.BoxShape(half, 0));
     return this.compoundOf([[box, [-nx * size, -ny * size], Math.atan2(ny, nx)]]);
@@ -154,7 +154,8 @@ class JoltWorld {
     };
   }
 
-  // It is told of contacts as they are found, at the start of the step or where a cast ends, and not of impulses.
+  // Jolt reports contacts to a listener when it finds them: at the start of the step or at the end of a cast. It
+  // reports no impulses.
   listen() {
     const { restitution, wall_restitution, walls } = this.scene;
     const ofPair = (body) => (body < 0 ? (walls[wallBody(body)].restitution ?? wall_restitution) : restitution);

@@ -1,4 +1,4 @@
-// p2-es: circles, whose places and velocities are 32-bit numbers.
+// p2-es: circles, with positions and velocities as 32-bit floats.
 import { Body, Broadphase, Capsule, Circle, ContactMaterial, Line, Material, Plane, World } from "p2-es";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, pairOf, serve, summed, thicknessOf, velocityOf, wallBody } from "../serve.mjs";
 
@@ -28,7 +28,7 @@ class P2World {
     this.moving = [...this.bodies, ...walls.filter((_, k) => isDriven(scene.walls[k])).flat()];
   }
 
-  // A body of a disc or a wall, told of its legs where it is driven.
+  // Add a body of a disc or a wall, with its legs if it is driven.
   add(body, of, shape, material, number) {
     this.legs.add(of, (velocity) => ([body.velocity[0], body.velocity[1]] = velocity));
     shape.material = material;
@@ -59,8 +59,9 @@ class P2World {
     });
   }
 
-  // What a wall is, where, and how it is turned: a half-plane's outside is where y points; of a chain each piece is a line
-  // or a capsule, with a body of its own, since one body bounces once in two steps, whichever shape is met.
+  // Return shape, position and angle of each part of a wall. The y axis points to the free side of a half-plane. Each
+  // piece of a chain is a line or a capsule with its own body, because a disc bounces off the shapes of one body only
+  // once in two steps.
   partsOf(wall) {
     const { points_m, centre_m, point_m, normal: [nx, ny] = [], half_width_m: halfWidth = 0 } = wall;
     if (centre_m) return [[new Circle({ radius: thicknessOf(this.scene, wall) }), centre_m, 0]];
@@ -86,7 +87,7 @@ class P2World {
     this.clock.steps++;
   }
 
-  // Its contacts are found where the step begins, and solved there; one that only lasts is given no impulse.
+  // p2-es finds and solves contacts at the start of the step. A lasting contact has no impulse.
   observe() {
     const contacts = [];
     for (const { bodyA, bodyB, normalA, multiplier } of this.world.narrowphase.contactEquations) {
@@ -105,7 +106,7 @@ class P2World {
     this.clock.cut(dt);
   }
 
-  // Its own three searches, of which nothing is solved.
+  // Run the three searches of p2-es for contacts, without solving the contacts.
   touching() {
     const { broadphase, narrowphase } = this.world;
     const found = broadphase.getCollisionPairs(this.world);
@@ -114,7 +115,7 @@ class P2World {
     return met.map((pair) => pairOf(...pair.map((body) => this.numbers.get(body))));
   }
 
-  // Two bodies bounce where the step before had no contact of them, so that contacts are part of a state.
+  // Two bodies bounce only if they had no contact in the previous step. So contacts are part of a state.
   save() {
     const states = this.moving.map(({ position, velocity }) => [...position, ...velocity]);
     const pairs = this.world.narrowphase.contactEquations.map(({ bodyA, bodyB }) => [bodyA, bodyB].map((body) => body.index));

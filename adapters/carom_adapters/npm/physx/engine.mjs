@@ -1,9 +1,9 @@
-// PhysX 5 as WebAssembly, fabmax's build: spheres held in a plane, with 32-bit floats.
+// PhysX 5 as WebAssembly, in fabmax's build: spheres that stay in a plane, with 32-bit floats.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, summed, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
-// The build is for browsers, and refuses to start where it sees node; what it prints is not for standard output.
+// The build is for browsers and refuses to start if it detects node. Its output must not go to standard output.
 const library = createRequire(import.meta.url).resolve("physx-js-webidl");
 const { versions } = process;
 Object.defineProperty(process, "versions", { value: { ...versions, node: undefined } });
@@ -14,7 +14,7 @@ const wasmBinary = readFileSync(library.replace(/\.mjs$/, ".wasm"));
 const Px = await create({ wasmBinary, print: console.error, printErr: console.error });
 Object.defineProperty(process, "versions", { value: versions });
 
-const MOST_POINTS = 16; // of a pair; two spheres have one
+const MOST_POINTS = 16; // largest number of contact points of a pair; two spheres have one
 const top = Px.PxTopLevelFunctions.prototype;
 const foundation = top.CreateFoundation(Px.PHYSICS_VERSION, new Px.PxDefaultAllocator(), new Px.PxDefaultErrorCallback());
 const scale = new Px.PxTolerancesScale();
@@ -24,7 +24,7 @@ const points = new Px.Vector_PxContactPairPoint(MOST_POINTS).data();
 const { PxPairFlagEnum: Pair, PxCombineModeEnum: Combine, PxRigidDynamicLockFlagEnum: Lock } = Px;
 const LOCKED = [Lock.eLOCK_LINEAR_Z, Lock.eLOCK_ANGULAR_X, Lock.eLOCK_ANGULAR_Y, Lock.eLOCK_ANGULAR_Z];
 
-// What `use` makes of an object, whose memory is then given back.
+// Return the result of `use` for an object, and then release the object's memory.
 function using(object, use) {
   const result = use(object);
   Px.destroy(object);
@@ -37,8 +37,8 @@ class PhysxWorld {
     this.scene = scene;
     this.clock = new Clock(settings.dt_s);
     this.told = [];
-    this.numbers = new Map(); // by the bodies' addresses
-    this.driven = []; // bodies with where they would have begun at their velocities of now, these, and how they are turned
+    this.numbers = new Map(); // body numbers by the address of the body
+    this.driven = []; // driven bodies; each has its velocity now, its angle, and the start from which it would be in its place with this velocity
     this.legs = new Legs();
     this.makeScene();
     const material = (restitution, combine) => {
@@ -46,7 +46,8 @@ class PhysxWorld {
       made.setRestitutionCombineMode(combine);
       return made;
     };
-    // Of two ways to combine the later one of average, least, product and most is taken: a wall's.
+    // Of two rules to combine, PhysX uses the later one in the order average, minimum, multiply, maximum: the wall's
+    // rule.
     const disc = material(scene.restitution, Combine.eAVERAGE);
     const ofWalls = scene.walls.map(({ restitution = scene.wall_restitution }) =>
       material(restitution, restitution < scene.restitution ? Combine.eMIN : Combine.eMAX),
@@ -114,7 +115,8 @@ class PhysxWorld {
     });
   }
 
-  // A body that stands, or one that is driven: PhysX is told where it is to be at a step's end, and makes a velocity of that.
+  // Add a body that is at rest or driven. PhysX gets the position of a driven body at the end of a step, and computes
+  // its velocity.
   addHeld(driven, place, angle, geometry, material, number) {
     if (!driven) return this.add("createRigidStatic", place, angle, geometry, material, number);
     const body = this.add("createRigidDynamic", place, angle, geometry, material, number, (one) =>
@@ -143,7 +145,8 @@ class PhysxWorld {
     );
   }
 
-  // Of a half-space the outside is where the body's x axis points, and it must stand: a box is as deep as a disc can get.
+  // Return the shapes of a wall. The x axis of the body points to the free side of a half-space. A half-space can't
+  // move, so a driven half-plane is a box, which is as deep as a disc can get.
   shapesOf(wall, extent) {
     if (wall.normal) {
       const [[nx, ny], { point, size }] = [wall.normal, wallAt(wall, extent)];
@@ -179,7 +182,7 @@ class PhysxWorld {
     for (let k = 0; k < count; k++) {
       const pair = Px.NativeArrayHelpers.prototype.getContactPairAt(all, k);
       if (!pair.extractContacts(points, MOST_POINTS)) continue;
-      const { impulse, normal } = points; // its normal is from the second to the first
+      const { impulse, normal } = points; // the normal points from the second body to the first
       const push = Math.hypot(impulse.x, impulse.y);
       if (push > 0) this.told.push(contactOf(a, b, this.clock.now, -normal.x, -normal.y, push));
     }

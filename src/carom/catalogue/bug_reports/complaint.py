@@ -13,7 +13,7 @@ from carom.catalogue.entry import CatalogueScene
 
 
 class Symptom(StrEnum):
-    """Symptoms of reported bugs that a trace shows; the value is the phrase shown."""
+    """Symptoms of reported bugs that a trace can show. The value is the phrase that documents show."""
 
     MISSES = "an impact is missed"
     INVENTS = "an impact is invented"
@@ -34,8 +34,8 @@ class Complaint(CatalogueScene):
         thread: Address of the thread.
         reported: Summary of the report in the thread.
         symptom: Symptom to find in a trace.
-        at_least: Least error that counts as the reported error, relative to the scene's speed or energy. The default of
-            one per cent is noticeable.
+        at_least: Least error that counts as the reported error, relative to the scene's speed or energy. By default it
+            is one per cent, which users notice.
         made: Which parts of the scene are from the thread, and which were chosen here.
         about: Name of the engine or package.
         engine: Name of Carom's adapter of that engine; empty if there is none.
@@ -53,11 +53,11 @@ class Complaint(CatalogueScene):
 def load_complaints() -> Iterator[Complaint]:
     """Yield all complaints, in the order of ``bug_reports.json``.
 
-    The file has the complaints whose scenes each module builds: `build` names a function of the module, and a text in
-    `arguments` is a complex number. By default, the function has the name of the scene, and its docstring is the
-    description of the scene.
+    The file lists the complaints by the module that builds their scenes. `build` names a function of the module, and a
+    text in `arguments` is a complex number. By default, the function has the name of the scene, and its docstring is
+    the description of the scene.
     """
-    # imported here: most commands need the suite only
+    # imported here, because most commands need only the suite
     from carom.catalogue.bug_reports import driven, falling, pairs, rolling, seams, thin, walled
 
     modules = {

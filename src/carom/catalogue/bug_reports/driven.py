@@ -1,4 +1,4 @@
-"""Complaints about driven bodies: others pass through them, treat them as at rest, or are pressed through walls."""
+"""Complaints about driven bodies: bodies pass through them, treat them as at rest, or are pressed through walls."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along t
 def at_a_mallet(
     velocity: complex, drive: complex, normal: complex, *, time_s: float, restitution: float = 1.0
 ) -> Staged:
-    """Stage a puck that meets a mallet. `normal` points from puck to mallet when they meet."""
+    """Build a scene in which a puck meets a mallet. `normal` points from puck to mallet when they meet."""
     radius, mallet_radius = 0.0625, 0.125
     puck, mallet = -velocity * time_s, (radius + mallet_radius) * normal - drive * time_s
     discs = [build_disc(puck, velocity, radius), build_disc(mallet, drive, mallet_radius, math.inf, driven=True)]
@@ -47,8 +47,8 @@ def matter_js_672() -> Staged:
 
 
 def pymunk_137() -> Staged:
-    """A ball bounces in a moving box; relative to the box, it bounces in a box at rest."""
-    source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
+    """A ball bounces in a moving box. Relative to the box, the ball bounces in a box at rest."""
+    source = "Galileo: relative to the box, the ball bounces in a box at rest, and its path unfolds to a straight line"
     return stage_in_room(
         0.6875 + 0.4375j, 4.71875 + 3.6328125j, 0.125, 2.0, 1.5, 3.0, drive=-2.5 + 1.25j, source=source
     )
@@ -60,7 +60,7 @@ def box2d_130() -> Staged:
 
 
 def visualpinball_322() -> Staged:
-    """A ball and a moving post meet obliquely, and pass each other's radius within a frame."""
+    """A ball and a moving post meet obliquely, and each moves by more than its radius within a frame."""
     drive, velocity, radius, post, time = 3 + 12j, 4 - 9j, 0.125, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
     start = (radius + post) * normal - velocity * time
@@ -70,7 +70,7 @@ def visualpinball_322() -> Staged:
 
 
 def pinball_470() -> Staged:
-    """A flipper at full speed meets a ball that falls towards it."""
+    """A flipper at full speed meets a ball that falls towards the flipper."""
     drive, velocity, radius, time = -9 + 12j, 1 - 4j, 0.25, 0.155
     normal = complex(-0.6, 0.8)  # normal of the flipper, whose direction is (0.8, 0.6)
     ends = (along * complex(0.8, 0.6) - drive * time for along in (-0.5, 1.0))
@@ -82,7 +82,7 @@ def pinball_470() -> Staged:
 
 
 def pico8_pinball_6() -> Staged:
-    """The end of a rising flipper hits a ball that hardly moves."""
+    """The end of a rising flipper hits a very slow ball."""
     drive, velocity, radius, time, restitution = 3j, 0.0625, 0.25, 0.305, 0.9
     normal, tip = complex(0.28, 0.96), -drive * time  # from the flipper's end to the ball
     flipper = edges(tip - 1, tip, velocity_m_s=to_vector(drive))
@@ -104,15 +104,15 @@ def escape_space_1() -> Staged:
 
 
 def ball2box_21() -> Staged:
-    """A box presses a ball against a wall until a seventh of a metre of room is left, and then recedes."""
+    """A box pushes a ball towards a wall until the ball has a seventh of a metre of room, and then the box recedes."""
     legs = [(Fraction(0), Fraction(-3, 4)), (Fraction(29, 16), Fraction(3))]
     return stage_before_paddle(
-        Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{_LAW}; the times by rational recurrence"
+        Fraction(-2), Fraction(2), legs, Fraction(35, 16), f"{_LAW}; times from a recurrence in rational numbers"
     )
 
 
 def on_a_platform(drive: float, friction: float) -> Staged:
-    """Stage a ball that falls straight down on a rough platform, which moves to the right."""
+    """Build a scene in which a ball falls straight down on a rough platform that moves to the right."""
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(drive, 0.0))
-    source = "Coulomb: friction ends the slip (the platform's speed), or it is f times the impulse along the normal"
+    source = "Coulomb: friction ends the slip (the platform's speed), or friction's impulse is f times the normal one"
     return on_a_moving_surface(floor, drive, friction, source)

@@ -19,7 +19,7 @@ def dropped(
     rate_hz: float = 60.0,
     spin_rad_s: float = 0.0,
 ) -> Staged:
-    """Stage a ball that is dropped from rest, with its lowest point `height_m` above a floor."""
+    """Build a scene in which a ball is dropped from rest, with its lowest point `height_m` above a floor."""
     scene = build_scene(
         discs=[build_disc(complex(0, radius_m + height_m), 0, radius_m, spin_rad_s=spin_rad_s)],
         walls=[FLOOR],
@@ -37,20 +37,21 @@ def dropped(
         since, time = time, time + 2 * speed / gravity_m_s2
     left = duration_s - since
     source = (
-        "Free fall: the ball arrives at gt, leaves at e times that, and each flight takes 2v/g, e times the last one"
+        "Free fall: the ball arrives at the speed gt and leaves at e gt; each flight takes e times as long as the "
+        "flight before"
     )
     height, rising = radius_m + speed * left - gravity_m_s2 * left**2 / 2, speed - gravity_m_s2 * left
     return build_staged(scene, impacts, source, final=[(complex(0, height), complex(0, rising))])
 
 
 def rapier_974() -> Staged:
-    """A ball of restitution .8 is dropped from 2 m."""
-    # The first apex is at sqrt(2 h / g) down and e times that up.
+    """A ball with restitution 0.8 is dropped from 2 m."""
+    # The fall takes sqrt(2 h / g). The rise to the first apex takes e times as long.
     down = math.sqrt(4.0 / 9.81)
     return dropped(height_m=2.0, restitution=0.8, duration_s=down + 0.8 * down)
 
 
 def planck_223() -> Staged:
-    """A ball of 6.6 cm falls 2.5 m on a box."""
+    """A ball with a radius of 6.6 cm falls 2.5 m on a box."""
     height = 6.133333333333334 - 0.266 - (3.3333333333333335 + 0.066)
     return dropped(height_m=height, radius_m=0.066, gravity_m_s2=9.0, duration_s=10.0)

@@ -30,7 +30,7 @@ def head_on(
     mass_kg: tuple[float, float] = (1.0, 1.0),
     restitution: float = 1.0,
 ) -> Staged:
-    """Stage two discs that meet head-on; the first starts at the origin and moves to the right."""
+    """Build a scene in which two discs meet head-on. The first disc starts at the origin and moves to the right."""
     (v0, v1), (r0, r1), (m0, m1) = speeds, radius_m, mass_kg
     discs = [build_disc(0, v0, r0, m0), build_disc(r0 + r1 + gap_m, v1, r1, m1)]
     scene = build_scene(discs, restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
@@ -39,21 +39,21 @@ def head_on(
 
 
 def mujoco_441() -> Staged:
-    """A small ball moves towards a thin wall, at four times its own size per step."""
+    """A small ball moves towards a thin wall. In each step the ball moves by four times its size."""
     return head_on(
         speeds=(60.0, 0.0), radius_m=(0.02, 0.01), gap_m=0.97, mass_kg=(1.0, math.inf), duration_s=0.03, rate_hz=500.0
     )
 
 
 def bullet3_2228() -> Staged:
-    """A disc at 500 m/s meets an immovable one."""
-    # An impulse of 500 N s on a kilogram.
+    """A disc at 500 m/s meets an immovable disc."""
+    # An impulse of 500 N s gives a mass of 1 kg this speed.
     return head_on(speeds=(500.0, 0.0), radius_m=(0.5, 0.5), gap_m=9.3, mass_kg=(1.0, math.inf), duration_s=0.1)
 
 
 def reactphysics3d_96() -> Staged:
-    """A disc at exactly 1 m/s meets an equal one at rest."""
-    # From 2.8 and 4.0 with radius .5: a gap of .2.
+    """A disc at exactly 1 m/s meets an equal disc at rest."""
+    # The thread has centres at 2.8 and 4.0 and radii of 0.5, so the gap is 0.2.
     return head_on(speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.2, mass_kg=(10.0, 10.0), duration_s=1.0)
 
 
@@ -68,17 +68,17 @@ def newton_3233() -> Staged:
 
 
 def pooltool_257() -> Staged:
-    """A row of four discs, a nanometre apart, is struck at one end."""
+    """A row of four discs with gaps of a nanometre is struck at one end."""
     return stage_struck_row([0.3] + [2.0**-30] * 3, radius_m=0.03125, speed=1.5, duration_s=0.5, frame_rate_hz=240.0)
 
 
 def box2d_1094() -> Staged:
-    """A disc is struck, and strikes the next one within the same step."""
+    """A disc is struck, and strikes the next disc within the same step."""
     return stage_struck_row([0.613, 0.02], radius_m=0.25, speed=3.0, duration_s=0.5, frame_rate_hz=60.0)
 
 
 def pooltool_354() -> Staged:
-    """Two pairs of discs touch: one pair moves together, the other moves apart, and there is no impact."""
+    """Two pairs of discs touch. The discs of one pair move alike, the others move apart, so there is no impact."""
     radius = 0.25
     discs = [
         build_disc(0, 1 + 0.5j, radius),
@@ -91,13 +91,13 @@ def pooltool_354() -> Staged:
 
 
 def visualchemeng_10() -> Staged:
-    """Two discs begin in contact, overlap by one rounding error, and approach each other."""
+    """Two discs that overlap by one rounding error at the start approach each other."""
     # In floats, .3 - .1 is a little less than .2, so the two bodies overlap by one rounding.
     scene = build_scene(
         discs=[build_disc(0.1, 1, 0.1), build_disc(0.3, -1, 0.1), build_disc(0.3 + 0.5j, 0, 0.1)], duration_s=0.5
     )
     impacts = [build_impact(0.0, 0, 1, -1, 1)]
-    return build_staged(scene, impacts, "Equal masses exchange velocities, at once")
+    return build_staged(scene, impacts, "Equal masses exchange velocities, here at the start")
 
 
 def dynamo_57() -> Staged:
@@ -109,15 +109,17 @@ def dynamo_57() -> Staged:
         "Below a restitution of 7 - 4 sqrt(3), three equal discs in a line collide infinitely often and stay "
         "together, with their centre of mass at rest (S. McNamara and W. R. Young, Phys. Fluids A 4, 496, 1992)"
     )
-    convention = "The outer discs arrive at one instant. In the limit all discs are at rest, whatever the order"
+    convention = (
+        "The outer discs arrive at one instant; in the limit all discs are at rest in either order of the two impacts"
+    )
     return Staged(scene, KnownAnswer(source, final_velocity_m_s=((0.0, 0.0),) * 3, convention=convention))
 
 
 def cannon_359() -> Staged:
-    """Two balls fly at each other off centre, without friction, and lose no energy."""
+    """Two balls without friction collide off centre, and lose no energy."""
     return stage_meeting((3, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
 
 
 def vrc8ball_85() -> Staged:
-    """A fast cue ball strikes an object ball, off centre by nine tenths of the contact distance."""
+    """A fast cue ball strikes an object ball. The impact parameter is nine tenths of the contact distance."""
     return stage_meeting((8, 0), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

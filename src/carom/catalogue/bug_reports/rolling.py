@@ -1,4 +1,4 @@
-"""Complaints about friction: spin at impacts, and bodies that never stop, or creep where they should rest."""
+"""Complaints about friction: spin at impacts, bodies that never stop, and bodies that creep instead of resting."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HIT_S = 0.25
 
 
 def mbsim_49() -> Staged:
-    """A disc that does not spin bounces on a rough floor, and leaves rolling."""
+    """A disc without spin bounces on a rough floor. After the impact its rim speed is that of rolling."""
     radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
     start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
     scene = build_scene(
@@ -27,23 +27,25 @@ def mbsim_49() -> Staged:
     after = (along / (1 + k), restitution * down)
     spin = -after[0] / radius
     hit = KnownImpact(_HIT_S, 0, -1, after, spin_first_after=spin)
-    source = "Cross, Am. J. Phys. 70 (2002) 1093: a disc that grips leaves rolling, at v/(1 + k)"
+    source = "Cross, Am. J. Phys. 70 (2002) 1093: a disc that sticks in the impact then rolls at the speed v/(1 + k)"
     return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
 
 
 def tailuge_298() -> Staged:
-    """In a cut shot friction holds the balls together, so the object ball does not leave along the line of centres."""
+    """In a cut shot the balls stick by friction, so the object ball does not leave along the line of centres."""
     radius, speed, k, (nx, ny) = 0.028575, 2.0, 0.4, (0.8, 0.6)
     discs = [
         Disc(position_m=(-speed * _HIT_S, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius, inertia_factor=k),
         Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
     ]
     scene = build_scene(discs, friction=0.5, duration_s=2 * _HIT_S)
-    normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, -speed ny
+    normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # a seventh of the slip, which is -speed * ny
     struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
     after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
     hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
-    source = "Alciatore, billiards TP A.14: for e = 1 the tangent of the throw is a seventh of the cut's"
+    source = (
+        "Alciatore, billiards TP A.14: for e = 1, the tangent of the throw angle is a seventh of that of the cut angle"
+    )
     return Staged(scene, KnownAnswer(source, (hit,), 1, after, final_spin_rad_s=(spin, spin)))
 
 
@@ -61,7 +63,7 @@ def _stage_on_floor(
     friction: float = 0.0,
     resists: float = 0.0,
 ) -> Staged:
-    """Stage a disc on the line y = 0 with a known position, speed and rim speed at the end.
+    """Build a scene with a disc on the line y = 0 whose position, speed and rim speed at the end are known.
 
     By default the disc is at rest at the end. Gravity is tilted to make a slope; `fall` is the tangent of the slope.
     """
@@ -87,14 +89,14 @@ def _build_ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: fl
 
 
 def rolls_out(along: float, resists: float, friction: float) -> Staged:
-    """Stage a ball that rolls on a level floor until it stops, and then rests for the same time."""
+    """Build a scene in which a ball rolls on a level floor until it stops, and then rests for the same time."""
     slower = resists * 9.81 / (1.0 + _SPHERE)
     way, lasts = along**2 / (2.0 * slower), 2.0 * along / slower
     return _stage_on_floor(_LAW, _build_ball(along, rolls=True), way, lasts, friction=friction, resists=resists)
 
 
 def cannon_293() -> Staged:
-    """A sphere rolls down a slope that is less steep than its rolling resistance, and stops on it."""
+    """A sphere rolls down a slope whose tangent is below the coefficient of rolling resistance, and stops there."""
     along, resists, fall, g = 1.0, 0.2, 0.1, 9.81
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
     source = "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c"
@@ -132,7 +134,7 @@ def reactphysics3d_13() -> Staged:
 
 
 def box2d_617() -> Staged:
-    """A disc without rolling resistance rolls on for ever."""
+    """A disc without rolling resistance rolls for ever at the same speed."""
     along, lasts = 3.0, 10.0
     source = "Without slip, friction has no effect"
     body = _build_ball(along, rolls=True, radius_m=1.0, inertia=0.5)
@@ -140,7 +142,7 @@ def box2d_617() -> Staged:
 
 
 def pooltool_39() -> Staged:
-    """A pool ball struck in its middle at 5 m/s slides for .73 s, which is 2v/(7 f g), and for 3 m."""
+    """A pool ball that starts at 5 m/s without spin slides 3 m in 0.73 s, and then rolls."""
     along, friction, g, lasts = 5.0, 0.2, 9.81, 1.0
     slid = 2.0 * along / (7.0 * friction * g)
     return _stage_on_floor(
@@ -155,7 +157,7 @@ def pooltool_39() -> Staged:
 
 
 def brax_58() -> Staged:
-    """A rolling sphere hits an equal one: it spins in place and follows at 2/7 of its speed, the other rolls at 5/7."""
+    """A rolling sphere hits an equal sphere at rest. In the end, they roll at 2/7 and 5/7 of its speed."""
     along, gap, friction, g, lasts, radius = 3.0, 1.5, 0.2, 9.81, 2.0, 0.5
     met, changed = gap / along, 2.0 * along / 7.0
     slid = changed / (friction * g)
@@ -170,8 +172,8 @@ def brax_58() -> Staged:
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
     source = (
-        "Equal elastic spheres exchange velocities and keep their spins; angular momentum about the floor is "
-        "conserved: 2/7 of v is left to the spinning sphere, 5/7 to the other"
+        "Equal elastic spheres exchange velocities and keep their spins; then each sphere conserves its angular "
+        "momentum about the floor: the spinning sphere rolls at 2/7 of v, and the other sphere at 5/7 of v"
     )
     hit = build_impact(met, 0, 1, 0, along, -along / radius, 0.0)
     final = [(complex(way, radius), speed) for way, speed in zip(ways, rolling, strict=True)]
@@ -200,7 +202,7 @@ def bullet3_2117() -> Staged:
     scene = build_scene(
         discs=[build_disc(0, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts
     )
-    source = "v' = -c g/(1 + k) against the motion: the friction of a rolling ball has no other direction"
+    source = "The friction of a rolling ball acts against its motion, so the speed decreases by c g/(1 + k) a second"
     return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
 
 
@@ -213,8 +215,8 @@ def matter_613() -> Staged:
 
 
 def bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
-    """Stage a ball that is dropped, bounces infinitely often in finite time, and then rests for some time."""
+    """Build a scene in which a ball is dropped, bounces infinitely often in finite time, and then rests for a while."""
     ball = build_disc(complex(0.0, 0.5 + height_m), 0, 0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
-    source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
+    source = "Geometric series: if the first fall takes the time t, all bounces end at the time t (1 + e)/(1 - e)"
     return _stage_on_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)

@@ -1,7 +1,7 @@
-"""Complaints about seams: on floors and walls made of pieces, a ball bumps, stops, or bounces off at an angle.
+"""Complaints about seams: a ball bumps, stops or bounces off at an angle on floors and walls that consist of pieces.
 
-A floor in pieces acts like one floor. The scene has one edge with `pieces`, into which an engine cuts the edge. A
-rolling ball has no impacts, so here the ball comes down on the floor slowly, near a seam.
+A floor in pieces acts like one floor. Each wall of a scene is one edge with a number of `pieces`, into which an engine
+cuts the edge. A rolling ball has no impacts. So in these scenes the ball comes down slowly on the floor near a seam.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain
 
-_LAW = "Newton's law: the velocity along the normal is reversed; a floor in pieces acts like one floor"
+_LAW = "Newton's law: an impact reverses the velocity along the normal; a floor in pieces acts like one floor"
 
 
 def _stage_on_seam(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1) -> Staged:
-    """Stage a disc that meets a wall once, half a second after the start, `at` metres along the wall.
+    """Build a scene in which a disc meets a wall once, half a second after the start, `at` metres along the wall.
 
     The wall is a floor at height 0. Floor and disc are rotated about the origin by `turn`.
     """
@@ -29,7 +29,7 @@ def _stage_on_seam(velocity: complex, radius: float, wall: Chain, *, at: float =
 
 
 def channel(start: complex, velocity: complex, radius: float, width: float, length: float, pieces: int) -> Staged:
-    """Stage a disc that bounces along a channel, from one end to the other, between two walls made of pieces."""
+    """Build a scene in which a disc bounces along a channel between two walls that consist of pieces."""
     walls = [edges(-length / 2, length / 2, pieces=pieces)]
     walls.append(edges(complex(-length / 2, width), complex(length / 2, width), pieces=pieces))
     time, way = (start.imag - radius) / -velocity.imag, (width - 2 * radius) / abs(velocity.imag)
@@ -59,7 +59,7 @@ def rapier_404() -> Staged:
 
 
 def godot_76610() -> Staged:
-    """A ball comes straight down near the seam of two tiles, a tenth of its radius away from it."""
+    """A ball comes straight down near the seam of two tiles, at a distance of a tenth of its radius."""
     return _stage_on_seam(-6j, 0.4, edges(-1, 1, pieces=2), at=0.04)
 
 
@@ -79,7 +79,7 @@ def godot_65204() -> Staged:
 
 
 def godot_66778() -> Staged:
-    """A ball comes down on a floor of six pieces next to a seam, slowly: at a hundredth of its speed."""
+    """A ball comes down on a floor of six pieces next to a seam, with a hundredth of its speed downwards."""
     return _stage_on_seam(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), at=-0.03125)
 
 

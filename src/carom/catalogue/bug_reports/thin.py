@@ -1,4 +1,4 @@
-"""Complaints about thin walls, their ends and their corners: tunnelling, and bounces off walls that are not touched."""
+"""Complaints about thin walls, their ends and corners: tunnelling, and bounces off walls that a ball does not touch."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.model.scene import Chain
 
-_LAW = "Newton's law: the velocity along the normal is reversed"
+_LAW = "Newton's law: an impact reverses the velocity along the normal"
 
 
 def _build_solid(*points: complex) -> Chain:
@@ -23,7 +23,7 @@ def _build_slab(thickness: float, height: float) -> Chain:
 
 
 def _stage_at_wall(velocity: complex, radius: float, wall: Chain, *, restitution: float = 1.0) -> Staged:
-    """Stage a disc that comes from the left and meets an upright wall at the height 0; the wall's face is at 0."""
+    """Build a scene in which a disc from the left meets an upright wall at height 0. The wall's face is at x = 0."""
     time_s = 0.255
     start = -radius - velocity * time_s
     scene = build_scene(
@@ -33,12 +33,14 @@ def _stage_at_wall(velocity: complex, radius: float, wall: Chain, *, restitution
 
 
 def _stage_at_vertex(velocity: complex, radius: float, point: complex, normal: complex, wall: Chain) -> Staged:
-    """Stage a disc that meets a vertex. The normal points from the vertex to the disc's centre."""
+    """Build a scene in which a disc meets a vertex. The normal points from the vertex to the disc's centre."""
     time = 0.405
     start = point + radius * normal - velocity * time
     scene = build_scene([build_disc(start, velocity, radius)], walls=[wall], duration_s=0.75)
     return build_staged(
-        scene, [build_impact(time, 0, -1, compute_after_wall(velocity, normal))], f"{_LAW}, which is through the vertex"
+        scene,
+        [build_impact(time, 0, -1, compute_after_wall(velocity, normal))],
+        f"{_LAW}, which is the line from the vertex to the centre",
     )
 
 
@@ -58,7 +60,7 @@ def p2_264() -> Staged:
 
 
 def p2_372() -> Staged:
-    """A ball meets a box so fast that it would be past the box within one step."""
+    """A ball meets a box. The ball is so fast that it would be beyond the box after one step."""
     return _stage_at_wall(27 - 4j, 0.1, _build_slab(0.15, 3.0))
 
 
@@ -104,7 +106,7 @@ def avian_990() -> Staged:
         duration_s=end,
     )
     final = complex(-radius - 0.0005, start - 0.5 * pull * end**2), -1j * pull * end
-    return build_staged(scene, [], "Galileo: free fall; the ball stays half a millimetre away", final=[final])
+    return build_staged(scene, [], "Galileo: the ball falls freely, half a millimetre from the wall", final=[final])
 
 
 def construct_4905() -> Staged:
@@ -133,7 +135,7 @@ def vrc8ball_70() -> Staged:
 
 
 def ball2box_10() -> Staged:
-    """A ball bounces on a box twice, the second time a centimetre from the corner."""
+    """A ball bounces on a box twice. The second bounce is a centimetre from the corner."""
     pull, radius, drift, fall = 10.0, 0.2, 0.25, 0.3
     box = _build_solid(0, -2, -2 - 1j, -1j)
     start = complex(-0.01 - 3 * fall * drift, radius + 0.5 * pull * fall**2)
@@ -149,7 +151,7 @@ def ball2box_10() -> Staged:
 
 
 def cannon_301() -> Staged:
-    """A ball falls on a floor a quarter of a metre from its end."""
+    """A ball falls on a floor, a quarter of a metre from the end of the floor."""
     pull, radius, height = 9.81, 0.3, 1.0
     time = math.sqrt(2 * height / pull)
     end, speed = 1.5 * time, pull * time

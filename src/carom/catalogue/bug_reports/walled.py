@@ -1,4 +1,4 @@
-"""Complaints about walls and tables: sticking, corners, slow and repeated bounces, a break shot."""
+"""Complaints about walls and tables: balls that stick, corners, slow and repeated bounces, and a break shot."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
 from carom.catalogue.groups.classics_walled import build_box_walls, compute_box_bounces
 from carom.model.scene import Wall
 
-_MIRROR = "Each wall reverses the velocity across it, times its restitution"
+_MIRROR = "Each wall reverses the velocity along its normal and multiplies it by the restitution"
 
 
 def wall_on_the_right(
     *, radius_m: float, velocity: complex, gap_m: float, duration_s: float, rate_hz: float, restitution: float = 1.0
 ) -> Staged:
-    """Stage a disc at the origin that meets one wall."""
+    """Build a scene in which a disc at the origin meets one wall."""
     discs = [build_disc(0, velocity, radius_m)]
     walls = [Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))]
     scene = build_scene(discs, walls=walls, wall_restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
@@ -35,13 +35,13 @@ def wall_on_the_right(
 def in_a_box(
     *, start: complex, velocity: complex, radius: float, width: float, height: float, duration: float
 ) -> Staged:
-    """Stage a disc in an elastic box. `start` is relative to the box's lower left corner."""
+    """Build a scene with a disc in an elastic box. `start` is relative to the box's lower left corner."""
     scene = build_scene(
         discs=[build_disc(start, velocity, radius)], walls=build_box_walls(width, height), duration_s=duration
     )
     inner = start - complex(radius, radius)
     impacts = compute_box_bounces(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
-    return build_staged(scene, impacts, "Unfolding: the path is one straight line through a lattice of boxes")
+    return build_staged(scene, impacts, "Unfolding: the path is one straight line through a lattice of mirrored boxes")
 
 
 def pooltool_217() -> Staged:
@@ -63,7 +63,7 @@ def pooltool_217_touching() -> Staged:
         walls=build_box_walls(side, side),
         duration_s=1.0,
     )
-    return build_staged(scene, [build_impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}: at once")
+    return build_staged(scene, [build_impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}, here at the start")
 
 
 def nimble_143() -> Staged:
@@ -76,7 +76,7 @@ def nimble_143() -> Staged:
     at_wall = (wall - radius - first) / v1
     met = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
     impacts = [build_impact(at_wall, 0, -1, -v1), build_impact(met, 0, 1, v2, -v1)]
-    # After this impact the first ball goes to the wall once more.
+    # After this impact the first ball moves to the wall once more.
     where = wall - radius - v1 * (met - at_wall)
     again = met + (wall - radius - where) / v2
     impacts.append(build_impact(again, 0, -1, -v2))
@@ -109,12 +109,12 @@ def pooltool_154() -> Staged:
     normal = unit(complex(*scene.discs[struck_number].position_m) - start - velocity * time)
     after = compute_after_impact(1.0, velocity, 1.0, 0, normal)
     known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
-    source = "The first impact by the quadratic of the straight path; after it energy is kept, and nothing overlaps"
+    source = "The first impact by the quadratic of the straight path; then energy is conserved and no bodies overlap"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
 
 
 def dyn4j_87() -> Staged:
-    """A billiard ball bounces between two walls, and loses a tenth of its speed at each."""
+    """A billiard ball bounces between two walls, and loses a tenth of its speed at each bounce."""
     radius, speed, left, right, restitution = 0.028575, 2.0, -0.4, 1.9, 0.9
     place, time, impacts, duration = -0.3, 0.0, list[KnownImpact](), 4.0
     while (time := time + ((right - radius - place) if speed > 0 else (place - left - radius)) / abs(speed)) < duration:
@@ -125,7 +125,11 @@ def dyn4j_87() -> Staged:
     scene = build_scene(
         discs=[build_disc(-0.3, 2, radius)], walls=walls, wall_restitution=restitution, duration_s=duration
     )
-    return build_staged(scene, impacts, f"{_MIRROR}: the walls' distance over a speed that falls by a factor")
+    return build_staged(
+        scene,
+        impacts,
+        f"{_MIRROR}: each crossing takes the free distance over a speed that each wall reduces by the same factor",
+    )
 
 
 def gama_556() -> Staged:
@@ -137,7 +141,7 @@ def gama_556() -> Staged:
     scene = build_scene(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=0.75)
     at_wall = gap / speed
     met = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
-    back = met + slit / (2 * speed)  # the first returns by half of the slit
+    back = met + slit / (2 * speed)  # the first ball returns by half of the slit between the balls
     impacts = [
         build_impact(at_wall, 0, -1, -speed),
         build_impact(met, 0, 1, speed, -speed),

@@ -1,1 +1,1 @@
-"""The scenes of the catalogue: a module is a group, or a part of one. The first word of its name is the group."""
+"""The scenes of the catalogue. Each module is a group or a part of a group. The first word of its name is the group."""

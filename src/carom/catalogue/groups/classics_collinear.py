@@ -1,4 +1,4 @@
-"""Classics on one line, whose answers follow from unfolding or from exchanging velocities."""
+"""Classics with discs on one line. The answers follow from unfolding or from the exchange of velocities."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from carom.model.scene import Wall
 
 
 def _sorting() -> Staged:
-    """Five equal discs on a line, each faster than the next: ten impacts sort their velocities."""
-    # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts move on
-    # the line from which all diameters are removed.
+    """Five equal discs move on a line, each faster than the next disc: ten impacts sort their velocities."""
+    # Equal masses exchange velocities. So each velocity moves on along a straight line through all discs, as a "ghost".
+    # Ghosts move on the line from which all diameters are removed.
     radius = 0.1
     ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
@@ -36,23 +36,22 @@ def _sorting() -> Staged:
     impacts = []
     for time, a, b in crossings:
         here = ghost[a] + velocity[a] * time
-        # As many ghosts as discs are further to the left. The value is the number of the left one of the two discs that
-        # meet.
+        # The number of ghosts further to the left is the number of the left one of the two discs that meet.
         left = sum(ghost[k] + velocity[k] * time < here for k in range(n) if k not in (a, b))
         impacts.append(build_impact(time, left, left + 1, velocity[b], velocity[a]))
     source = (
-        "Equal masses on a line exchange velocities: one impact for each inversion of the velocities, at the crossings "
-        "of straight lines (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
+        "Equal masses on a line exchange velocities: there is one impact for each inversion of the velocities, where "
+        "two straight lines cross (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
     )
     return build_staged(scene, impacts, source)
 
 
 @add_tags(Tag.UNSTABLE)
 def _galperin_100() -> Staged:
-    """A mass of 100 drives a mass of 1 against a wall, which causes 31 impacts."""
+    """A disc of 100 kg drives a disc of 1 kg against a wall, which causes 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
     radius_light, radius_heavy = 0.1, 0.3
-    # Gaps to the wall, with every radius and diameter between removed.
+    # Distances of the discs from the wall, without all radii and diameters in between.
     gap_light, gap_heavy = 0.5, 1.2
     discs = [
         build_disc(gap_light + radius_light, 0, radius_light, light),
@@ -71,22 +70,23 @@ def _galperin_100() -> Staged:
         for b in bounces
     ]
     source = (
-        "Unfolding of a wedge of angle atan(1/10): 31 impacts, the first two digits of pi (G. Galperin, Playing pool "
+        "Unfolding of a wedge of angle atan(1/10): there are 31 impacts, and 31 are the first two digits of pi (G. "
+        "Galperin, Playing pool "
         "with pi, Regular and Chaotic Dynamics 8(4), 375-394, 2003)"
     )
     return build_staged(scene, impacts, source)
 
 
 def _three_in_line() -> Staged:
-    """Three unequal masses on a line collide six times, the most that their masses allow."""
+    """Three unequal masses on a line collide six times, which is the largest number that their masses allow."""
     m0, m1, m2 = 3.0, 0.5, 2.0
     r0, r1, r2 = 0.3, 0.15, 0.25
     pair, everything = m0 + m1, m0 + m1 + m2
     angle = math.acos(math.sqrt(m0 * m2 / ((m0 + m1) * (m1 + m2))))
     most = math.ceil(math.pi / angle)
-    # The path must cross the rays at `most` angles, so its final direction is beyond the last ray. The path must also
-    # turn by less than half a turn from the start, which is within the first wedge. Start and direction are the middles
-    # of the ranges that remain.
+    # The path must cross `most` rays, so its final direction is beyond the last ray. The path must also turn by less
+    # than half a turn from the start, which is within the first wedge. Start and direction are the middles of the
+    # ranges that remain.
     direction = (most * angle + math.pi + angle) / 2
     start_argument = (direction - math.pi + angle) / 2
     start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)
@@ -115,8 +115,9 @@ def _three_in_line() -> Staged:
         first = 1 if bounce.upper else 0
         impacts.append(build_impact(bounce.time_s, first, first + 1, after[first], after[first + 1]))
     source = (
-        "Three masses on a line are a point in a wedge of angle a = acos sqrt(m1 m3 / ((m1 + m2)(m2 + m3))), which a "
-        "straight line can cross ceil(pi / a) times: 6 here (unfolding; S. Tabachnikov, Geometry and Billiards, 2005)"
+        "Three masses on a line move like a point in a wedge of angle a = acos sqrt(m1 m3 / ((m1 + m2)(m2 + m3))). A "
+        "straight line can cross the rays of the unfolded wedge ceil(pi / a) times, here 6 times (unfolding; S. "
+        "Tabachnikov, Geometry and Billiards, 2005)"
     )
     return build_staged(scene, impacts, source)
 
@@ -136,7 +137,9 @@ def _between_fixed() -> Staged:
     for n in range(int((scene.duration_s * speed + reach) / (2 * reach))):
         time = (2 * n + 1) * reach / speed
         impacts.append(build_impact(time, 1, 2, -speed, 0) if n % 2 == 0 else build_impact(time, 0, 1, 0, speed))
-    source = "On the axis every impact reverses the velocity: impacts at equal intervals (an unstable periodic orbit)"
+    source = (
+        "On the axis every impact reverses the velocity, so impacts have equal intervals (an unstable periodic orbit)"
+    )
     return build_staged(scene, impacts, source)
 
 
@@ -147,8 +150,7 @@ def _cradle_gaps() -> Staged:
 
 def _cradle_touching() -> Staged:
     """Newton's cradle with touching discs: four impacts at one instant."""
-    # All numbers are powers of two, so the row touches exactly, and all four impacts are at the same instant, to the
-    # bit.
+    # All numbers are powers of two, so the discs touch exactly, and all four impacts have bit-identical times.
     convention = (
         "Four impacts share one instant, and momentum and energy alone allow more than one outcome; impacts are "
         "applied one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"

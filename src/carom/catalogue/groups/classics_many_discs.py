@@ -1,4 +1,4 @@
-"""Classics of many discs: shared contact, which has no unique answer, and a gas with known invariants."""
+"""Classics of many discs: simultaneous contact, which has no unique answer, and a gas with known invariants."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from carom.catalogue.groups.classics_walled import build_box_walls
 def _one_into_two() -> Staged:
     """A disc strikes two touching discs at one instant."""
     radius, speed, start_x = 0.25, 1.0, -1.1
-    # The three centres are an equilateral triangle, so the normals are at 30 degrees to the path.
+    # The three centres form an equilateral triangle, so the normals are at 30 degrees to the path.
     cosine, sine = math.sqrt(3) / 2, 0.5
     discs = [
         build_disc(start_x, speed, radius),
@@ -23,40 +23,43 @@ def _one_into_two() -> Staged:
     scene = build_scene(discs, duration_s=1.5)
     time = (-start_x - 2 * radius * cosine) / speed
     up, down = complex(cosine, sine), complex(cosine, -sine)
-    # Equal masses: the struck disc takes the component along the normal, cos 30 of the speed; the striker keeps the
-    # rest.
+    # The masses are equal. So the struck disc takes the component along the normal, which is the speed times cos 30
+    # degrees; the striker keeps the rest.
     first_struck = cosine * speed * up
     between = speed - first_struck
-    # Of the rest the second takes the part along its own normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 = sqrt(3)/4.
+    # The second disc takes the part of the rest along its own normal: cos 30 (1 - 3/4) + sin 30 sqrt(3)/4 = sqrt(3)/4.
     second_struck = math.sqrt(3) / 4 * speed * down
     impacts = [
         build_impact(time, 0, 1, between, first_struck),
         build_impact(time, 0, 2, between - second_struck, second_struck),
     ]
     convention = (
-        "Both impacts share one instant and one disc, and each order gives its own answer, (-1/8, -sqrt(3)/8) or its "
-        "mirror image; impacts are applied one pair at a time, the lower numbers first"
+        "Both impacts share one instant and one disc, and each order gives its own answer: the striker leaves at "
+        "(-1/8, -sqrt(3)/8) or at the mirror image. Here impacts are applied one pair at a time, the lower numbers "
+        "first"
     )
-    source = "Equal masses exchange the normal components of their velocities, first at +30, then at -30 degrees"
+    source = (
+        "Equal masses exchange the components of their velocities along the normal, first at +30, then at -30 degrees"
+    )
     return build_staged(scene, impacts, source, convention)
 
 
 def stage_boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, duration_s: float) -> Staged:
-    """Stage a gas of `side` times `side` equal discs, with a spacing in a box. Only its energy is known."""
+    """Build a gas of `side` times `side` equal discs with a spacing in a box. Only the energy of the gas is known."""
     golden_angle = math.pi * (3 - math.sqrt(5))
     discs = []
     for k in range(side * side):
         row, column = divmod(k, side)
-        # Directions at golden angles are spread evenly, and no two are equal. The same holds for the shifts off the
-        # lattice.
+        # Directions at multiples of the golden angle are spread evenly, and no two are equal. The shifts off the
+        # lattice are multiples of this angle, too.
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
         discs.append(build_disc(centre, speed * direction, radius_m))
     scene = build_scene(discs, walls=build_box_walls(side * pitch_m, side * pitch_m), duration_s=duration_s)
-    source = "Elastic impacts and elastic walls conserve the kinetic energy: each disc starts at the same speed"
+    source = "Elastic impacts and elastic walls conserve the kinetic energy, and all discs start at the same speed"
     return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=len(discs) * 0.5 * speed**2))
 
 
 def _gas() -> Staged:
-    """Sixteen discs bounce in a box: energy is conserved, and reversed velocities lead back to the start."""
+    """Sixteen discs bounce in a box: energy is conserved, and a run with reversed velocities returns to the start."""
     return stage_boxed_gas(4, radius_m=0.1, pitch_m=0.5, speed=1.5, duration_s=1.0)

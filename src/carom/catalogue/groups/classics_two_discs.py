@@ -1,4 +1,4 @@
-"""Classics of two discs: one impact, or none, each with its closed form."""
+"""Classics of two discs with one impact or none, each with an answer in closed form."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from carom.catalogue.entry import Staged, Tag, add_tags
 
 
 def _head_on() -> Staged:
-    """Masses 1 and 3 meet head-on with restitution 1/2."""
+    """A disc of 1 kg and a disc of 3 kg meet head-on with restitution 1/2."""
     return stage_meeting((4, -2), (0.2, 0.3), mass_kg=(1.0, 3.0), restitution=0.5, time_s=0.71, duration_s=1.5)
 
 
 def _oblique_3_4_5() -> Staged:
-    """A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle."""
-    # The normal (4, 3)/5 splits the 5 m/s into 4 along it, which the struck disc takes, and 3 across it, which stay.
+    """A disc at 5 m/s strikes an equal disc at rest. The discs leave at 3 and 4 m/s, at a right angle."""
+    # The normal (4, 3)/5 splits 5 m/s into 4 m/s along it, which the struck disc takes, and 3 m/s across it, which the
+    # striker keeps.
     source = "Equal masses exchange the velocities along the normal: 5 m/s splits into 4 and 3 at a right angle"
     return stage_meeting((5, 0), (0.25, 0.25), offset=3 / 5, time_s=0.42, duration_s=1.25, source=source)
 
@@ -29,14 +30,14 @@ def _inelastic_oblique() -> Staged:
 
 
 def _perfectly_inelastic() -> Staged:
-    """A disc runs into an equal one at rest with restitution 0, and both go on together."""
+    """A disc hits an equal disc at rest with restitution 0, and both move on together."""
     # All numbers are powers of two, so the common velocity is exact, and rounding can't make the pair approach once
     # more.
     return stage_meeting((4, 0), (0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
 
 
 def _deflection() -> Staged:
-    """A disc bounces off an immovable one, and is deflected by 120 degrees."""
+    """A disc bounces off an immovable disc, and is deflected by 120 degrees."""
     radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
     contact = radius + fixed
     miss_distance = contact / 2
@@ -52,13 +53,13 @@ def _deflection() -> Staged:
 
 @add_tags(Tag.GRAZING)
 def _graze() -> Staged:
-    """A disc grazes another at .999 of the contact distance, so the overlap is short and shallow."""
+    """A disc grazes another: the impact parameter is 0.999 contact distances, so the overlap is short and shallow."""
     return stage_meeting((3, 0), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
 @add_tags(Tag.GRAZING)
 def _miss() -> Staged:
-    """A disc passes another at 1.001 of the contact distance, so there is no impact."""
+    """A disc passes another at a distance of 1.001 contact distances, so there is no impact."""
     # The discs are nearest after .6 s, at 1.001 contact distances.
     contact, speed, nearest = 0.5, 3.0, 0.6
     discs = [build_disc(-speed * nearest, speed, 0.3), build_disc(1.001j * contact, 0, 0.2)]
@@ -75,11 +76,11 @@ def _touching_apart() -> Staged:
 
 
 def _mass_ratio_1000() -> Staged:
-    """A disc of 500 kg sweeps away one of half a kilogram."""
+    """A disc of 500 kg strikes a disc of half a kilogram."""
     return stage_meeting((2, 0), (0.5, 0.1), mass_kg=(500.0, 0.5), offset=0.3, time_s=0.43, duration_s=1.25)
 
 
 def _bullet() -> Staged:
-    """A small disc at 100 m/s strikes another: between two frames it could pass its target completely."""
-    # 1.7 m between two frames, and a target .5 m across.
+    """A small disc at 100 m/s strikes another disc. It is so fast that it could pass its target between two frames."""
+    # The disc moves 1.7 m between two frames, and the target is 0.5 m wide.
     return stage_meeting((100, 0), (0.05, 0.25), mass_kg=(0.1, 2.0), offset=-0.3, time_s=0.171, duration_s=0.5)

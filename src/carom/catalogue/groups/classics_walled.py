@@ -42,7 +42,7 @@ def build_box_walls(width_m: float, height_m: float) -> list[Wall]:
 def compute_box_bounces(
     start: complex, velocity: complex, width_m: float, height_m: float, duration_s: float
 ) -> list[KnownImpact]:
-    """Return the impacts of a disc with the walls of `build_box_walls`, by unfolding: its path is one straight line.
+    """Compute, by unfolding, the impacts of a disc with the walls of `build_box_walls`: its path is one straight line.
 
     Args:
         start: Centre of the disc, from the corner of the region in which the centre moves.
@@ -56,7 +56,7 @@ def compute_box_bounces(
         (start.real, velocity.real, width_m, 0, True),
         (start.imag, velocity.imag, height_m, 2, False),
     ):
-        # A straight path crosses the mirror images of the far wall, the near one, the far one, ...
+        # A straight path crosses mirror images of the far wall and of the near wall alternately.
         count = math.floor((place + speed * duration_s) / length)
         events += [((n * length - place) / speed, near + n % 2, is_x) for n in range(1, count + 1)]
     impacts = []
@@ -76,9 +76,9 @@ def stage_in_room(
     *,
     half_width_m: float = 0.0,
     drive: complex = 0,
-    source: str = "Unfolding: the path is one straight line through a lattice of boxes",
+    source: str = "Unfolding: the path is one straight line through a lattice of mirrored boxes",
 ) -> Staged:
-    """Stage a disc in a room of four edges. The room is one body, which may be thick, and may move.
+    """Build a scene with a disc in a room of four edges. The room is one body, whose edges may be thick and may move.
 
     Args:
         start: Start of the disc, from the corner of the region in which the centre moves.
@@ -102,9 +102,9 @@ def stage_in_room(
 
 
 def _box() -> Staged:
-    """One disc bounces in a box: its path unfolds to one straight line."""
+    """A disc bounces in a box. Its path unfolds to one straight line."""
     radius, width, height = 0.2, 2.4, 1.6
-    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the region of the centre
+    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # relative to the corner of the region of the centre
     scene = build_scene(
         discs=[build_disc(start + complex(radius, radius), velocity, radius)],
         walls=build_box_walls(width, height),
@@ -112,13 +112,14 @@ def _box() -> Staged:
     )
     impacts = compute_box_bounces(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
     source = (
-        "Unfolding: reflect the box instead of the path, and the path is one straight line through a lattice of boxes"
+        "Unfolding: if the box is reflected instead of the path, the path is one straight line through a lattice of "
+        "boxes"
     )
     return build_staged(scene, impacts, source)
 
 
 def _restitution_ladder() -> Staged:
-    """A disc bounces between two walls of restitution .8: each crossing takes 5/4 as long as the one before."""
+    """A disc bounces between two walls of restitution 0.8: each crossing takes 5/4 times as long as the one before."""
     radius, width, e = 0.1, 1.7, 0.8
     start_x, velocity = 0.6, 11 + 0.3j
     first, length = width - radius - start_x, width - 2 * radius
@@ -127,14 +128,16 @@ def _restitution_ladder() -> Staged:
     impacts: list[KnownImpact] = []
     while True:
         n = len(impacts)
-        # 1/e + 1/e^2 + ... + 1/e^n, each crossing taking 1/e times as long as the one before.
+        # The sum of the crossing times is 1/e + 1/e^2 + ... + 1/e^n, because each crossing takes 1/e times as long as
+        # the one before.
         time = (first + length * (e**-n - 1) / (1 - e)) / velocity.real
         if time > scene.duration_s:
             break
         across = (-1.0) ** (n + 1) * velocity.real * e ** (n + 1)
         impacts.append(build_impact(time, 0, (-2, -1)[n % 2], complex(across, velocity.imag)))
     source = (
-        "Each wall multiplies the speed across by e, so crossing times are a geometric series; the speed along stays"
+        "Each wall multiplies the speed along its normal by e, so crossing times are a geometric series; the speed "
+        "along the wall does not change"
     )
     return build_staged(scene, impacts, source)
 
@@ -149,7 +152,7 @@ def _slanted_wall() -> Staged:
         wall_restitution=e,
         duration_s=1.5,
     )
-    source = "Computed backwards from the impact: the velocity along the wall stays, that across it is reversed times e"
+    source = "Computed backwards from the impact: only the velocity along the normal changes, by the factor -e"
     return build_staged(scene, [build_impact(time, 0, -1, compute_after_wall(velocity, normal, e))], source)
 
 
@@ -166,5 +169,7 @@ def _bank_shot() -> Staged:
     ]
     scene = build_scene(discs, walls=[FLOOR], duration_s=1.75)
     impacts = [build_impact(time_1, 0, -1, outgoing), build_impact(time_2, 0, 1, after, target_after)]
-    source = "Computed backwards from both impacts: the path to the wall is the mirror image of the path from it"
+    source = (
+        "Computed backwards from both impacts: the path to the wall is the mirror image of the path away from the wall"
+    )
     return build_staged(scene, impacts, source)

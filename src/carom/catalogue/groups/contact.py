@@ -19,9 +19,9 @@ from carom.model.trace import Vector, wall_body
 _RADIUS_M, _G = 0.5, 10.0
 _ROLLING = (
     "Rolling resistance is a torque of at most c P R against the spin, so u' = -c g/(1 + k); Ai et al., Powder "
-    "Technol. 206 (2011) 269, A"
+    "Technol. 206 (2011) 269, model A"
 )
-_COULOMB = "Coulomb's law: while a disc slips, friction is f P; it rolls if f P (1 + 1/k) is enough to hold its slip"
+_COULOMB = "Coulomb's law: while a disc slips, friction is f P; it rolls if f P (1 + 1/k) can keep the slip at 0"
 
 
 def _stage_on_wall(
@@ -38,7 +38,7 @@ def _stage_on_wall(
     inertia: float = 0.5,
     **laws: Any,
 ) -> Staged:
-    """Stage a disc on a wall through the origin that slopes down to the right.
+    """Build a scene with a disc on a wall through the origin that slopes down to the right.
 
     Args:
         source: Source of the answer.
@@ -74,14 +74,14 @@ def _stage_on_wall(
 
 
 def _drop() -> Staged:
-    """A ball that is dropped and thrown bounces infinitely often until 3/sqrt(5) s, and then slides."""
-    source = "Geometric series: if the fall takes t, all bounces are over at t (1 + e)/(1 - e)"
+    """A ball that falls and moves sideways bounces infinitely often until 3/sqrt(5) s, and then slides."""
+    source = "Geometric series: if the first fall takes the time t, all bounces end at the time t (1 + e)/(1 - e)"
     return _stage_on_wall(source, (4.0, 1.0, 0.0), 4.0, along=1.0, up=1.0, count=None, wall_restitution=0.5)
 
 
 def _bounce_to_roll() -> Staged:
-    """A disc bounces infinitely often, is gripped at its fourth bounce, and rolls after 1/5 s."""
-    source = "Geometric series of the hops, sliding and held: docs/theory/contact.md"
+    """A disc bounces infinitely often, sticks at its fourth bounce, and rolls after 1/5 s."""
+    source = "Geometric series of the bounces that slide, and of the bounces that stick: docs/theory/contact.md"
     answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
     return _stage_on_wall(
         source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25
@@ -90,15 +90,17 @@ def _bounce_to_roll() -> Staged:
 
 def _lands_sliding() -> Staged:
     """A disc still slips after infinitely many sliding bounces. It then slides, and rolls after 19/10 s."""
-    source = "Geometric series of the hops, which all slide: docs/theory/contact.md"
+    source = "Geometric series of the bounces, which all slide: docs/theory/contact.md"
     slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
     answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
     return _stage_on_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
 
 
 def _between_thresholds() -> Staged:
-    """Friction on a slope is enough for rolling but not for bouncing: the disc lands sliding, and rolls after 3/8 s."""
-    source = "Bounces hold a slip on slopes up to f (1 + 1/k)(1 + e)/2 = .675, contact up to f (1 + 1/k) = .9"
+    """On a slope with enough friction for rolling but not for bouncing, a disc lands sliding, and rolls after 3/8 s."""
+    source = (
+        "Bounces stop a slip on slopes up to f (1 + 1/k)(1 + e)/2 = 0.675, and lasting contact up to f (1 + 1/k) = 0.9"
+    )
     rolled, lasts = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
     answer = (rolled + 2 * lasts + 4 * lasts**2 / 2, 2.0 + 4 * lasts, -2.0 - 4 * lasts)
     start = {"fall": 0.75, "along": 0.75, "into": 1.0}
@@ -117,7 +119,7 @@ def _sphere_slides_to_roll() -> Staged:
 
 
 def _comes_back() -> Staged:
-    """With enough backspin a disc turns back after 1/4 m, and rolls back after 1 s."""
+    """A disc with much backspin reverses its motion after 1/4 m, and rolls back from 1 s on."""
     return _stage_on_wall(_COULOMB, (-1.0, -1.0, 1.0), 2.0, along=1.0, rim=5.0, wall_friction=0.2)
 
 
@@ -132,12 +134,12 @@ def _incline_slips() -> Staged:
 
 
 def _incline_edge() -> Staged:
-    """On a slope with just enough friction for rolling, slipping and rolling are the same."""
+    """On a slope with just enough friction for rolling, a slipping disc moves like a rolling disc."""
     return _stage_on_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.25)
 
 
 def _stops() -> Staged:
-    """A disc that does not turn slides to a stop, after v^2/(2 f g)."""
+    """A disc that does not turn slides until it stops, after the distance v^2/(2 f g)."""
     return _stage_on_wall(_COULOMB, (1.5, 0.0, 0.0), 5.0, along=3.0, inertia=math.inf, wall_friction=0.3)
 
 
@@ -164,7 +166,7 @@ def _rolling_resistance_on_a_slope() -> Staged:
 
 
 def _block() -> Staged:
-    """With more rolling resistance than friction a disc slides without turning, and stops like a block."""
+    """If rolling resistance exceeds friction, a disc slides without turning, and stops like a block."""
     laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 0.4}
     return _stage_on_wall(_ROLLING, (1.5, 0.0, 0.0), 5.0, along=3.0, **laws)
 
@@ -176,13 +178,13 @@ def _lands_rolling() -> Staged:
     ways = [2.0 / _G * w * e**n * (begun - taken * (1 - e**n)) for n in range(1, 70)]
     landed = begun - taken
     way = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
-    source = "Geometric series of the hops; then it stops after v^2 (1 + k)/(2 c g): docs/theory/contact.md"
+    source = "Geometric series of the bounces; then the disc stops after v^2 (1 + k)/(2 c g): docs/theory/contact.md"
     laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
     return _stage_on_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
 
 
 def _struck() -> Staged:
-    """A rolling disc strikes an equal one at rest: it stops, and then follows, like a billiard ball."""
+    """A rolling disc strikes an equal disc at rest. It stops and then follows the other, like a billiard ball."""
     discs = [build_disc(0.5j, 3, 0.5, spin_rad_s=-6.0), build_disc(2 + 0.5j, 0, 0.5)]
     scene = build_scene(
         discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
@@ -201,13 +203,13 @@ def _edge() -> Staged:
     scene = build_scene(
         discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.5, wall_restitution=0.0, duration_s=duration
     )
-    source = "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is as wide"
+    source = "Galileo's parabola, which is wider than any circle around the end, because u^2 = 9 is above g R = 5"
     end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
     return build_staged(scene, [], source, final=[end_state], spins=(-6.0,))
 
 
 def _pressed() -> Staged:
-    """A disc falls onto one that lies on the floor; whether it leaves depends on the order of impacts."""
+    """A disc falls onto a disc that rests on the floor. The order of impacts decides whether the disc leaves again."""
     discs = [build_disc(0.5j, 0, 0.5), build_disc(1.7j, 0, 0.5)]
     scene = build_scene(
         discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), restitution=0.5, wall_restitution=0.0, duration_s=1.0
@@ -233,16 +235,16 @@ def _stage_in_corner(spin: float, source: str, place_m: float, speed: float, aft
 
 
 def _corner() -> Staged:
-    """A disc spins in the corner of floor and wall and stays there. PIC cannot compute contact in a corner."""
+    """A disc spins in a corner of floor and wall, and its centre stays there. PIC can't compute contact in a corner."""
     source = (
-        "Irodov, Problems in General Physics: f (1 + f)/(1 + f^2) g/(k R) slows the spin, to 0 after 17/10 s and "
-        "17 rad, while the centre stays"
+        "Irodov, Problems in General Physics: the spin decreases at the rate f (1 + f)/(1 + f^2) g/(k R), and is 0 "
+        "after 17/10 s and 17 rad; the centre stays at rest"
     )
     return _stage_in_corner(20.0, source, 0.5, 0.0, None)
 
 
 def _out_of_a_corner() -> Staged:
-    """A disc in a corner spins so that it drives itself out of the corner, and rolls after 4/3 s."""
+    """A disc in a corner spins so that friction drives it out of the corner, and it rolls after 4/3 s."""
     slides, speed = 4 / 3, 10 / 3
     way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
     return _stage_in_corner(-20.0, _COULOMB, way, speed, -2.0 * speed)
@@ -252,13 +254,13 @@ def _out_of_a_corner() -> Staged:
 
 
 def _table_stop() -> Staged:
-    """A table decelerates a disc by 4/10 m/s2: it stops after 5/2 s and 5/4 m."""
+    """A table decelerates a disc by 4/10 m/s2, and the disc stops after 5/2 s and 5/4 m."""
     scene = build_scene([build_disc(0, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
-    return build_staged(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0)])
+    return build_staged(scene, [], "Galileo: the distance is v^2/(2 a)", final=[(1 + 0.75j, 0)])
 
 
 def _table_pair() -> Staged:
-    """A disc slides 3/2 m to an equal one at rest and passes its velocity on; the other disc stops after 1/2 m."""
+    """A disc slides 3/2 m, hits an equal disc at rest and passes its velocity on. The other disc stops after 1/2 m."""
     discs = [build_disc(0, 2, 0.25), build_disc(2, 0, 0.25)]
     scene = build_scene(discs, table_deceleration_m_s2=1.0, duration_s=3.0)
     source = "Galileo: each distance s reduces v^2 by 2 a s; equal elastic discs exchange velocities"

@@ -1,8 +1,8 @@
 """Damped scenes of the group `contact`, with answers in closed form.
 
-With damping, ``v' = -c v``, a disc has the velocity ``v exp(-c t)`` after the distance ``v s``, where s is
-``(1 - exp(-c t)) / c``. So each answer is computed with constant velocities in s, and ``t = -ln(1 - c s) / c``; see
-`docs/theory/damping.md`. The group runs only when it is named.
+With damping, ``v' = -c v``, a disc has at time t the velocity ``v exp(-c t)`` and has moved by ``v s``, where s is ``(1
+- exp(-c t)) / c``. So each answer is computed for constant velocities with the time s, and s is converted to ``t =
+-ln(1 - c s) / c``; see `docs/theory/damping.md`. The group runs only when it is named.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def _damped_box() -> Staged:
     place, velocity = (1.0, 2.0), (6.0, -4.0)
     faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
     end = _to_undamped_time(duration, damping)
-    # The two axes are independent. These are the legs without damping:
+    # The motions along the two axes are independent. The lists contain the legs without damping.
     legs: tuple[list[_Leg], list[_Leg]] = ([(0.0, place[0], velocity[0])], [(0.0, place[1], velocity[1])])
     hits = []
     for axis, own in enumerate(legs):
@@ -64,16 +64,16 @@ def _damped_box() -> Staged:
 
 
 def _damped_stop() -> Staged:
-    """A damped disc never meets a wall that is exactly as far away as the disc gets in infinite time."""
+    """A damped disc never reaches a wall at exactly the distance that the disc moves in infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
     walls = [Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))]
     scene = build_scene([build_disc(0, speed, radius)], walls=walls, damping_per_s=damping, duration_s=duration)
     way, kept = speed * _to_undamped_time(duration, damping), math.exp(-damping * duration)
-    return build_staged(scene, [], f"{_LAW}: v/c in all", final=[(way, speed * kept)])
+    return build_staged(scene, [], f"{_LAW}: the whole distance is v/c", final=[(way, speed * kept)])
 
 
 def _damped_pair() -> Staged:
-    """A damped disc catches up with a heavier one, and the impact pushes the heavier one on."""
+    """A damped disc catches up with a heavier disc, and the impact makes the heavier disc faster."""
     fast, slow, mass, restitution, damping, duration = 4.0, 1.0, 3.0, 0.5, 0.8, 1.5
     gap, radius = 1.5, 0.5
     when, end = gap / (fast - slow), _to_undamped_time(duration, damping)
@@ -95,9 +95,9 @@ def _damped_pair() -> Staged:
 
 
 def _damped_slide() -> Staged:
-    """A damped disc that spins slides through its impact on a floor; its spin decays like its velocity."""
+    """A damped spinning disc hits a floor and slides during the impact. Its spin decays like its velocity."""
     (u, v), spin, friction, restitution, damping, duration = (3.0, -2.0), 4.0, 0.1, 0.5, 0.5, 1.2
-    height = 1.6  # height of a disc of radius 1 and inertia factor 1/2
+    height = 1.6  # of the centre of a disc with radius 1 and inertia factor 1/2
     when, end = (height - 1.0) / -v, _to_undamped_time(duration, damping)
     pushed = (1.0 + restitution) * -v
     # The rim moves to the right, so the floor's friction acts to the left on the centre, and against the spin.
@@ -114,7 +114,7 @@ def _damped_slide() -> Staged:
     hit = build_impact(
         _to_clock_time(when, damping), 0, -1, complex(u_after * kept, v_after * kept), None, spin_after * kept
     )
-    source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding takes f (1 + e) w_n of v"
+    source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding reduces v by f (1 + e) w_n"
     place = complex(u * when + u_after * (end - when), 1.0 + v_after * (end - when))
     final = [(place, complex(u_after * left, v_after * left))]
     return build_staged(scene, [hit], source, final=final, spins=(spin_after * left,))

@@ -1,7 +1,7 @@
 """The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
 
 In the frame of a driven body, an impact is like an impact on a body at rest. So each answer is computed in that frame,
-for a wall or an immovable disc; `docs/theory/walls.md` derives it. The group runs only when it is named.
+for a wall or an immovable disc: see `docs/theory/walls.md`. The group runs only when it is named.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ def _paddle() -> Staged:
 
 
 def _racket() -> Staged:
-    """A tilted racket without thickness strikes an approaching disc; a fifth of their closing speed is lost."""
+    """A tilted racket without thickness strikes an approaching disc, and their closing speed decreases by a fifth."""
     drive, velocity, radius, restitution, time = 3 + 1j, -4 + 0.5j, 0.125, 0.8, 0.51
-    normal = 0.8 + 0.6j  # so the direction of the racket is (-0.6, 0.8)
-    foot = 0.25j  # the disc's foot on the racket, when they meet
+    normal = 0.8 + 0.6j  # the direction of the racket is (-0.6, 0.8)
+    foot = 0.25j  # the point of the racket that the disc touches when they meet
     start = foot + radius * normal - velocity * time
     ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
     racket = edges(*ends, velocity_m_s=to_vector(drive))
@@ -52,7 +52,7 @@ def _racket() -> Staged:
 
 
 def _swatter() -> Staged:
-    """A swatter without thickness meets a disc at rest at 50 m/s, and must not pass through it."""
+    """A swatter without thickness hits a disc at rest at 50 m/s, and must not pass through it."""
     radius, speed = 0.125, 50.0
     swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
     scene = build_scene([build_disc(0.25j, 0, radius)], walls=[swatter], duration_s=0.5)
@@ -88,12 +88,14 @@ def _mallet() -> Staged:
 def stage_before_paddle(
     speed: Fraction, length: Fraction, legs: Sequence[tuple[Fraction, Fraction]], duration: Fraction, source: str
 ) -> Staged:
-    """Stage a disc that begins a metre from a wall, and bounces between it and a paddle. All numbers are rational.
+    """Build a scene in which a disc starts a metre from a wall, and bounces between wall and paddle.
+
+    All numbers are rational.
 
     Args:
         speed: Velocity of the disc along the line, away from the wall.
         length: Initial distance of the paddle from the wall.
-        legs: Start times of the paddle's legs, and its velocities away from the wall.
+        legs: For each leg of the paddle, its start time and the paddle's velocity away from the wall.
         duration: Duration of the scene.
         source: Source of the answer.
     """
@@ -121,48 +123,48 @@ def stage_before_paddle(
 
 
 def _stage_in_cylinder(drive: Fraction, duration: Fraction) -> Staged:
-    """Stage a disc between a wall and a piston. The disc begins in the middle, at 1 m/s towards the wall."""
-    source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); the times by rational recurrence"
+    """Build a scene with a disc between a wall and a piston. It starts in the middle, at 1 m/s towards the wall."""
+    source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); times from a recurrence in rational numbers"
     return stage_before_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 
 
 def _piston() -> Staged:
-    """A piston pushes a disc towards a wall: the disc gets faster at each of a dozen impacts on the piston."""
+    """A piston approaches a wall, and a disc between them gets faster at each of a dozen impacts on the piston."""
     return _stage_in_cylinder(Fraction(-1, 2), Fraction(93, 32))
 
 
 def _crush() -> Staged:
-    """After 3 s a gap between piston and wall is too small for a disc, which has infinitely many impacts before."""
+    """After 3 s a piston leaves a disc no room in front of a wall. The disc has infinitely many impacts before that."""
     pressed = _stage_in_cylinder(Fraction(-1, 2), Fraction(93, 32))
     source = (
-        "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so that (v - U) times the room stays the same; "
-        "1.5 m of room are used up at 0.5 m/s after 3 s"
+        "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so (v - U) times the disc's room is constant; "
+        "the room of 1.5 m decreases by 0.5 m/s and is 0 after 3 s"
     )
     scene = pressed.scene.model_copy(update={"duration_s": 4.0})
     return Staged(scene, KnownAnswer(source, pressed.known.impacts))
 
 
 def _piston_that_recedes() -> Staged:
-    """A piston recedes: each impact on it slows the disc down, until the disc can't catch up."""
+    """A piston recedes from a disc. Each impact on the piston slows the disc down, until the disc can't catch up."""
     return _stage_in_cylinder(Fraction(1, 8), Fraction(64))
 
 
 def _moving_box() -> Staged:
-    """A disc bounces in a moving box of four edges, as in a box at rest in the box's frame."""
-    source = "Galileo: relative to the box it is at rest, and the path unfolds to a straight line"
+    """A disc bounces in a moving box of four edges. Relative to the box, the disc bounces in a box at rest."""
+    source = "Galileo: relative to the box, the disc bounces in a box at rest, and its path unfolds to a straight line"
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
     return stage_in_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
 
 
 def _lift() -> Staged:
-    """A ball bounces on a floor that rises at a constant speed, as on a floor at rest in the floor's frame."""
+    """A ball bounces on a floor that rises at a constant speed. Relative to the floor, the floor is at rest."""
     return stage_on_lift(1.5)
 
 
 def stage_on_lift(rise: float) -> Staged:
-    """Stage a ball that starts at rest, falls on a floor that moves upwards, and bounces three times."""
+    """Build a scene in which a ball starts at rest, falls on a floor that moves upwards, and bounces three times."""
     pull, speed, radius, restitution = 8.0, 5.0, 0.5, 0.5
-    height = 0.5 * speed**2 / pull  # seen from the floor, the ball begins at this height with a speed of -rise
+    height = 0.5 * speed**2 / pull  # relative to the floor, the ball starts at this height with the velocity -rise
     lands = math.sqrt(rise**2 + 2.0 * pull * height)
     impacts, time, leaving = [], (lands - rise) / pull, restitution * lands
     count = 3
@@ -178,7 +180,7 @@ def stage_on_lift(rise: float) -> Staged:
     scene = build_scene(
         discs, walls=[floor], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=duration
     )
-    return build_staged(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])
+    return build_staged(scene, impacts, "Galileo: free fall and Newton's law, relative to the floor", final=[end])
 
 
 def _start_at_a_touch() -> Staged:
@@ -190,14 +192,14 @@ def _start_at_a_touch() -> Staged:
 
 
 def _paddle_to_and_fro() -> Staged:
-    """A paddle advances, stops and recedes while a disc bounces between it and a wall: it strikes at three speeds."""
+    """A paddle advances, stops and recedes while a disc bounces between the paddle and a wall."""
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
-    source = f"{_LAW}, leg by leg; the times by rational recurrence"
+    source = f"{_LAW}, leg by leg; times from a recurrence in rational numbers"
     return stage_before_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
 
 
 def _fast_cup() -> Staged:
-    """A ball starts at rest inside a cup that flies at 20 m/s: the cup pushes the ball, which never leaves it."""
+    """A ball starts at rest inside a cup that flies at 20 m/s. The cup pushes the ball, which never leaves it."""
     radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
     cup = edges(2j, 0 - 1j, width - 1j, width + 2j, velocity_m_s=(drive, 0.0))
     scene = build_scene([build_disc(place, 0, radius)], walls=[cup], duration_s=0.4)
@@ -205,24 +207,28 @@ def _fast_cup() -> Staged:
     while time < scene.duration_s:
         impacts.append(build_impact(time, 0, -1, speed))
         time, speed = time + (width - 2.0 * radius) / drive, 2.0 * drive - speed
-    return build_staged(scene, impacts, "Galileo: as in a cup at rest, in which the ball comes at -V")
+    return build_staged(
+        scene, impacts, "Galileo: relative to the cup, the cup is at rest and the ball starts at the velocity -V"
+    )
 
 
 def _conveyor() -> Staged:
-    """A ball that is dropped on a belt leaves in the belt's direction, spinning: friction removes all of the slip."""
+    """A ball that is dropped on a belt spins and leaves in the belt's direction, because friction ends all slip."""
     belt = 1.5
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=belt)
-    source = "Coulomb: the slip, which is the belt's speed, ends; 1/(1 + 1/k) of it goes into the velocity"
+    source = (
+        "Coulomb's law: friction ends the slip, which is the belt's speed; the velocity gets 1/(1 + 1/k) of the slip"
+    )
     return on_a_moving_surface(floor, -belt, 1.0, source)
 
 
 def on_a_moving_surface(floor: Wall, speed: float, friction: float, source: str) -> Staged:
-    """Stage a ball that comes straight down on a rough floor, whose surface moves at a speed to the right."""
+    """Build a scene in which a ball comes straight down on a rough floor whose surface moves to the right."""
     radius, down, time, k = 0.25, 2.0, 0.5, 0.5
     ball = build_disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)
     scene = build_scene([ball], walls=[floor], wall_friction=friction, duration_s=2.0 * time)
-    # If friction is strong enough, it ends the slip, and 1/(1 + 1/k) of the slip becomes velocity. Otherwise its
-    # impulse is at the limit.
+    # If friction is strong enough, it ends the slip, and 1/(1 + 1/k) of the slip becomes velocity. Otherwise friction's
+    # impulse is at its limit.
     change = math.copysign(min(abs(speed) / (1.0 + 1.0 / k), friction * 2.0 * down), speed)
     after, spin = complex(change, down), change / k / radius
     end = complex(0.0, radius) + after * time, after

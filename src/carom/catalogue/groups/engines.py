@@ -18,23 +18,25 @@ from carom.catalogue.groups.classics_walled import build_box_walls
 
 
 def _slow_pair() -> Staged:
-    """A disc at .9 m/s meets an equal one at rest: some engines make impacts inelastic at such low speeds."""
+    """A disc at 0.9 m/s meets an equal disc at rest: some engines make impacts inelastic at such low speeds."""
     return stage_meeting((0.9, 0), (0.25, 0.25), time_s=0.51, duration_s=1.5)
 
 
 def _slow_wall() -> Staged:
-    """A disc at .9 m/s meets a wall: some engines make impacts inelastic at such low speeds."""
+    """A disc at 0.9 m/s meets a wall: some engines make impacts inelastic at such low speeds."""
     radius, time, velocity = 0.25, 0.51, 0.9 + 0j
     side = 4.0
     start = complex(side - radius, side / 2) - velocity * time
     scene = build_scene([build_disc(start, velocity, radius)], walls=build_box_walls(side, side), duration_s=1.5)
     (wall,) = (k for k, one in enumerate(scene.half_planes()) if complex(*one.normal) == -1)
     after = compute_after_wall(velocity, -1)
-    return build_staged(scene, [build_impact(time, 0, -1 - wall, after)], "The velocity along the normal is reversed")
+    return build_staged(
+        scene, [build_impact(time, 0, -1 - wall, after)], "An impact reverses the velocity along the normal"
+    )
 
 
 def _crawl() -> Staged:
-    """Two discs approach at .08 m/s: some springs and thresholds of engines only act at such low speeds."""
+    """Two discs approach at 0.08 m/s: some springs and thresholds of engines act only at such low speeds."""
     return stage_meeting((0.04, -0.04), (0.25, 0.25), time_s=1.01, duration_s=3.0)
 
 
@@ -58,12 +60,12 @@ def _flight() -> Staged:
 
 
 def _bullet_at_fixed() -> Staged:
-    """A disc of radius 5 cm at 100 m/s hits an immovable one: engines need continuous detection of fixed bodies."""
+    """A disc of radius 5 cm at 100 m/s hits an immovable disc: engines need continuous detection of fixed bodies."""
     return stage_meeting((100, 0), (0.05, 0.05), mass_kg=(1.0, math.inf), time_s=0.1241, duration_s=0.25)
 
 
 def _bullet_at_free() -> Staged:
-    """A disc of radius 5 cm at 100 m/s hits a free one: continuous detection of some engines ignores free bodies."""
+    """A disc of radius 5 cm at 100 m/s hits a free disc: continuous detection of some engines ignores free bodies."""
     return stage_meeting((100, 0), (0.05, 0.05), time_s=0.1241, duration_s=0.25)
 
 
@@ -73,7 +75,7 @@ def _two_bullets() -> Staged:
 
 
 def _film() -> Staged:
-    """A disc hits another obliquely at 20 m/s: at 24 steps per second its direction changes within or after a step."""
+    """A disc at 20 m/s hits another obliquely: with 24 steps per second, it turns within a step or after the step."""
     return stage_meeting((20, 0), (0.25, 0.25), offset=0.6, time_s=0.41, duration_s=1.0, frame_rate_hz=24.0)
 
 

@@ -1,7 +1,7 @@
 """The group `gravity`: scenes with uniform gravity, each with its answer in closed form.
 
-The first scene has no impact: its error is the error of the integrator, which samples free fall. The other scenes also
-have errors of collisions; `docs/theory/contact.md` says how to distinguish the two.
+The first scene has no impact, so its error is the error of the integrator, which samples free fall. The other scenes
+also have errors of collisions; `docs/theory/contact.md` explains how to distinguish the two errors.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FALL = complex(0.0, -9.80665)
 
 
 def _compute_fall(position: complex, velocity: complex, time_s: float, pull: complex = FALL) -> tuple[complex, complex]:
-    """Return position and velocity after this many seconds of free fall."""
+    """Return position and velocity after `time_s` seconds of free fall."""
     return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
 
 
@@ -42,9 +42,10 @@ def _free_fall() -> Staged:
 def _compute_hops(
     first_s: float, speed: float, pull: float, restitution: float, end_s: float
 ) -> list[tuple[float, float]]:
-    """Return time and speed after each bounce until `end_s`, the first at `first_s` with `speed` before it.
+    """Return time and speed after each bounce until `end_s`. The first bounce is at `first_s`, with `speed` before it.
 
-    A body that leaves at u comes back after 2 u / pull, so the n-th bounce is at first + 2 v (e + ... + e^n) / pull.
+    A body that leaves at the speed u comes back after 2 u / pull. So bounce n + 1 is at first + 2 v (e + ... + e^n) /
+    pull.
     """
     bounces: list[tuple[float, float]] = []
     n = 0
@@ -58,7 +59,7 @@ def _compute_hops(
 
 
 def _stage_bouncing(height: float, restitution: float, duration_s: float) -> Staged:
-    """Stage a disc that is dropped on a level floor with a constant sideways velocity."""
+    """Build a scene in which a disc is dropped on a level floor with a constant sideways velocity."""
     radius, drift = 0.2, 0.4
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
@@ -69,7 +70,9 @@ def _stage_bouncing(height: float, restitution: float, duration_s: float) -> Sta
     bounces = _compute_hops(first, speed, pull, restitution, duration_s)
     last, leaving = bounces[-1]
     final = _compute_fall(complex(drift * last, radius), complex(drift, leaving), duration_s - last)
-    source = "A body thrown up at u comes back after 2 u / g: first impact + 2 v (e + ... + e^n) / g"
+    source = (
+        "A body thrown up at u comes back after 2 u / g, so bounce n + 1 is 2 v (e + ... + e^n) / g after the first"
+    )
     return build_staged(scene, [build_impact(t, 0, -1, complex(drift, u)) for t, u in bounces], source, final=[final])
 
 
@@ -79,15 +82,15 @@ def _bouncing_ball() -> Staged:
 
 
 def _ladder() -> Staged:
-    """A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest."""
-    # The fall takes .267 s, and all of the infinitely many bounces would be over at 9 times that.
+    """A ball of restitution 0.8 bounces lower and lower. The scene ends shortly before the ball would come to rest."""
+    # The fall takes 0.267 s. The infinitely many bounces would end at 9 times this time.
     return _stage_bouncing(0.35, 0.8, 1.93)
 
 
 def _box() -> Staged:
-    """A ball is thrown in a box: it meets floor and side walls in an order that follows from exact times only."""
+    """A ball is thrown in a box. Only exact times give the right order of impacts on the floor and the side walls."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
-    start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the region of the centre
+    start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # relative to the corner of the region of the centre
     pull = abs(FALL)
     discs = [build_disc(start + complex(radius, radius), velocity, radius)]
     scene = build_scene(discs, walls=build_box_walls(width, height), gravity_m_s2=to_vector(FALL), duration_s=duration)
@@ -113,12 +116,12 @@ def _box() -> Staged:
     last = floor[-1][0]
     end, speed = _compute_fall(folded, complex(across, landing), duration - last)
     final = (complex(folded, end.imag) + complex(radius, radius), speed)
-    source = "Sideways, gravity has no effect and the box unfolds; up and down, each hop lasts 2 u / g"
+    source = "The sideways motion has no gravity and unfolds; in the vertical motion, each hop takes 2 u / g"
     return build_staged(scene, impacts, source, final=[final])
 
 
 def _falling_pair() -> Staged:
-    """Two discs collide while they fall, as they would without gravity."""
+    """Two discs collide while they fall. In the falling frame, they collide as without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
     v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, in the falling frame
     normal = compute_normal(v1 - v2, 0.35)
@@ -130,14 +133,14 @@ def _falling_pair() -> Staged:
     gained, rest = FALL * time, duration - time
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
-    source = "In the falling frame there is no gravity: g t and g t^2/2 are added to the impact without it"
+    source = "In the falling frame there is no gravity, so g t and g t^2/2 are added to the motion without gravity"
     return build_staged(scene, [build_impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
 
 
 def _incline() -> Staged:
     """A ball of restitution 3/4 bounces down a slope of 3 in 4."""
     radius, height, e, duration = 0.25, 0.9, 0.75, 2.3
-    normal = complex(3, 4) / 5  # falls off to the right
+    normal = complex(3, 4) / 5  # the slope descends to the right
     along = -1j * normal
     pull, slide = -dot(FALL, normal), dot(FALL, along)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
@@ -149,7 +152,8 @@ def _incline() -> Staged:
     up, falling = _compute_fall(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
     final = (up.imag * normal + slide * duration**2 / 2 * along, falling.imag * normal + slide * duration * along)
     source = (
-        "Across the slope the ball bounces with g cos(slope); along it, it slides with g sin(slope), despite bounces"
+        "Perpendicular to the slope, the ball bounces under g cos(slope); along the slope, its acceleration is g "
+        "sin(slope)"
     )
     return build_staged(
         scene, [build_impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], source, final=[final]

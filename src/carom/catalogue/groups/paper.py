@@ -1,7 +1,7 @@
 """The group `paper`: the four cases of the source paper, figures 2 to 9.
 
-Each scene is written backwards from its impacts. The frame rate is a film's 24 frames a second. The instants within a
-frame are chosen so that periodic interference testing (PIT) fails exactly as in the paper. Impacts are at ``k + phase``
+Each scene is computed backwards from its impacts. The frame rate is 24 frames a second, as in a film. The impacts have
+instants within a frame at which periodic interference testing (PIT) fails as in the paper. Impacts are at ``k + phase``
 frames: the phase is the fraction of a frame that has passed when the discs touch.
 """
 
@@ -23,8 +23,8 @@ from carom.catalogue.entry import Staged
 _FILM_HZ = 24.0
 
 _BACKWARDS = (
-    "Computed backwards from the impact: normal and instant are chosen, the start follows along straight lines, the "
-    "velocities from conservation of momentum and energy along the normal"
+    "Computed backwards from the impact: normal and instant are chosen, the start follows from straight lines, and "
+    "the velocities follow from conservation of momentum and energy along the normal"
 )
 
 _seen = partial(stage_meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWARDS)
@@ -32,25 +32,25 @@ _seen = partial(stage_meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_B
 
 def _missed() -> Staged:
     """Two discs meet and separate between two frames, so PIT misses their impact (figures 2 and 3)."""
-    # Half the chord is R sqrt(1 - .8^2) = .3 m long. At 12 m/s, the discs pass it in .6 of a frame, which is less than
-    # the rest of the frame.
+    # Half the chord is R sqrt(1 - .8^2) = .3 m long. At 12 m/s, the discs pass the half chord in 0.6 of a frame, which
+    # is less than the rest of the frame.
     return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
 
 def _late() -> Staged:
-    """Two discs meet just after a frame: PIT finds the impact a frame late, so paths are wrong (figures 4 and 5)."""
-    # The deep overlap lasts several frames, so PIT can't miss it; .9 of a frame passes before the next check.
+    """Two discs meet just after a frame. PIT finds the impact a frame late, so paths are wrong (figures 4 and 5)."""
+    # The deep overlap lasts several frames, so PIT can't miss it. PIT's next check is 0.9 of a frame after the impact.
     return _seen((4 + 0.5j, -2), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
 
 
 def _wrong_direction() -> Staged:
-    """A green disc strikes a blue one, which bounces off a red one, in PIT at a wrong angle (figures 6 and 7)."""
+    """A green disc strikes a blue disc, which bounces off a red disc. In PIT the angle is wrong (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
     green, blue = 7, -1 + 0j
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ
     normal_1 = compute_normal(green - blue, -0.2)
     green_after, blue_between = compute_after_impact(1.0, green, 1.0, blue, normal_1)
-    # Blue is struck at the origin, and arrives at red.
+    # The blue disc is struck at the origin, and then meets the red disc.
     normal_2 = compute_normal(blue_between, 0.3)
     blue_after, red_after = compute_after_impact(1.0, blue_between, heavy, 0, normal_2)
     red = blue_between * (time_2 - time_1) + 2 * radius * normal_2
@@ -75,7 +75,7 @@ def _multiple() -> Staged:
         discs.append(build_disc(centre + (radius + small) * normal, 0, small))
         velocity, struck_after = compute_after_impact(heavy, velocity, 1.0, 0, normal)
         impacts.append(build_impact(time, 0, struck, velocity, struck_after))
-        # Four impacts at .10, .38, .66 and .94 of one frame.
+        # The four impacts are at 0.10, 0.38, 0.66 and 0.94 of one frame.
         centre += velocity * (0.28 / _FILM_HZ)
         time += 0.28 / _FILM_HZ
     scene = build_scene(discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)

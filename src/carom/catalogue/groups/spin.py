@@ -1,6 +1,6 @@
 """The group `spin`: friction and spin, each scene with its answer from a closed form or a cited source.
 
-Discs have radius 1, mass 1 and k = 1/2 unless a scene says otherwise, so that spins are the speeds of rims. Answers are
+Unless a scene has other values, discs have radius 1 m, mass 1 kg and k = 1/2, so a spin equals a rim speed. Answers are
 fractions computed by hand from the sources, or linear maps of the sources applied to fractions.
 `docs/theory/friction.md` derives the law. The group runs only when it is named.
 """
@@ -17,19 +17,19 @@ from carom.catalogue.groups.classics_walled import FLOOR
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 
-_CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: a grip ends rolling, v' = v/(1 + k); a slide takes f (1 + e) w_n of v"
-_ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the lesser of f and k/(1 + k) tan(cut)/(1 + e)"
+_CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: sticking gives v' = v/(1 + k); sliding reduces v by f (1 + e) w_n"
+_ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the smaller of f and k/(1 + k) tan(cut)/(1 + e)"
 _GARWIN = "Garwin, Am. J. Phys. 37 (1969) 88: a superball reverses its slip, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 
 #: Time of the first impact of most scenes, seconds. The time is not at the end of a step that divides a frame, where
 #: rounding would decide whether the impact is detected at once.
 _FIRST_S = 0.42
-#: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
+#: A coefficient at which no impact of these scenes slides: the largest one that PyBullet supports.
 _GRIP = 10.0
 
 
 def _build_disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **fields: Any) -> Disc:
-    """Return a disc that moves straight and reaches a position at a time."""
+    """Return a disc that moves straight and is at the position `contact` at `time_s`."""
     start = (contact[0] - velocity[0] * time_s, contact[1] - velocity[1] * time_s)
     return Disc(position_m=start, velocity_m_s=velocity, radius_m=1.0, **fields)
 
@@ -37,7 +37,7 @@ def _build_disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **f
 def _stage_on_floor(
     velocity: Vector, after: Vector, spin_after: Fraction | float, source: str, inertia: float = 0.5, **fields: Any
 ) -> Staged:
-    """Stage a disc that hits a level floor once."""
+    """Build a scene in which a disc hits a level floor once."""
     scene = build_scene(
         discs=[_build_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[FLOOR], duration_s=1.0, **fields
     )
@@ -49,7 +49,7 @@ def _stage_on_floor(
 def _stage_two_discs(
     normal: Vector, velocity: Vector, spin: float, after: tuple[Vector, Vector], spins_after: Vector, **fields: Any
 ) -> Staged:
-    """Stage a spinning disc that hits another disc at rest."""
+    """Build a scene in which a spinning disc hits another disc at rest."""
     first = _build_disc((0.0, 0.0), velocity, spin_rad_s=spin)
     second = Disc(position_m=(2.0 * normal[0], 2.0 * normal[1]), radius_m=1.0)
     scene = build_scene(discs=[first, second], duration_s=1.0, **fields)
@@ -58,31 +58,34 @@ def _stage_two_discs(
 
 
 def _grip() -> Staged:
-    """A disc that does not spin hits a floor so rough that it leaves rolling."""
+    """A disc without spin hits a rough floor, and friction gives its rim the speed of rolling."""
     return _stage_on_floor((3.0, -4.0), (2.0, 2.0), -2.0, _CROSS, wall_friction=2.0, wall_restitution=0.5)
 
 
 def _slide() -> Staged:
-    """A disc slides through its impact on a floor: friction is a tenth of the push, and turns the disc a little."""
+    """A disc slides during its impact on a floor. Friction is a tenth of the normal impulse, so the spin is small."""
     return _stage_on_floor((3.0, -2.0), (2.7, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
 def _edge() -> Staged:
-    """A disc hits a floor exactly at the limit between sticking and sliding, where both have the same result."""
+    """A disc hits a floor exactly at the limit between sticking and sliding, where both give the same result."""
     return _stage_on_floor((0.9, -2.0), (0.6, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
-_LEMBCKE = "S. Lembcke, Chipmunk forum, 24 October 2016, on a striker of carom that can't turn: f (1 + e) w_n at most"
+_LEMBCKE = (
+    "S. Lembcke, Chipmunk forum, 24 October 2016, on a carom striker that can't turn: v decreases by f (1 + e) w_n "
+    "at most"
+)
 
 
 def _striker_stick() -> Staged:
-    """A striker that can't turn is held by the cushion's friction, and loses its speed along the cushion."""
+    """A striker that can't turn sticks at the cushion by friction, and loses its speed along the cushion."""
     fields = {"wall_friction": 0.6, "wall_restitution": 0.9}
     return _stage_on_floor((10.0, -10.0), (0.0, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
 
 def _striker_slide() -> Staged:
-    """A striker that can't turn slides along the cushion, and keeps 4.3 of 10 m/s."""
+    """A striker that can't turn slides along the cushion, and its speed along the cushion falls from 10 to 4.3 m/s."""
     fields = {"wall_friction": 0.3, "wall_restitution": 0.9}
     return _stage_on_floor((10.0, -10.0), (4.3, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
@@ -99,24 +102,24 @@ def _throw_stick() -> Staged:
 
 
 def _gearing() -> Staged:
-    """In a cut shot the discs roll on each other because of their spin, so friction of any size has no effect."""
+    """In a cut shot the spin lets the discs roll on each other, so friction of any size has no effect."""
     return _stage_two_discs((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
 
 
 def _english_stick() -> Staged:
-    """A spinning disc hits another head-on: the discs grip each other, and the other is thrown aside."""
+    """A spinning disc hits another head-on: the discs stick by friction, and the struck disc is thrown sideways."""
     return _stage_two_discs((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -1.0), (2.0, 1.0)), (4.0, -2.0), friction=10.0)
 
 
 def _english_slide() -> Staged:
-    """A spinning disc hits another head-on: the discs slide past each other, and the other is thrown aside a little."""
+    """A spinning disc hits another head-on: the discs slide, and friction throws the struck disc sideways a little."""
     return _stage_two_discs((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -0.2), (2.0, 0.2)), (5.6, -0.4), friction=0.1)
 
 
 def _stage_between_plates(
     states: list[tuple[float, float]], along: float, across: float, gap: float, source: str, **fields: Any
 ) -> Staged:
-    """Stage a disc between two elastic plates, from its speed along them and its spin after each impact."""
+    """Build a scene with a disc between two elastic plates. `states` has speed along them and spin after impacts."""
     flight = gap / across
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
     start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)
@@ -138,15 +141,17 @@ def _stage_between_plates(
 
 
 def _plates() -> Staged:
-    """A disc bounces between two rough plates: at every bounce its speed along them falls to a third."""
+    """A disc bounces between two rough plates. At every bounce its speed along the plates falls to a third."""
     states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
-    source = f"{_CROSS}; rolling on one plate meets the other at twice the slip, so v' = v (1 - k)/(1 + k)"
+    source = (
+        f"{_CROSS}; a disc that rolls on one plate meets the other plate at twice the slip, so v' = v (1 - k)/(1 + k)"
+    )
     return _stage_between_plates(states, 3.0, 2.0, 0.937, source)
 
 
 def _bounce_to_roll() -> Staged:
-    """A disc thrown along a floor slides at three bounces, grips at the fourth, and finally rolls on the floor."""
-    pull, drop = 2.0, 0.25  # the impact speed is 1, after half a second; later flights take 1/2, 1/4, ... of a second
+    """A disc thrown along a floor slides at three bounces, sticks at the fourth, and finally rolls on the floor."""
+    pull, drop = 2.0, 0.25  # the first impact is after half a second, at 1 m/s; later flights take 1/2 s, 1/4 s, ...
     disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
     scene = build_scene(
         discs=[disc], walls=[FLOOR], wall_friction=0.25, wall_restitution=0.5, gravity_m_s2=(0.0, -pull), duration_s=2.0
@@ -157,16 +162,16 @@ def _bounce_to_roll() -> Staged:
         KnownImpact(1.5 - 0.5**n, 0, -1, (float(v), 0.5 ** (n + 1)), spin_first_after=float(w))
         for n, (v, w) in enumerate(zip(along, spins, strict=True))
     ]
-    source = f"{_CROSS}, at impact speeds 1, 1/2, 1/4, ...; all bounces are over after 1.5 s"
+    source = f"{_CROSS}, at impact speeds 1, 1/2, 1/4, ... m/s; all bounces end at 1.5 s"
     return Staged(scene, KnownAnswer(source, tuple(impacts), None, ((4 / 3, 0.0),), final_spin_rad_s=(-4 / 3,)))
 
 
 def _compute_superball_states(states: int) -> list[tuple[float, float]]:
-    """Return (v, w) of a superball thrown at speed 1 under a table, after each of its impacts."""
+    """Return (v, w) after each impact of a superball that is thrown under a table at 1 m/s."""
     v, w = Fraction(1), Fraction(0)
     found = []
     for n in range(states):
-        side = -1 if n % 2 else 1  # at the table, seen upside down, it spins the other way
+        side = -1 if n % 2 else 1  # the table is like a floor upside down, so the spin has the other sign
         v, w = (v - side * 2 * w) / 3, (-side * 4 * v - w) / 3
         found.append((float(v), float(w)))
     return found
@@ -178,8 +183,8 @@ def _superball_table() -> Staged:
 
 
 def _superball_hop() -> Staged:
-    """A superball with a spin of twice its speed hops to and fro between two spots for ever."""
-    pull, drop, duration = 8.0, 1.0, 2.75  # the impact speed is 4, after half a second; a hop takes a second
+    """A superball whose rim speed is twice its speed hops to and fro between two spots for ever."""
+    pull, drop, duration = 8.0, 1.0, 2.75  # the first impact is after half a second, at 4 m/s; a hop takes a second
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
     scene = build_scene(
         discs=[disc],
@@ -192,7 +197,7 @@ def _superball_hop() -> Staged:
     signs = (-1.0, 1.0, -1.0)
     impacts = [KnownImpact(0.5 + n, 0, -1, (sign, 4.0), spin_first_after=2.0 * sign) for n, sign in enumerate(signs)]
     left = duration - impacts[-1].time_s
-    # The spots are 0, where the ball lands first, and -1, since it leaves the first to the left.
+    # The spots are x = 0, where the ball first lands, and x = -1, because the ball leaves the first spot to the left.
     end = (-left, 1.0 + 4.0 * left - pull * left * left / 2)
     velocity = (-1.0, 4.0 - pull * left)
     return Staged(scene, KnownAnswer(_GARWIN, tuple(impacts), 3, (velocity,), (end,), final_spin_rad_s=(-2.0,)))
@@ -207,25 +212,26 @@ def _strip() -> Staged:
         turned = (math.cos((n + 1) * turn), math.sin((n + 1) * turn) * math.sqrt(2.0))
         states += [((v - 2 * w) / 3, (-4 * v - w) / 3), turned]
     source = (
-        "Broomhead & Gutkin, Physica D 67 (1993) 188: two plates turn (v, sqrt(k) R w) by the angle whose cosine is "
+        "Broomhead & Gutkin, Physica D 67 (1993) 188: two impacts rotate (v, sqrt(k) R w) by the angle whose cosine is "
         "((1 - k)^2 - 4 k)/(1 + k)^2 = -7/9"
     )
     return _stage_between_plates(states, 1.0, 4.0, 0.02, source, wall_tangential_restitution=1.0)
 
 
 def _corner() -> Staged:
-    """A disc meets both walls of a right-angled corner at once: with friction their order decides the result."""
+    """A disc meets both walls of a right-angled corner at once. With friction, the order of the walls has an effect."""
     walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
     scene = build_scene(discs=[_build_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
-    # The side wall has the lower number, so it is first: it may take 1/4 of 6 from -2 m/s, and 2/3 are enough to roll.
+    # The side wall has the lower number, so its impact is first. Its friction can change -2 m/s by up to 6/4 m/s, and
+    # 2/3 m/s are enough for rolling.
     impacts = (
         KnownImpact(_FIRST_S, 0, -2, (3.0, -4 / 3), spin_first_after=-4 / 3),
         KnownImpact(_FIRST_S, 0, -1, (22 / 9, 4 / 3), spin_first_after=-22 / 9),
     )
     convention = (
-        "both walls are hit at one instant, and with friction their order matters. The side wall first gives (22/9, "
-        "4/3) and -22/9 rad/s, the floor first (2, 2) and 2 rad/s; the order (time, first, second) begins with the "
-        "side wall"
+        "the disc hits both walls at one instant, and with friction the order matters. If the side wall is first, the "
+        "result is (22/9, 4/3) m/s and -22/9 rad/s; if the floor is first, it is (2, 2) m/s and 2 rad/s. In the order "
+        "(time, first, second) the side wall is first"
     )
     known = KnownAnswer(_CROSS, impacts, 2, ((22 / 9, 4 / 3),), final_spin_rad_s=(-22 / 9,), convention=convention)
     return Staged(scene, known)

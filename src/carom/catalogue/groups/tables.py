@@ -1,6 +1,6 @@
 """The group `tables`: walls that end or bend, each scene with its answer in closed form.
 
-The scenes cover reports on thin walls, corners, seams and curved tables. `docs/theory/walls.md` derives the surface
+The scenes cover bug reports on thin walls, corners, seams and curved tables. `docs/theory/walls.md` derives the surface
 that a disc meets. The group runs only when it is named.
 """
 
@@ -24,9 +24,9 @@ from carom.catalogue.entry import KnownAnswer, Staged, Tag, add_tags
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.model.scene import Chain, Disc, Ring
 
-_LAW = "Newton's law: the velocity along the normal is reversed"
+_LAW = "Newton's law: an impact reverses the velocity along the normal"
 _BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
-_CHORDS = "Each chord of a circle subtends the same angle"
+_CHORDS = "All chords of the path subtend the same angle at the circle's centre"
 
 
 def _build_stadium() -> Chain:
@@ -37,7 +37,7 @@ def _build_stadium() -> Chain:
 def _stage_around_polygon(
     places: Sequence[complex], speed: float, radius: float, wall: Chain | Ring, source: str
 ) -> Staged:
-    """Stage a disc that moves along a polygon, from the middle of a side, and meets the wall at each corner.
+    """Build a scene in which a disc moves along a polygon, from the middle of a side, and meets a wall at each corner.
 
     No equation is solved: at an impact the velocity takes the direction of the next side.
     """
@@ -54,7 +54,7 @@ def _stage_around_polygon(
 
 
 def _bullet() -> Staged:
-    """A one-millimetre disc at a million metres a second meets a wall without thickness."""
+    """A disc with a radius of a millimetre meets a wall without thickness at a million metres a second."""
     scene = build_scene(
         [build_disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4
     )
@@ -62,14 +62,18 @@ def _bullet() -> Staged:
 
 
 def _stage_at_wall_end(offset: float) -> Staged:
-    """Stage a disc that flies past the upper end of a wall, with its centre `offset` radii above the end."""
+    """Build a scene in which a disc flies to the upper end of a wall, with its centre `offset` radii above the end."""
     radius, speed, time = 0.25, 3.0, 0.51
     normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # from the end to the centre
     start = complex(0.0, radius * offset) + radius * normal.real - speed * time
     scene = build_scene([build_disc(start, speed, radius)], walls=[edges(-1j, 0)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
     hits = [build_impact(time, 0, -1, after)] if offset < 1.0 else []
-    return build_staged(scene, hits, "The normal is from the end to the centre: s off, (2 s^2 - 1, 2 s sqrt(1 - s^2))")
+    return build_staged(
+        scene,
+        hits,
+        "The normal is from the end to the centre; the offset s gives (2 s^2 - 1, 2 s sqrt(1 - s^2)) times the speed",
+    )
 
 
 def _end_of_wall() -> Staged:
@@ -83,21 +87,27 @@ def _end_grazed() -> Staged:
 
 
 def _end_missed() -> Staged:
-    """A disc flies past the end of a wall a billionth of a radius away: it meets nothing."""
+    """A disc flies past the end of a wall at a distance of a billionth of its radius, and meets nothing."""
     return _stage_at_wall_end(1.0 + 1e-9)
 
 
 def _stage_in_corner(restitution: float) -> Staged:
-    radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64  # all exact, so that both sides are met at one instant
+    radius, velocity, time = (
+        0.5,
+        -1 - 1.5j,
+        65 / 64,
+    )  # these numbers are exact, so that the disc meets both sides at one instant
     discs = [build_disc(complex(radius, radius) - velocity * time, velocity, radius)]
     scene = build_scene(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
     once = compute_after_wall(velocity, 1j, restitution)
     impacts = [build_impact(time, 0, -1, once), build_impact(time, 0, -1, compute_after_wall(once, 1, restitution))]
-    return build_staged(scene, impacts, f"{_LAW}: a right angle reverses a velocity, whichever side is first")
+    return build_staged(
+        scene, impacts, f"{_LAW}: both sides of a right angle together reverse a velocity, whichever side is first"
+    )
 
 
 def _corner_at_once() -> Staged:
-    """A disc meets both sides of a right-angled corner at one instant, and returns the way it came."""
+    """A disc meets both sides of a right-angled corner at one instant, and returns along its path."""
     return _stage_in_corner(1.0)
 
 
@@ -107,7 +117,7 @@ def _corner_with_losses() -> Staged:
 
 
 def _stage_in_wedge(degrees: float, start: complex, velocity: complex) -> Staged:
-    """Stage a disc in a wedge. Start and velocity are the centre's, in the wedge in which the centre moves."""
+    """Build a scene with a disc in a wedge. `start` and `velocity` refer to the wedge in which its centre moves."""
     angle, radius = math.radians(degrees), 0.125
     apex = radius * complex(1.0 / math.tan(angle / 2.0), 1.0)
     walls = [edges(64, 0, 64 * cmath.exp(1j * angle))]
@@ -119,12 +129,12 @@ def _stage_in_wedge(degrees: float, start: complex, velocity: complex) -> Staged
 
 
 def _wedge_of_sixty() -> Staged:
-    """A disc is thrown into a corner of 60 degrees: it has three impacts, and the order of the first two matters."""
+    """A disc is thrown into a corner of 60 degrees. It has three impacts, and the order of the first two matters."""
     return _stage_in_wedge(60.0, 4 + 1j, -2 + 0.3j)
 
 
 def _corner_of_forty_five() -> Staged:
-    """A disc meets both sides of a 45-degree corner at one instant: after four impacts it returns the way it came."""
+    """A disc meets both sides of a 45-degree corner at one instant. It returns along its path after four impacts."""
     radius, velocity, time = 0.25, 1.5 * cmath.exp(-0.9j * math.pi), 0.75
     apex = radius * complex(1.0 + math.sqrt(2.0), 1.0)
     walls = [edges(8, 0, 8 + 8j)]
@@ -138,7 +148,7 @@ def _corner_of_forty_five() -> Staged:
 
 
 def _wedge_of_twelve() -> Staged:
-    """A disc is thrown into a corner of 12 degrees, and comes out after fifteen impacts, which are 180/12."""
+    """A disc is thrown into a corner of 12 degrees, and comes out after 180/12 = 15 impacts."""
     return _stage_in_wedge(12.0, 5 + 0.4j, -2 + 0.2j)
 
 
@@ -150,17 +160,17 @@ def _star() -> Staged:
 
 
 def _whispering_gallery() -> Staged:
-    """A disc meets a circular wall at a thousandth of a radian, so it has a hundred impacts within 12 degrees."""
+    """A disc meets a circular wall at an angle of 0.001 radians, so it has a hundred impacts within 12 degrees."""
     rho, radius, delta, count = 1.0, 0.25, 1e-3, 100
     velocity, chord = cmath.exp(1j * (math.pi / 2.0 + delta)), 2.0 * rho * math.sin(delta)
     scene = build_scene(
         [Disc(position_m=(rho, 0.0), velocity_m_s=(-math.sin(delta), math.cos(delta)), radius_m=radius)],
         walls=[Ring(centre_m=(0, 0), radius_m=rho + radius)],
         duration_s=(count + 0.5) * chord,
-        frame_rate_hz=3000.0,  # six frames for each impact
+        frame_rate_hz=3000.0,  # six frames from impact to impact
     )
     impacts = [build_impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
-    return build_staged(scene, impacts, f"{_CHORDS}: 2 rho sin(delta) for each impact")
+    return build_staged(scene, impacts, f"{_CHORDS}: each chord is 2 rho sin(delta) long")
 
 
 def _stadium_across() -> Staged:
@@ -177,12 +187,14 @@ def _stage_to_and_fro(start: complex, velocity: complex, way: float) -> Staged:
     count = 8
     scene = build_scene([build_disc(start, velocity, 0.5)], walls=[_build_stadium()], duration_s=way * (2 * count))
     impacts = [build_impact(way * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
-    return build_staged(scene, impacts, f"{_BUNIMOVICH}; the distance between two walls, over the speed")
+    return build_staged(
+        scene, impacts, f"{_BUNIMOVICH}; each crossing takes the distance between the walls over the speed"
+    )
 
 
 @add_tags(Tag.UNSTABLE)
 def _stadium_rhombus() -> Staged:
-    """A disc moves along a rhombus in a stadium: each impact on an arc makes an error along the arc larger."""
+    """A disc moves along a rhombus in a stadium. Each impact on an arc increases an error along the arc."""
     return _stage_around_polygon([-1.5j, 3.5, 1.5j, -3.5], 1.25, 0.5, _build_stadium(), _BUNIMOVICH)
 
 
@@ -193,15 +205,19 @@ def _two_posts() -> Staged:
     scene = build_scene([build_disc(0, 1, 0.25)], walls=posts, duration_s=24.0)
     impacts = [build_impact(2.0 + 4.0 * k, 0, -1 - k % 2, complex(-((-1) ** k))) for k in range(6)]
     return build_staged(
-        scene, impacts, "Sinai, Russ. Math. Surv. 25 (1970) 137; the distance of two walls, over the speed"
+        scene,
+        impacts,
+        "Sinai, Russ. Math. Surv. 25 (1970) 137; each crossing takes the distance between the walls over the speed",
     )
 
 
 @add_tags(Tag.UNSTABLE)
 def _three_posts() -> Staged:
-    """A disc moves along a triangle of three round posts, six radii apart: an error grows twelvefold at each impact."""
+    """A disc moves along a triangle between three round posts. An error grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
-    places = [centre - unit(centre) for centre in centres]  # on the side of the middle, at a radius of both discs
+    places = [
+        centre - unit(centre) for centre in centres
+    ]  # the point of contact on the side of the middle, at the distance of both radii
     side = 6.0 - math.sqrt(3.0)
     begin, way = (places[0] + places[1]) / 2, unit(places[1] - places[0])
     turn = cmath.exp(2j * math.pi / 3)
@@ -219,22 +235,22 @@ def _box_of_edges() -> Staged:
 
 
 def _fagnano() -> Staged:
-    """A disc moves along the triangle of the feet of an equilateral triangle's heights, the shortest closed path."""
+    """A disc moves along the shortest closed path in an equilateral triangle, from middle to middle of its sides."""
     side, radius = 6.0, 0.25
-    inner = side - 2.0 * math.sqrt(3.0) * radius  # side of the triangle in which the centre moves
+    inner = side - 2.0 * math.sqrt(3.0) * radius  # length of a side of the triangle in which the centre moves
     middle = complex(side / 2.0, side / (2.0 * math.sqrt(3.0)))
-    # The middles of its sides: below, to the upper right, to the upper left.
+    # The middles of the triangle's sides: below, to the upper right, to the upper left.
     places = [
         middle + inner / (2.0 * math.sqrt(3.0)) * cmath.exp(1j * math.pi * (-1 / 2 + 2 * k / 3)) for k in range(3)
     ]
     wall = edges(0, side, side * cmath.exp(1j * math.pi / 3), closed=True)
     return _stage_around_polygon(
-        places, 1.0, radius, wall, "Fagnano, 1775: the orthic triangle, here of a triangle a disc smaller"
+        places, 1.0, radius, wall, "Fagnano, 1775: the orthic triangle of the triangle in which the centre moves"
     )
 
 
 def _seam() -> Staged:
-    """A disc glances off a floor of ten pieces in one line: it has one impact, and none at the seams."""
+    """A disc glances off a floor of ten pieces in one line. It has one impact, and none at the seams."""
     radius, velocity, time = 0.25, 5 - 2j, 0.51
     floor = edges(-5, 5, pieces=10)
     start = complex(0.0625, radius) - velocity * time
@@ -255,7 +271,7 @@ def _peg() -> Staged:
     )
     left = duration - time
     end = reach * normal + after * left - 0.5j * pull * left**2, after - 1j * pull * left
-    source = "Free fall to the circle that the centre can't enter; Newton's law there"
+    source = "Free fall to the circle that the centre can't enter; Newton's law at this circle"
     return build_staged(scene, [build_impact(time, 0, -1, after)], source, final=[end])
 
 
@@ -269,4 +285,7 @@ def _bowl() -> Staged:
         discs, walls=[Ring(centre_m=(0, 0), radius_m=2.25)], gravity_m_s2=(0.0, -pull), duration_s=2.0 * count * fall
     )
     impacts = tuple(build_impact((2 * k - 1) * fall, 0, -1, 1j * speed) for k in range(1, count + 1))
-    return Staged(scene, KnownAnswer("Galileo: a fall of sqrt(2 h / g), and flights of twice that", impacts, count))
+    return Staged(
+        scene,
+        KnownAnswer("Galileo: the first fall takes sqrt(2 h / g), and each flight takes twice as long", impacts, count),
+    )

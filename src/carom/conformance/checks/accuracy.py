@@ -24,7 +24,7 @@ from carom.support.formatting import format_instant, format_number, format_secon
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
-    """The engine finds every impact that PIT finds at this step, and invents none beyond a promised margin."""
+    """The engine finds every impact that PIT finds at this step, and invents none except within a promised margin."""
     setup, trace, score, pit = subject.score(profile, name)
     margin = subject.compute_margin_score(profile, name)
     others = [pit] if margin is None else [pit, margin]
@@ -48,10 +48,10 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
 
 
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
-    """A path turns no earlier than in PIT, and at most a step late, or as late as in PIT, plus the declared lateness.
+    """A path turns no earlier than PIT's, and at most a step or PIT's lateness later, plus the declared lateness.
 
-    With a promised margin, an impact may be as early as with bodies thicker by the margin, or as late after earlier
-    impacts.
+    With a promised margin, an impact may be as early or late as the same impact of bodies that are thicker by the
+    margin.
     """
     setup, _, score, pit = subject.score(profile, name)
     promise_s = subject.adapter.profiles[profile].accuracy.late_steps * setup.dt_s
@@ -112,7 +112,7 @@ def _compute_allowed_errors(subject: Subject, profile: str, name: str, kind: str
 
 
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Errors of velocities, after impacts and at the end, are at most PIT's at this step plus the promise."""
+    """Errors of velocities, after impacts and at the end, are at most PIT's errors plus the promised errors."""
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.speed_m_s
     allowed = _compute_allowed_errors(subject, profile, name, "velocity")
@@ -144,7 +144,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def spins_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Errors of spins, after impacts and at the end, are at most PIT's at this step plus the promise."""
+    """Errors of spins, after impacts and at the end, are at most PIT's errors plus the promised errors."""
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.rim_m_s
     allowed = _compute_allowed_errors(subject, profile, name, "spin")
@@ -154,7 +154,7 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
         known_spins = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
         got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
         require(
-            error.spin <= most,  # false for NaN
+            error.spin <= most,  # the comparison is false for NaN
             f"the impact of {_format_impact(impact.first, impact.second, impact.time_s)} leaves wrong spins",
             f"{format_vector(known_spins)} rad/s, rim speeds to {format_number(most * speed, 3)} m/s ({why})",
             f"{format_vector(got)} rad/s, rim speeds off by {format_number(error.spin * speed, 3)} m/s",

@@ -40,13 +40,13 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
     setup = require_supported(subject, scenes.build_bounce_and_pair(e, wall_e, wall=can.walls))
-    # The total momentum 1 * 1 - 2 * 2 = -3 is conserved, and the closing speed of 3 m/s is multiplied by e.
+    # The total momentum 1 * 1 - 2 * 2 = -3 kg m/s is conserved, and the closing speed of 3 m/s is multiplied by e.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
 
 
 def immovable_stays(subject: Subject, order: str) -> None:
-    """A disc bounces off an immovable one with its velocity reversed, in either order of the two."""
+    """A disc that hits an immovable disc reverses its velocity, whichever disc has the lower number."""
     setup = require_supported(subject, scenes.build_post(first=order == "first"))
     expected = [(-3.0, 0.0), (0.0, 0.0)]
     end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
@@ -120,13 +120,13 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
 
 
 def _require_velocity_transfer(subject: Subject, scene: Scene, where: str, dt_s: float = scenes.DT_S) -> None:
-    """Check the impact of a disc on an equal disc at rest, which takes over its velocity."""
+    """Check the impact of a disc on an equal disc at rest. The struck disc must take over the velocity."""
     speed = scene.discs[0].velocity_m_s[0]
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], where)
 
 
 def fast_as_declared(subject: Subject) -> None:
-    """At the greatest declared speed, a disc passes its velocity on to an equal one, with equally scaled steps."""
+    """At the greatest declared speed, with steps scaled accordingly, a disc passes its velocity on to an equal disc."""
     speed = min(subject.capabilities().max_speed_m_s, FAST_M_S)
     _require_velocity_transfer(
         subject, scenes.build_approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed
@@ -134,7 +134,7 @@ def fast_as_declared(subject: Subject) -> None:
 
 
 def far_as_declared(subject: Subject) -> None:
-    """At the greatest declared coordinate, a disc passes its velocity on to an equal one."""
+    """At the greatest declared coordinate, a disc passes its velocity on to an equal disc."""
     can = subject.capabilities()
     # Beyond this coordinate, rounding exceeds a thousandth of the disc's radius in any engine.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
@@ -157,7 +157,7 @@ def moves_as_declared(subject: Subject) -> None:
 
 
 def small_as_declared(subject: Subject) -> None:
-    """At the smallest declared radius, a disc passes its velocity on to an equal one."""
+    """At the smallest declared radius, a disc passes its velocity on to an equal disc."""
     radius = subject.capabilities().min_radius_m or SMALL_M
     # Scale lengths by 2 r, and times and speeds by the square root of 2 r. This keeps accelerations.
     root = math.sqrt(2 * radius)
@@ -166,14 +166,14 @@ def small_as_declared(subject: Subject) -> None:
 
 
 def large_as_declared(subject: Subject) -> None:
-    """At the greatest declared radius, a disc passes its velocity on to an equal one."""
+    """At the greatest declared radius, a disc passes its velocity on to an equal disc."""
     can = subject.capabilities()
     radius = min(can.max_radius_m, FAR_M, can.max_coordinate_m / 4)
     _require_velocity_transfer(subject, scenes.build_approach(radius_m=radius), f"radius {radius:g} m")
 
 
 def slow_as_declared(subject: Subject) -> None:
-    """At twice the declared threshold of inelastic contacts, a disc passes its velocity on to an equal one."""
+    """At twice the declared threshold of inelastic contacts, a disc passes its velocity on to an equal disc."""
     speed = 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S
     _require_velocity_transfer(
         subject, scenes.build_approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed

@@ -26,7 +26,7 @@ ROUNDS = 10
 
 
 def repeats_to_the_bit(subject: Subject, profile: str) -> None:
-    """If determinism is declared, a repeated run is bit-identical, even after worlds with other settings."""
+    """If the adapter declares determinism, a repeated run is bit-identical, even after worlds with other settings."""
     require_declared(subject, "deterministic")
     setup = Setup(build_crowd(), profile)
     first = subject.watch_cached(setup).seen

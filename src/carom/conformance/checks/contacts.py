@@ -36,7 +36,7 @@ def _watch_steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observat
 
 
 def contacts_are_well_formed(subject: Subject, profile: str) -> None:
-    """A contact is between a disc and a disc with a higher number or a wall; its unit normal points to the second.
+    """A contact is between a disc and a wall or a later disc. Its unit normal points from the first to the second body.
 
     An impulse is 0 or more. An impulse of 0 has no effect.
     """
@@ -61,7 +61,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
-    """The time of a contact is within the step that reports it: at its start or end, if that is declared."""
+    """The time of a contact is within the step that reports it; or at the step's start or end, if that is declared."""
     if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup, stamp = _build_setup(subject, profile), subject.capabilities(profile).stamp

@@ -21,7 +21,7 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
     setup = Setup(build_crowd(), profile)
     seen = subject.watch_cached(setup).seen
     start = compute_momentum(setup.scene, seen[0])
-    # `rounding` is for a whole run. Nine discs with a few impacts each have less.
+    # `rounding` is the allowance for a whole run. Nine discs with a few impacts each have a smaller rounding error.
     allowed = subject.rounding * sum(list_masses(setup.scene)) * find_greatest_speed(setup.scene)
     for step, now in enumerate(seen):
         found = compute_momentum(setup.scene, now)
@@ -34,7 +34,7 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
 
 
 def energy_is_kept(subject: Subject, profile: str) -> None:
-    """Elastic impacts conserve kinetic energy to the profile's promise."""
+    """Elastic impacts conserve kinetic energy, except for the error that the profile promises."""
     setup = Setup(build_crowd(), profile)
     seen = subject.watch_cached(setup).seen
     start = kinetic_energy(setup.scene, seen[0].velocity_m_s)

@@ -43,7 +43,7 @@ def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
 
 
 def inertia_as_declared(subject: Subject, inertia: str) -> None:
-    """A disc turns according to its inertia factor, from the least declared factor to infinity."""
+    """After an impact, a disc spins as its inertia factor requires, from the least declared factor to infinity."""
     can = _require_friction(subject)
     factor = INERTIAS[inertia] or can.min_inertia_factor or SMALL_INERTIA
     if not can.spin and math.isfinite(factor):

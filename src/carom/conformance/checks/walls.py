@@ -47,7 +47,7 @@ def paddles_as_declared(subject: Subject) -> None:
 
 
 def mallets_as_declared(subject: Subject) -> None:
-    """A disc leaves a driven disc as it leaves a driven wall, and the driven disc keeps its velocity."""
+    """A disc leaves a driven disc as fast as it leaves a driven wall, and the driven disc keeps its velocity."""
     e = require_declared(subject, "driven_discs").restitution[1]
     _end_with(subject, scenes.build_mallet(e), [(1.0, 0.0), (1 + 4 * e, 0.0)], "a driven disc")
 
@@ -66,7 +66,7 @@ def belts_as_declared(subject: Subject) -> None:
 
 
 def edge_belts_as_declared(subject: Subject) -> None:
-    """A disc that slips on a conveyor edge gains the same speed along it on either side, in opposite directions."""
+    """On both sides of a conveyor edge, a slipping disc gains the same speed along the edge, in opposite directions."""
     can = require_declared(subject, "edge_belts")
     e, friction = can.restitution[1], min(0.25, can.friction[1])
     up = 3 * (1 + e) * friction
@@ -74,7 +74,7 @@ def edge_belts_as_declared(subject: Subject) -> None:
 
 
 def materials_as_declared(subject: Subject) -> None:
-    """Two walls of a scene have different restitutions: the least and the greatest that are possible."""
+    """Two walls of a scene have different restitutions: the least and the greatest possible one."""
     can = require_declared(subject, "wall_materials")
     low, high = can.restitution
     # The scene's restitution between discs is 1.

@@ -1,8 +1,9 @@
 """Detection of collapse and crush: infinitely many impacts in a finite time.
 
-Collapse and crush are inferred from many past impacts, without a proof. Discs in a row can be crushed, too, in any
-direction. By symmetry, they stay on a line if their centres are exactly on the line and no velocity, force or friction
-acts sideways. Their room is the distance between the end bodies minus the discs' diameters. It is linear in time.
+Collapse and crush are inferred from many past impacts, without a proof. A row of discs can also be crushed, in any
+direction. By symmetry, the discs stay on a line if their centres are exactly on the line and no velocity, force or
+friction acts sideways. The room of the discs is the distance between the end bodies minus the discs' diameters. The
+room is linear in time.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def _find_collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
 
 
 def _find_crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the crush of a disc between two half-planes that approach each other, if it had many impacts with both.
+    """Return the crush of a disc between two approaching half-planes, if the disc had many impacts with both of them.
 
     Finite walls are ignored, because a disc can escape past their ends. If the normals of the half-planes are exactly
     opposite, the sum of the disc's two gaps does not depend on its position.
@@ -179,7 +180,7 @@ def _order_row(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | N
 
 
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
-    """Return whether no other body can reach the row: there are no others, or all others and one end body rest."""
+    """Return whether no other body can reach the row: there are none, or all of them and one end body are at rest."""
     scene = bodies.scene
     others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     others = [body for body in others if body not in row]
@@ -210,7 +211,7 @@ def _has_loss_or_slip(row: list[int], bodies: BallBodies) -> bool:
 
 
 def _find_facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
-    """Return the last contact of the disc at an end of a row with the body there."""
+    """Return the last contact of the disc at an end of a row with the body at this end."""
     found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
     nx, ny = found.normal
     return _Facing(body, disc, (-nx, -ny) if found.first == disc else (nx, ny), found.edge)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _CHUNK = 32
 #: Bits by which the working precision exceeds the accuracy of the most accurate disc.
 _GUARD_BITS = 24
-#: The working precision is lowered if less than this fraction is useful.
+#: The working precision is lowered if less than this fraction of its bits is useful.
 _LOWER_AT = 0.9
 #: Key of an event at the start.
 _START = (-1, -1, 0.0)
@@ -43,7 +43,7 @@ class Goal(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Result of an attempt: its ending, or the undecided event; neither if the balls became too wide."""
+    """Result of an attempt: its ending, or the undecided event. Both are None if the balls became too wide."""
 
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
@@ -100,7 +100,7 @@ class Attempt:
             return self.bits - self.bodies.worst_accuracy_bits()
 
     def advance(self, goal: Goal) -> Stop:
-        """Advance to the goal, or as far as this precision permits."""
+        """Advance to the goal, or to the last event that this precision decides."""
         with ctx.workprec(self.precision):
             try:
                 return self._replay(goal) or self._select(goal)

@@ -275,8 +275,8 @@ class BallBodies:
         if not self.movable[i]:
             return self.x[i], self.y[i]
         dt, pull = time - self.time[i], self.acceleration[i]
-        # The state of a disc in flight is relative to the falling frame, that of a disc in contact is relative to the
-        # walls.
+        # The state of a disc in flight is relative to the falling frame. The state of a disc in contact is relative to
+        # the walls.
         (ax, ay), half_square = (self.gravity, time * time / 2) if pull is None else (pull, dt * dt / 2)
         return (
             self.x[i] + self.vx[i] * dt + ax * half_square,
@@ -299,7 +299,7 @@ class BallBodies:
         return x + self.gravity[0] * half_square, y + self.gravity[1] * half_square
 
     def velocity(self, i: int, time: arb, at: float) -> tuple[arb, arb]:
-        """Return the velocity of disc `i` at a time on its present path, or its leg at `at`, relative to the walls."""
+        """Return the velocity of disc `i` at `time`, relative to the walls. A driven disc is on its leg at `at`."""
         if not self.movable[i] and (leg := self.legs_after(i, at)[0]) is not None:
             return leg.vx, leg.vy
         if (own := self.acceleration[i]) is not None:

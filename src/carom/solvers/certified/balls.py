@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 ZERO = arb(0)
 #: Relative error of rounding to a float64, slightly increased.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
-#: Accuracy, in bits, from which a ball's radius is covered by this increase.
+#: From this accuracy, in bits, the increase covers the radius of a ball.
 NEGLIGIBLE_RADIUS_BITS = 100
 #: Relative margin of a length or a speed: far above float64 rounding, but small enough to add few pairs to a search.
 SLACK = 2.0**-40
-#: Far above all numbers that are subnormal or have subnormal rounding errors.
+#: A number far above all numbers that are subnormal or have subnormal rounding errors.
 SMALLEST = 2.0**-900
 
 

@@ -54,7 +54,7 @@ class BallGround(NamedTuple):
 
 
 class GlideState(NamedTuple):
-    """A disc on its ground: position, speed along the ground, slip, and speed of the rim."""
+    """State of a disc on its ground: position, speed along the ground, slip, and speed of the rim."""
 
     place: arb
     speed: arb
@@ -137,7 +137,7 @@ class Landing(NamedTuple):
 class Launch(NamedTuple):
     """A disc that leaves the end of a face: the vertex, the time, and the coefficients of its squared gap.
 
-    The coefficients are those of t^2, t^3 and t^4, with t from that time on. Those of 1 and t are 0.
+    The coefficients are those of t^2, t^3 and t^4, where t is the time since then. The coefficients of 1 and t are 0.
     """
 
     vertex: int
@@ -153,7 +153,7 @@ class ContactStates:
         bounces: The last impact of each disc on a straight obstacle.
         landings: End of each disc's bounces, if it certainly comes before all other events of the disc; else None.
         stops: Time at which the table's friction stops each disc; None for a disc at rest, or without table friction.
-        launched: How each disc left the end of a face; None for other discs.
+        launched: The launch of each disc that has left the end of a face; None for other discs.
         barred: Body numbers of obstacles that each disc cannot meet during its present motion.
     """
 
@@ -183,6 +183,6 @@ class ContactStates:
         return min(ends, default=arb("inf"))
 
     def launch_from(self, i: int, body: int) -> Launch | None:
-        """Return how disc `i` left the end of a face, if it turned around the vertex `body`; else None."""
+        """Return the launch of disc `i` from the end of a face, if this end is the vertex `body`; else None."""
         launch = self.launched[i]
         return launch if launch is not None and launch.vertex == body else None

@@ -5,8 +5,8 @@ The module repeats, in ball arithmetic, the law of `core/wall_contact_law.h` and
 to its wall, on a path with its own acceleration. An impact first releases a disc from its wall. After the impact the
 disc returns to the wall or stays free. An undecided event ends the run and is reported.
 
-Bounces are applied one by one until the remaining ones are shorter than the requested digits can resolve. If the
-remaining bounces are certainly alike (all slip in one direction, or all stick), they are summed as a geometric series.
+Bounces are applied one by one until the remaining ones are shorter than the requested digits can resolve. If all
+remaining bounces certainly slip in one direction, or all certainly stick, they are summed as a geometric series.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class BallContacts:
         return Meeting(i, i, max(at, min(float_below(time), float_above(time))), time, float_above(time))
 
     def gap_on_same_ground(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
-        """Return the gap of two discs on the same ground as a polynomial of time since `at`; None for others."""
+        """Return the gap of two discs as a polynomial of time since `at`; None if they are not on the same ground."""
         one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
@@ -351,7 +351,7 @@ class BallContacts:
         if tolerance is not None and not window <= tolerance * bounce.time:
             return False
         state = sum_bounces(bodies, i, ground, bounce, hop, tolerance)
-        known = tolerance is None or window.is_zero()  # whether no other event can come before
+        known = tolerance is None or window.is_zero()  # True if no other event can come before the end of the bounces
         if state is None or not (known or meets_only_ground(bodies, i, ground, bounce.time, window)):
             return False
         self._states.landings[i] = Landing(bounce.time + window, ground, state)

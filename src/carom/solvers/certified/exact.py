@@ -63,7 +63,7 @@ def does_graze_wall(bodies: BallBodies, i: int, k: int) -> bool:
     """
     offset, rim2, toward = _find_root_form(bodies, i, wall_body(k))
     pull = dot(bodies.scene.gravity_m_s2, _plane_of(bodies, wall_body(k)).normal)
-    left = 2 * pull * offset - toward * toward  # 2 a r |n|, if the disc turns back there
+    left = 2 * pull * offset - toward * toward  # equals 2 a r |n| if the disc turns back where it touches
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 

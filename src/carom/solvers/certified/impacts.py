@@ -24,7 +24,7 @@ from carom.solvers.certified.two_frictions import BallFrictions, limit_sticking,
 
 
 class BallImpact(NamedTuple):
-    """A certified impact: time, normal from first to second body with its length, velocities and spins after.
+    """A certified impact: its time, its normal with the normal's length, and the velocities and spins after it.
 
     `before` has the velocities just before the impact, or None if they equal the velocities after the previous impact.
     `second` is the body's number in traces, and `edge` is the part of a finite wall that the disc hit.

@@ -26,8 +26,8 @@ def sum_bounces(
 ) -> GlideState | None:
     """Return the state of a disc after all remaining bounces; None if they may differ in kind.
 
-    If friction gives slip back, `tolerance` is the largest uncertainty of the remaining slip, as a fraction of the
-    slip. None means no limit.
+    If friction reverses slip, `tolerance` is the largest uncertainty of the remaining slip, as a fraction of the slip.
+    None means no limit.
     """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance

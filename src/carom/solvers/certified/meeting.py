@@ -21,7 +21,7 @@ class PairApproach(NamedTuple):
     """Two discs at `Meeting.at`: centres, relative position and velocity, and the remaining approach.
 
     `root` is the square root of D, which is the closing speed at contact times the sum of the radii. `wait` is the time
-    until contact in seconds. `pull` is the relative acceleration; None if both paths have the same.
+    until contact in seconds. `pull` is the relative acceleration; None if both paths have the same acceleration.
     """
 
     xi: arb
@@ -93,7 +93,7 @@ class Meeting(NamedTuple):
         time: Ball that contains the time of impact; if undecided, the earliest possible time.
         latest: Float64 upper bound of `time`.
         decided: Whether the impact is certain.
-        resting: Whether the impact is undecided because the bodies may already be in contact; otherwise because of a
+        resting: Whether the impact is undecided because the bodies may already be in contact. If False, it may be a
             graze.
         turning: Whether the impact is undecided because a driven body may start its next leg earlier.
         proven: Whether the contact is certain, and only the order of impacts is undecided.
@@ -132,7 +132,7 @@ def undecided(
 def find_contacts(
     bodies: BallBodies, i: int, second: int, at: float, powers: Sequence[arb], leg: BallLeg | None
 ) -> Iterator[tuple[arb, Meeting]]:
-    """Yield each wait from `at` until a gap decreases through zero in the bodies' present motion, with its meeting.
+    """Yield each time, measured from `at`, at which a gap decreases through zero, with the meeting at this time.
 
     `powers` has the gap's coefficients of powers of the time since `at`. A meeting is undecided if the sign change is
     uncertain, or may come before the start of a path.

@@ -126,7 +126,7 @@ def _do_graze(bodies: BallBodies, i: int, j: int) -> bool:
 
 
 def _solve_on_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
-    """Return root and wait of an impact along an axis. The root is None for no impact, the wait if undecided."""
+    """Return root and wait of an impact along an axis. A missing impact has no root, an undecided one no wait."""
     if d > 0:
         gap, closing = d - reach, ZERO - u
     elif d < 0:

@@ -131,7 +131,7 @@ class Recording:
         return ()
 
     def begin_again(self) -> None:
-        """Prepare for a new attempt, which repeats all recorded events first."""
+        """Prepare for a new attempt, which first repeats all recorded events."""
         self._pending.clear()
         self._skip = self.events
 

@@ -213,7 +213,7 @@ class CertifiedRun:
             return undamped_time_of(self.scene.damping_per_s, arb(time_s))
 
     def _judge(self, stop: Stop, attempt: Attempt) -> Stop:
-        """Decide whether a higher precision may help after an attempt. The returned ending is None if so."""
+        """Decide whether a higher precision may help after an attempt. If it may, the returned ending is None."""
         trouble = stop.degeneracy
         if stop.ending is not None:
             return stop

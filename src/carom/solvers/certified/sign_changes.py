@@ -88,7 +88,7 @@ def find_falls(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterato
 
 
 def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
-    """Return the falls of ``c + b t + a t^2`` after 0: none or one. Return None if undecided or unless c > 0."""
+    """Return the falls of ``c + b t + a t^2`` after 0, at most one. Return None if undecided or if c is not above 0."""
     d = b * b - 4 * a * c
     if not c > 0:
         return None

@@ -34,7 +34,7 @@ def speed_fraction(damping_per_s: float, undamped_time: arb) -> arb:
 
 
 def start_deceleration(bodies: BallBodies, i: int, time: arb, at: float) -> None:
-    """Apply the table's deceleration to disc `i`, which has got a new velocity at `time`.
+    """Apply the table's deceleration to disc `i`, whose velocity has changed at `time`.
 
     Raises:
         Undecided: The precision does not decide whether the disc moves.

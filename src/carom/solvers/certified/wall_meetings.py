@@ -76,7 +76,7 @@ def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg
         time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
         return undecided(i, second, at, time, resting=not gap > 0)
     time = arb(at) - gap / speed
-    if time < at:  # before this path, which has no impact before `at`
+    if time < at:  # the time is before the start of this path, and no impact is before `at`
         return None
     begin = bodies.find_last_impact_of_either(i, second, at)
     decided = begin is None or bool(time > begin)
@@ -99,9 +99,9 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
         time = arb(at) + (ZERO - speed - root) / pull
     else:
         root = d.sqrt()
-        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # without cancellation
+        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # no cancellation
         time = arb(at) + wait
-    if time < begin or (d > 0 and time < at):  # before this path, which is known to have no impact before `at`
+    if time < begin or (d > 0 and time < at):  # the time is before the start of this path, and no impact is before `at`
         return None
     if d > 0 and time > begin:
         return Meeting(i, second, at, time, float_above(time), near=WallApproach(root, wait))

@@ -1,4 +1,4 @@
-"""Obstacles of a run in the form that the core reads: half-planes, and features of finite walls; also grounds."""
+"""Obstacles of a run (half-planes, and features of finite walls) and grounds, in the form that the core reads."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Grounds(NamedTuple):
     Attributes:
         rows: Shape ``(features, 4)``: whether a disc can be in lasting contact with the feature, the numbers of the
             vertices at its two ends, and the number of features in `never_met`.
-        never_met: For one ground after another, the numbers of the features that a disc on it never meets.
+        never_met: For each ground in order, the numbers of the features that a disc on this ground never meets.
     """
 
     rows: NDArray[np.float64]

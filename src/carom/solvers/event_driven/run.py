@@ -70,8 +70,8 @@ class EventDrivenRun:
             collapse. 0 turns the model off.
         resume: State of an earlier run from which to continue. Radii, masses, moments of inertia, walls, coefficients
             and contact time must be the same. Positions, velocities and spins are those of the state.
-        cell_factor: Factor on the width of the search cells, at least 1; infinity for a single cell. The factor does
-            not change the result.
+        cell_factor: Factor that multiplies the width of the search cells, at least 1; infinity for a single cell. The
+            factor does not change the result.
         all_pairs: Compute all pairs at each event, without cells, queue or stored predictions, with the same result.
 
     Raises:

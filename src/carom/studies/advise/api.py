@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ShownAdvice(ShownResult, Advice):
-    """Advice that can be printed, shown in a notebook and plotted: direction error against step, for each method."""
+    """Advice that can be printed, shown in a notebook and plotted: the diagram of direction error against step."""
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
         return build_advice_document(self), format_title(self), partial(draw_advice, self)

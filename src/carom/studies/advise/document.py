@@ -73,7 +73,7 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
         rows,
         title=f"{advice.scene.name}, fewest steps per second that pass:",
         note="Every tested step of this size or smaller passes. Steps between tested ones were not checked. Fails: "
-        "from this many starts, an impact is missed or spurious.",
+        "number of starts with a missed or spurious impact.",
     )
     columns = (
         Column("", lambda answer: answer.method.label),
@@ -120,7 +120,7 @@ def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
 
 
 def _headline(advice: Advice) -> Iterator[str]:
-    """Yield the two recommendations, PIT's steps, and the methods that were not searched."""
+    """Yield the two recommended steps, the steps that PIT needs, and the methods that were not searched."""
     if advice.answers:
         yield f"{advice.scene.name}: to miss no impact, {_longest(advice, lambda answer: answer.never_misses)}."
         yield f"{_target(advice)}, {_longest(advice, lambda answer: answer.demand)}."
@@ -173,7 +173,7 @@ def _any_step(answer: Advised, found: StepRange) -> bool:
 
 
 def _describe_substeps(advice: Advice, found: StepRange) -> str:
-    """Describe the number of steps per frame, for this or the next smaller tested step that divides a frame."""
+    """Describe the number of steps per frame at the largest passing step that divides a frame."""
     if (times := _in_frame(advice, found)) is None:
         return ""
     steps = (
@@ -233,7 +233,7 @@ def _passing(answer: Advised, found: StepRange) -> str:
 
 
 def _format_frame_step_result(advice: Advice, answer: Advised) -> str:
-    """Return the result with one step per frame."""
+    """Describe the method's result with one step per frame."""
     rate_hz = advice.scene.frame_rate_hz
     trial = next((one for one in answer.trials if count_steps_per_frame(one.dt_s, rate_hz) == 1), None)
     if trial is None:
@@ -257,7 +257,7 @@ def _pit_steps(advice: Advice) -> str:
 
 
 def _notes(advice: Advice) -> Iterator[str]:
-    """Yield notes on methods for which a smaller step fails, on searches that stopped early, and on limits."""
+    """Yield notes on methods that fail at a smaller step, on searches that stopped early, and on the tested starts."""
     for answer in advice.answers:
         never_misses = answer.never_misses
         for found, what in ((never_misses, "misses none"), (answer.demand, "meets the target")):
@@ -279,7 +279,7 @@ def _notes(advice: Advice) -> Iterator[str]:
             yield f"{answer.method.label} stopped at {_format_rate(last.dt_s)} steps per second: {last.reason}."
     if advice.cut is not None:
         until = formatting.format_seconds(advice.scene.duration_s)
-        yield f"Only the time up to {until} was searched, because from the next impact on {advice.cut.value}."
+        yield f"Only the time up to {until} was searched, because from the next impact on, {advice.cut.value}."
     yield _deciding(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
 
 

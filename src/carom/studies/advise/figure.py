@@ -18,7 +18,7 @@ _LEAST_DEG = 1e-9
 
 
 def format_title(advice: Advice) -> str:
-    """Return the description of the drawing."""
+    """Return the diagram's title, which describes it for screen readers."""
     return f"Direction error against steps per second: {advice.scene.name}"
 
 

@@ -194,13 +194,13 @@ def _has_continuous_detection(info: EngineInfo, profile: str) -> bool:
 
 
 def _frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
-    """Return the code for one frame at the step that meets the target, otherwise at the step that misses nothing."""
+    """Return the engine's code for one frame. If no step meets the target, the step is one that misses no impact."""
     trial = answer.demand.in_frame or answer.never_misses.in_frame
     return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
 
 def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
-    """Return the reliable part of a scene's reference, and why this part ends before the scene, if it does."""
+    """Return the reliable part of a scene's reference. If the part ends before the scene, return the reason, too."""
     reference = solve_reference(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is no reference to compare with: {reference}")
@@ -214,7 +214,9 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if cut is None or reliable == len(times):
         return reference, None
     if reliable == 0:
-        raise InputError(f"no step can be recommended for {scene.name!r}, because from its first impact on {cut.value}")
+        raise InputError(
+            f"no step can be recommended for {scene.name!r}, because from its first impact on, {cut.value}"
+        )
     # End half-way to the next impact, so that a rounded start can't move an impact across the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):

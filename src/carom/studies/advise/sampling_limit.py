@@ -2,10 +2,11 @@
 
 A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), while
 the discs overlap and still approach. So if dt is at most the length of this window, the method finds the impact at
-every phase, less than dt late. The direction error that a delay causes follows from geometry. While the discs slide
-into one another, their line of centres turns, and the velocity of each disc after the impact moves on a circle. Let u
-be the relative velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's velocity changes by ``k
-(u . n) n = (k / 2) (u + |u| w)``. Here w is the unit vector whose angle is twice the angle of n, minus the angle of u.
+every phase, with a delay of less than dt. The direction error that a delay causes follows from geometry. While the
+discs slide into one another, their line of centres turns, and the velocity of each disc after the impact moves on a
+circle. Let u be the relative velocity, ``k = (1 + e) mu / m``, and n the unit line of centres. Then a disc's velocity
+changes by ``k (u . n) n = (k / 2) (u + |u| w)``. Here w is the unit vector whose angle is twice the angle of n, minus
+the angle of u.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ class ContactWindow:
     @property
     def length_s(self) -> float:
         """Seconds from contact to the closest approach, if there were no impact."""
-        # The difference of squares is computed as a product of two sums, because for a graze the difference itself
-        # would be mostly rounding.
+        # The difference of squares is computed as a product of two sums. For a graze, the difference of the two rounded
+        # squares would be mostly rounding error.
         inside = (self.reach_m - abs(self.miss_m)) * (self.reach_m + abs(self.miss_m))
         return math.sqrt(max(inside, 0.0)) / self.speed_m_s
 
@@ -60,7 +61,7 @@ class ContactWindow:
 
 
 def compute_largest_step(window_s: float, miss_probability: float) -> float:
-    """Return the largest step that misses a window with at most this probability; infinity for 1."""
+    """Return the largest step that misses a window with at most this probability; infinity if the probability is 1."""
     return math.inf if miss_probability >= 1.0 else window_s / (1.0 - miss_probability)
 
 
@@ -108,13 +109,13 @@ def compute_direction_limit(
 
 
 def _turning_angle(window: ContactWindow) -> float:
-    """Return the signed angle by which w turns from contact to closest approach, radians; 0 head-on."""
+    """Return the signed angle, in radians, by which w turns until the closest approach; 0 for a head-on impact."""
     share = min(1.0, window.share)
     return math.copysign(2.0 * math.acos(share), window.miss_m) if share > 0.0 else 0.0
 
 
 def _delay_of_angle(window: ContactWindow, swept: float) -> float:
-    """Return the time after which w has turned by an angle, seconds."""
+    """Return the time in seconds until w has turned by an angle."""
     along = window.length_s * window.speed_m_s
     aside = abs(window.miss_m)
     # The line of centres turns by half of w's angle. The remaining distance to the closest approach is aside *

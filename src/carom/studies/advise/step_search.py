@@ -104,7 +104,7 @@ class Advised:
 
     @property
     def flat_from_s(self) -> float | None:
-        """The largest step below which the direction error does not depend on the step, seconds; None for none.
+        """The largest step below which the direction error does not depend on the step, seconds; None if there is none.
 
         Steps above the finest step that loses an impact are ignored.
         """
@@ -155,7 +155,7 @@ class StepSearch:
         scene: The scene.
         method: Engine and profile.
         demand: Required accuracy.
-        guess_s: Largest step that the hardest impact allows a method that checks for overlap once per step.
+        guess_s: Largest step with which a check for overlap once per step finds the hardest impact.
         phases: Number of evenly spread starts at which each step is tested.
         aimed: Number of additional starts with a check just before a hard impact.
         budget_steps: Budget of engine steps. A step is tested if the budget suffices according to the cost of the
@@ -254,7 +254,7 @@ class StepSearch:
         return True
 
     def _find_unconfirmed(self) -> StepTrial | None:
-        """Return a step that is a result except for too few starts; None if there is none."""
+        """Return a step that needs only more starts to be a result; None if there is none."""
         for passes in self._questions:
             run = _select_finest_passing(self._tested, passes)
             for trial in (*run[:1], *self._select_frame_divisor(run)) if self._spans_enough(run) else ():
@@ -278,7 +278,7 @@ class StepSearch:
     def _is_flat(self, dt_s: float) -> bool:
         """Whether finer steps can't help: the error is too large, and constant over the last octaves.
 
-        The answer is False at steps above a frame, or above the step that suffices for a check once per step.
+        The answer is False at steps above a frame, or above the step that suffices for checking once per step.
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False

@@ -95,10 +95,10 @@ class StepTrial:
         even: Number of evenly spread starts that did not fail.
         starts: Number of all starts.
         lost_even: Number of evenly spread starts that missed or invented an impact or ended early.
-        lost: The same number, for all starts, including chosen starts.
+        lost: Number of all starts, evenly spread or chosen, that missed or invented an impact or ended early.
         direction_error_rad: Largest direction error at any start; NaN if no impact was found.
         steps: Number of engine steps.
-        reason: Error of the engine or its adapter that makes the step fail; empty without an error.
+        reason: Error of the engine or its adapter that makes the step fail; empty if there is no error.
     """
 
     dt_s: float

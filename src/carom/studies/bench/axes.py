@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from carom.execution.score_jobs import Measures
 
 
-#: Targets of the error. The run time of each target that an engine reaches is reported.
+#: Targets of the error. For each target that an engine reaches, a bench reports the run time.
 TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
 
 
@@ -44,7 +44,7 @@ class ErrorKind(StrEnum):
 
     @property
     def in_percent(self) -> bool:
-        """Whether the error is a ratio and not an angle."""
+        """Whether the error is shown in per cent. Angles are shown in radians."""
         return self is not ErrorKind.DIRECTION
 
     @property
@@ -61,7 +61,8 @@ _LABELS = {
     ErrorKind.POSITION: "largest position error at the end, % of a radius",
 }
 _MEANINGS = {
-    ErrorKind.IMPACT: "error of the worst impact: time error / duration or velocity error / greatest speed, the larger",
+    ErrorKind.IMPACT: "error of the worst impact: the larger of time error / duration and velocity error / "
+    "greatest speed",
     ErrorKind.TIME: "time error of the worst impact, divided by the scene's duration",
     ErrorKind.VELOCITY: "velocity error of the worst impact, divided by the scene's greatest speed",
     ErrorKind.DIRECTION: "direction error of the worst impact, radians",

@@ -40,7 +40,7 @@ class BaselineChange(Enum):
 
 
 class Before(NamedTuple):
-    """A point of the earlier bench: run time over PIT's in each round, error, and number of lost impacts."""
+    """A point of the earlier bench: error, number of lost impacts, and run time over PIT's in each round."""
 
     ratios: Sequence[float]
     error: float
@@ -55,7 +55,8 @@ class Compared:
         scene: Name of the scene.
         point: The point now.
         before: The same point in the earlier bench.
-        ratio: Run time over PIT's, now divided by earlier; NaN if one of them has too few rounds.
+        ratio: The point's run time over PIT's, divided by the same quotient of the earlier bench; NaN if a bench has
+            too few rounds.
         low: Lower end of the ratio's confidence interval, whose confidence level is for all points together.
         high: Upper end of the interval.
     """
@@ -76,7 +77,7 @@ class Compared:
 
     @property
     def accuracy(self) -> BaselineChange:
-        """Change of the point's error in two digits.
+        """Change of the point's error, rounded to two digits.
 
         A change in these digits is never noise, because runs of one version repeat the error.
         """
@@ -157,7 +158,7 @@ def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Befor
 
 
 def _compute_ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
-    """Return the ratio of two geometric means, and its interval by Welch's t, corrected for the number of points."""
+    """Return the ratio of two geometric means, and its interval by Welch's t, which holds for all points together."""
     one, other = ([math.log(value) for value in values if value > 0.0] for values in (now, then))
     if len(one) < 2 or len(other) < 2:
         return math.nan, math.nan, math.nan
@@ -177,7 +178,7 @@ def _round_error(error: float) -> float:
 def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
     """Yield the numbers of points that regressed, improved and did not change, and the name of the worst point."""
     if not found:
-        yield "The baseline has none of these points. Run it with the same scenes, engines and steps."
+        yield "The baseline has none of these points. Run the baseline with the same scenes, engines and steps."
         return
     times = [one.time for one in found]
     counts = [f"{times.count(change)} {change.value}" for change in BaselineChange]
@@ -191,7 +192,7 @@ def describe_baseline(found: Sequence[Compared]) -> Iterator[str]:
 
 
 def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
-    """Return a section with a row for each changed point; in full, with a row for every point."""
+    """Return a section with a row for each changed point. The full section has a row for every point."""
     columns = (
         Column("point", _format_name),
         Column("run time", lambda one: Cell(one.time.value, short=one.time.value)),

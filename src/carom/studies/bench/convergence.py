@@ -50,7 +50,7 @@ class ConvergenceOrder:
 
 
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
-    """Fit the order of convergence of errors (without unit) against steps. Errors at rounding are omitted."""
+    """Fit the order of convergence of errors (without unit) against steps. Errors within rounding are omitted."""
     kept = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
     above = [(dt_s, error) for dt_s, error in kept if error > THRESHOLDS.rounding]
     if kept and not above:
@@ -71,7 +71,7 @@ def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, flo
     """Return exponent, both ends of its confidence interval, and factor of a power law through positive points.
 
     The fit uses least squares on the logarithms. The interval assumes independent, normal deviations from the line.
-    With fewer than three points the interval is NaN, and with fewer than two also the exponent.
+    With fewer than three points the interval is NaN. With fewer than two points the exponent is NaN, too.
     """
     if len(set(x)) < 2:
         return math.nan, math.nan, math.nan, math.nan

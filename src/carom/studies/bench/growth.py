@@ -37,7 +37,7 @@ STEPS = 240
 #: Smallest number of discs in a fit. With fewer discs, fixed costs hide the growth.
 FIT_FROM = 100
 
-#: A run is repeated until its repeats have taken this many seconds, or a largest number of times. The result is the
+#: A run is repeated until its repeats have taken this many seconds, but at most this many times. The result is the
 #: median.
 SHORT_S = 0.5
 REPEATS = 15
@@ -262,7 +262,7 @@ def measure_growth(
 
 
 def _select_method(engine: str, profile: str, asked: Sequence[str] | None) -> Method:
-    """Return the method to run. PIC and PIT use the requested profile only if they are requested by name."""
+    """Return the method to run. PIC and PIT use the requested profile only if the user names them."""
     own = {method.engine: method for method in OWN_METHODS if method.engine not in (asked or ())}
     return own.get(engine, Method(engine, profile))
 
@@ -301,7 +301,7 @@ def _build_point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 
 
 def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
-    """Return the points from the last one that costs less than the point before it.
+    """Return the points from the last decrease of run time on. One method has run all of these.
 
     If the cost decreases with more discs, the method has changed: PIC solves two discs by a closed form. A single power
     law would fit neither of the two methods.

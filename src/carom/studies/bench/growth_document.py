@@ -54,7 +54,7 @@ def build_growth_document(growth: Growth) -> Document:
 
 
 def _describe_growth(growth: Growth) -> Iterator[str]:
-    """Yield a sentence per gas: run times with the largest number of discs, and exponents of growth."""
+    """Yield a sentence for each gas, with the run times of the largest number of discs and the exponents of growth."""
     for gravity in (False, True):
         curves = [curve for curve in growth.curves if curve.gravity == gravity and _list_completed_points(curve)]
         engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves
@@ -190,7 +190,7 @@ def _build_power_cell(exponent: tuple[float, float, float]) -> Cell:
 
 
 def _render_svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
-    """Return run time (or memory) against the number of discs as SVG. A narrow one fits a phone."""
+    """Return the diagram of run time or memory against the number of discs as SVG. A narrow diagram fits a phone."""
     links = {
         _build_anchor(curve, point): _format_run(curve, point)
         for curve in growth.curves

@@ -16,7 +16,7 @@ SCENES_SHOWN = 2
 
 
 def describe_bench(bench: Bench) -> Iterator[str]:
-    """Yield the headline: for one scene in full; for several, the counts of cheapest engines, then each scene."""
+    """Yield the sentences of the headline. With several scenes, a summary of all scenes comes first."""
     target, kind = bench.plan.target, bench.plan.error
     if len(bench.scenes) == 1:
         yield describe_scene(bench.scenes[0], target, kind)
@@ -43,7 +43,7 @@ def describe_bench(bench: Bench) -> Iterator[str]:
 
 
 def _format_time_range(points: list[Point]) -> str:
-    """Return the least and the largest run time as text; a single time if they are equal."""
+    """Return the smallest and the largest run time as text. If the two are equal, return one time."""
     spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
     return (
         f" in {' to '.join(dict.fromkeys(format_milliseconds(time) for time in (spent[0], spent[-1])))} ms"
@@ -68,7 +68,7 @@ def _names(scenes: list[SceneBench], bench: Bench) -> str:
 
 
 def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
-    """Describe a scene in a sentence: PIC, the cheapest engine for the target, the most accurate, and the next."""
+    """Describe a scene: PIC, the fastest engine within the target, the most accurate engine, and the next engine."""
     exact, parts = scene.exact, list[str]()
     if exact is not None:
         parts.append(f"PIC is exact{_ms(exact)}")

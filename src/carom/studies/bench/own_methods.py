@@ -18,7 +18,7 @@ OWN_METHODS = (EXACT_METHOD, PIT_METHOD)
 def add_own_methods(
     infos: Sequence[EngineInfo], asked: Sequence[str] | None, pool: Pool, *, own: bool
 ) -> list[EngineInfo]:
-    """Return engines with PIC and PIT first. Without `own`, PIC and PIT are only included if they were requested.
+    """Return engines with PIC and PIT first. If `own` is False, PIC and PIT are only included on request.
 
     Args:
         infos: Descriptions of the engines.

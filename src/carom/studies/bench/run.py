@@ -87,7 +87,7 @@ def _build_jobs(
     """Return all jobs of the scoring pass, and the descriptions of their methods.
 
     PIC runs only at the coarsest step, because its error and run time do not depend on the step. PIC and PIT use the
-    requested profiles only if they are requested by name.
+    requested profiles only if the user names them.
     """
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}

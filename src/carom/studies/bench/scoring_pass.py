@@ -89,7 +89,7 @@ class ScoringPass:
     def _rank_methods(
         self, methods: Mapping[Method, Sequence[Job]], results: Mapping[JobKey, Answer[Measures]]
     ) -> list[Method]:
-        """Return the best profile of each engine, then the second best of each: by lost impacts, then by error."""
+        """Return the best profile of each engine, then each second best one. Lost impacts count more than the error."""
 
         def badness(method: Method) -> tuple[int, float]:
             found = [job for job in self.jobs if job.method == method and build_job_key(job) in results]

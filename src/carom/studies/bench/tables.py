@@ -164,7 +164,7 @@ def _format_median_order(method: _Method) -> str:
     orders = [curve.order for _, curve in method.curves]
     if all(order.verdict is Convergence.EXACT for order in orders):
         return EXACT
-    known = [order.exponent for order in orders if not math.isnan(order.low)]  # from three steps or more
+    known = [order.exponent for order in orders if not math.isnan(order.low)]  # an interval needs three steps
     return f"{statistics.median(known):.2f}" if known else ""
 
 
@@ -304,7 +304,8 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         "two are invented over all starts; the error is then that of all other impacts. Times are medians over rounds. "
         "Spread is the distance between the quartiles, divided by the median. Empty world is the time of a step with "
         "one disc at rest. Call is the time of one Python call, divided by its number of steps. Net is the time per "
-        "step without these two. Whole is the time of all steps and of the preparation. Ratios compare with PIT at "
+        "step without the empty world and the call. Whole is the time of all steps and of the preparation. Ratios "
+        "compare with PIT at "
         "the same step in the same round. Times are valid for this machine and session; only ratios can be compared "
         "with others.",
         folded="The numbers of all points, and the commands that repeat them",

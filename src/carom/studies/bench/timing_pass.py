@@ -1,8 +1,8 @@
-"""Timing pass: unobserved runs, one at a time, in several rounds of random order. Ratios are of times in one round.
+"""Timing pass: unobserved runs, one at a time, in several rounds of random order.
 
-The first time is that of all steps, in as few calls as the adapter allows. The second time includes the preparation of
-the world. Two more times show costs that do not depend on the scene: Python's call into the world, and the same number
-of steps of an empty world.
+A ratio compares two times of the same round. The first measured time is that of all steps, in as few calls as the
+adapter allows. The second time includes the preparation of the world. Two more times show costs that do not depend on
+the scene: Python's call into the world, and the same number of steps of an empty world.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class CellTiming:
         rounds: Number of rounds.
         advance_s: Time of all steps.
         prepare_s: Time to build the world.
-        whole_s: Sum of `advance_s` and `prepare_s`.
+        whole_s: The sum of `advance_s` and `prepare_s`.
         call_s: Part of `advance_s` for Python's call into the world; NaN if the adapter accepts no call with no steps.
         empty_s: Part of `advance_s` for the same number of steps of an empty world.
         net_s: Part of `advance_s` for this scene's own work.
@@ -159,7 +159,7 @@ class TimingKey:
 
 @dataclass(frozen=True)
 class SceneTiming:
-    """Result of a scene's timing pass. Ratios are of times in one round.
+    """Result of a scene's timing pass. A ratio compares two times of the same round.
 
     Attributes:
         date: Time of the pass, UTC.
@@ -301,7 +301,7 @@ def _measure_visit_costs(
 
 
 def _count_fitting_rounds(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
-    """Return the number of rounds that fit.
+    """Return the number of rounds that fit into the remaining time.
 
     If the smallest number of rounds does not fit, omit the most expensive methods.
     """

@@ -97,7 +97,7 @@ def _count_needed_steps(scene: Scene, reference: Trace, dt_s: float) -> int:
 
 
 def describe_pic(scene: Scene, trace: Trace) -> str:
-    """Describe the form in which PIC runs a scene, and its number of predictions."""
+    """Describe the form in which PIC runs a scene, with its numbers of impacts and predictions."""
     count, predicted = len(trace.impacts), trace.counts.get("predictions", 0)
     found = f"{count} impact{'s' * (count != 1)} in {predicted} prediction{'s' * (predicted != 1)}"
     walls = "" if scene.walls else ", no walls to test"
@@ -125,7 +125,7 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
 
 
 def _describe_saving(saved: SkippedTime | None, plain: str) -> str:
-    """Describe the measured saving of skipping; an empty text if the run without it would take too long."""
+    """Describe the measured saving of skipping; an empty text if the run without skipping would take too long."""
     if saved is None:
         return ""
     return (

@@ -20,8 +20,8 @@ WORST_SHOWN = 3
 
 PICTURE_NOTE = (
     "PIC is shown next to the run, to the same scale. If everything moves along one line, position is drawn "
-    "against time. Outline with a number: start. Tinted: at an impact. Filled: end. Dots: frames. Dashed: frames "
-    "around a missed impact."
+    "against time. A disc has an outline and a number at the start, a tint at an impact, and a fill at the end. Dots "
+    "are frames. Dashed discs are the frames around a missed impact."
 )
 
 

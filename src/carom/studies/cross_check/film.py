@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 
     from carom.comparator import Score
 
-#: Seconds of a film, of the slow part before the first fault, and of the pause at the fault, as in the page's replay.
-#: Then the frame rate: a GIF counts hundredths of a second, and a frame lasts four of them.
+#: Seconds of a film, of its slow part before the first fault, and of its pause at the fault. The page's replay has the
+#: same durations. The last constant is the frame rate: a GIF counts hundredths of a second, and a frame lasts four of
+#: them.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
 _SLOWEST = 1.0 / 8.0
 #: Flashes of frames, as in the page: duration, largest number at once, and number of discs above which only failing
@@ -176,8 +177,8 @@ def _draw_discs(
 def _draw_frames(
     axes: Axes, scene: Scene, seen: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
 ) -> Iterator[_Moving]:
-    """Draw the discs at the last frame of a run, and at earlier frames while these fade."""
-    # The last frame of the run at each frame of the film. The summand prevents the loss of a frame by rounding.
+    """Draw the discs at the last frame of a run, and at earlier frames until their drawings have faded."""
+    # The number of the run's last frame at each frame of the film. The added 1e-9 keeps rounding from losing a frame.
     looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
     yield from _draw_discs(axes, scene, seen, looks * dt_s, fill=False, linestyle="--", path=False)
     alone = len(scene.discs) > _CROWD and bool(failing)

@@ -1,4 +1,4 @@
-"""First sections of a report: a table of methods, best first; and for a single scene its impacts by method."""
+"""First sections of a report: a table of methods, best first. A report of one scene also has a table of its impacts."""
 
 from __future__ import annotations
 
@@ -21,17 +21,18 @@ from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridCol
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 METHOD_NOTE = (
-    "Impacts: missed (-) and invented (+) over all scenes. Error: a method's largest error in a scene, divided "
-    "by PIT's; median over scenes."
+    "Impacts: missed (-) and invented (+) over all scenes. Error: median over scenes of a method's largest error in a "
+    "scene, divided by PIT's."
 )
 METHOD_DETAIL = (
     "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the same step. "
-    "1 is the whole cost of checking once per step, 0 is none of it. Scenes without a unique answer have no "
+    "1 is the error of checking once per step, and 0 is no error. Scenes without a unique answer have no "
     "error. A cell of a group shows how many of its graded scenes are exact or close, and links to the worst "
-    f"one. {Mark.WRONG.symbol} in a corner: an impact is missed in at least one scene of the group. "
+    f"one. {Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in at least one scene of the "
+    "group. "
 )
 METHOD_SHORT = "impacts: - missed, + invented; error: largest velocity or spin error over PIT's{median}"
-SCENE_NOTE = "Errors are the largest of a run. Time: + is late. n/a: missed or parted. ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
+SCENE_NOTE = "Each error is the largest of its run. Time: + is late. n/a: missed or parted. ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
 
 #: Marks that are counted together, by column heading.
 _COUNTED = {

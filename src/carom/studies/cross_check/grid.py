@@ -1,4 +1,4 @@
-"""Grid of a cross-check: its runs as frozen cells, from results or from results.jsonl, for all sections."""
+"""Grid of a cross-check: its runs as frozen cells. Sections use the grid, which comes from results or results.jsonl."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Erro
 _NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
 _NO_LINE = RowLine(**_NOTHING | {"dt_s": math.nan, "reason": NOT_PLANNED, "verdicts": (), "refinement": 0})
 _NO_SCENE = SceneLine(0, None, 0, None)  # type: ignore[arg-type] # not scored
-#: Verdicts of bodies that passed through each other. Impacts of a diverged trajectory get none of these verdicts.
+#: Verdicts that two bodies passed through each other. Impacts of a diverged trajectory get none of these verdicts.
 _MISSES = {verdict.name.lower() for verdict in (Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH)}
 #: Rank of a run without a result: one more than the rank of the worst grade.
 _BROKEN_RANK = 1 + max(mark.rank for mark in Mark if mark.rank is not None)
@@ -95,7 +95,7 @@ class GridCell:
     def rank(self) -> int | None:
         """Rank of the grade. Better grades have smaller ranks.
 
-        A run without a result ranks last. Other marks without a grade have None.
+        A run without a result ranks last. Other marks without a grade have the rank None.
         """
         return _BROKEN_RANK if self.mark in BROKEN else self.mark.rank
 
@@ -188,7 +188,7 @@ class GridCell:
             return "none compared" if self.of_scene.beyond_horizon else "no impact"
         if not self.scored or self.mark in (Mark.EXACT, Mark.EXACT_32):
             return ""
-        velocity, spin = self.errors.velocity, self.errors.spin  # if no disc spins, spin is NaN
+        velocity, spin = self.errors.velocity, self.errors.spin  # the spin error is NaN if no disc spins
         # If a head-on impact is late, its velocities are still right, so the time error is shown.
         if velocity <= self.rounding and not spin > self.rounding and self.time_error_s:
             side = "late" if self.errors.time_s > 0 else "early"
@@ -266,7 +266,7 @@ class Grid:
 
     @property
     def compared(self) -> list[GridColumn]:
-        """The columns that are compared with PIC, best first; PIC itself if nothing else ran."""
+        """The columns to compare with PIC, best first. If nothing else ran, this is PIC's own column."""
         ran = [column for column in self.columns.values() if any(cell.scored for cell in self.list_cells(column))]
         return rank_methods(self, [column for column in ran if column.engine != "pic"] or ran)
 

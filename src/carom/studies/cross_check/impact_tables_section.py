@@ -12,7 +12,7 @@ from carom.report import formatting
 from carom.report.document import Column, Media, Section, Table
 from carom.studies.cross_check.grid import Grid
 
-#: Largest number of runs with a table of impacts, and of impacts in such a table.
+#: Largest number of runs that have a table of impacts, and largest number of impacts in such a table.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
 

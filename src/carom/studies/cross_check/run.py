@@ -380,7 +380,7 @@ def _build_results(
 
 
 def _add_time_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Add run times over PIT's on the same scene at the same step to the rows."""
+    """Add to each row its run time, divided by PIT's on the same scene at the same step."""
     pit_s = {
         (row.job.scene.name, row.job.dt_s): row.timing.advance_s
         for row in rows

@@ -25,18 +25,18 @@ from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5
 
 TITLE = "Error of each engine, and the part that sampling does not explain"
-CAPTION = "Ring: largest velocity error. Disc: the part that sampling does not explain. Medians over scenes."
+CAPTION = "A ring is the largest velocity error, a disc the part that sampling does not explain. Medians over scenes."
 
 NOTE = (
-    "1 is the whole cost of checking once per step, 0 is none of it, and more than 1 is worse than PIT. Medians "
-    "over scenes, with smallest and largest values."
+    "1 is the error of checking once per step, 0 is no error, and more than 1 is worse than PIT. Numbers are medians "
+    "over scenes, with the smallest and largest values."
 )
 DETAIL_NOTE = (
     "The error is the largest velocity error, divided by PIT's largest over the phases of the same step; or the same "
     "ratio of spin errors if it is larger. For a missed impact, the error is the whole change of velocity. The own "
     "error is the velocity error against PIT or PIC, whichever is smaller, divided by the greatest speed. For single "
-    "impacts it is measured from the engine's own state before the impact. Times do not count, because checking once "
-    "per step is late by up to a step. Scenes without a unique answer are omitted."
+    "impacts it is measured from the engine's own state before the impact. Time errors do not count, because checking "
+    "once per step is late by up to a step. Scenes without a unique answer are omitted."
 )
 SHORT_NOTE = "error / PIT's: largest velocity or spin error, divided by PIT's largest at any phase of the step"
 

@@ -18,8 +18,9 @@ from carom.support.formatting import format_number
 
 NOTE = (
     "Skipping changes no result. Without skipping, PIC predicts all pairs after each impact, and runs event by "
-    "event instead of in closed form. PIT tests every pair and wall at every frame. Both forms are timed in turn "
-    "on this machine. If a ratio is below 1, the scene is so small that skipping takes more time than it saves."
+    "event instead of in closed form. PIT tests every pair and wall at every frame. Runs with and without skipping "
+    "are timed alternately on this machine. If a ratio is below 1, the scene is so small that skipping takes more "
+    "time than it saves."
 )
 
 

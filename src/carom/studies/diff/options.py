@@ -29,7 +29,7 @@ class DiffOptions(DeclaredOptions):
     Attributes:
         match: Pairs of old and new engines ("pymunk") or methods ("pymunk/tuned") to compare. Others are omitted. By
             default, methods with the same name are compared; or, if each report has one method, these two.
-        fail_on: The best grade that counts as a violation after a change to worse.
+        fail_on: The best grade that counts as a violation if a run has become worse.
 
     Raises:
         InputError: A value is invalid.

@@ -325,14 +325,15 @@ def _separated(
 def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the gaps above and below between the ranges of two sets of runs, along the first axis.
 
-    Untested phases may extend a range. So each end is kind outwards by the difference of the two outermost numbers.
+    Untested phases may extend a range. So each end of a range is moved outwards by the difference of the two outermost
+    numbers.
     """
 
     def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         low, lower, *_, higher, high = np.sort(values, axis=0)[[0, 1, -2, -1]]
         return np.where(low == lower, low, 2 * low - lower), np.where(high == higher, high, 2 * high - higher)
 
-    with np.errstate(invalid="ignore"):  # infinite in both: no gap
+    with np.errstate(invalid="ignore"):  # infinite errors in both sets leave no gap
         (old_low, old_high), (new_low, new_high) = reach(before), reach(after)
         return np.nan_to_num(np.stack([new_low - old_high, old_low - new_high]), nan=0.0, posinf=np.inf)
 

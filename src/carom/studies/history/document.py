@@ -93,7 +93,7 @@ def write_history(found: History, folder: Path) -> Path:
 
 
 def describe_listing(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
-    """Yield a line with the support of each release that a registry lists, newest first."""
+    """Yield a line for each release that a registry lists, newest first: whether the adapter supports the release."""
     for version in reversed(versions):
         notes = []
         if origin.oldest and is_older(version, origin.oldest):

@@ -64,7 +64,7 @@ class ReleaseCache:
             try:
                 new.rename(place)
             except OSError:
-                if self.find(registry, package, version) is None:  # no other process was faster
+                if self.find(registry, package, version) is None:  # no other process has installed it meanwhile
                     raise
         finally:
             shutil.rmtree(new, ignore_errors=True)

@@ -257,7 +257,7 @@ def _select_releases(
     """Return the origin of an engine, and the releases to run.
 
     Raises:
-        UnknownNameError, InputError, UnavailableError: As in `history`.
+        UnknownNameError, InputError, UnavailableError: As in `run_history`.
     """
     (info,) = describe_engines([engine], pool)
     for profile in options.profiles if info.profiles else ():
@@ -285,7 +285,7 @@ def bisect_change(
     or differs from it.
 
     Raises:
-        CaromError: As in `history`, or a release can't run in this cell.
+        CaromError: As in `run_history`, or a release can't run in this cell.
     """
     asked = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
     study, cell = _ReleaseRuns(engine, [scene], asked, None, progress), RunCell(scene.name, profile, dt_s)

@@ -131,12 +131,12 @@ def _read_attacks() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
 
 
 def attack(trials: Callable[[float], Sequence[Trial]]) -> Attack:
-    """Turn a function from value to trials into the attack with the function's name."""
+    """Turn a function that makes the trials of a value into the attack with the function's name."""
     return build_attack(trials.__name__.strip("_").replace("_", "-"), trials)
 
 
 def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
-    """Turn a function from value and phase to a trial into the attack with the function's name, at all `PHASES`."""
+    """Turn a function that makes the trial of a value at a phase into the attack with its name, at all `PHASES`."""
 
     def trials(value: float) -> Sequence[Trial]:
         return [stage(value, phase) for phase in PHASES]
@@ -146,7 +146,7 @@ def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
 
 
 def build_velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
-    """Return a judge by final velocities: the error of each disc over its greatest change by one impact.
+    """Return a judge of final velocities. It divides each disc's error by the disc's greatest change by one impact.
 
     The error of a disc that is never hit is divided by the greatest change of any disc. So errors have no unit, and the
     error of a graze is relative to the graze's small change of velocity.
@@ -164,7 +164,7 @@ def build_closed_form_judge(
     note: str = "",
     changes: str = "an impact",
 ) -> Judge:
-    """Return a judge by known final velocities, relative to the change of each disc by impacts.
+    """Return a judge that compares final velocities with known ones, relative to each disc's change by impacts.
 
     Args:
         scene: The scene.
@@ -194,7 +194,7 @@ def build_closed_form_judge(
 
 
 def build_energy_judge(scene: Scene) -> Judge:
-    """Return a judge by invariants of elastic scenes: kinetic energy to a tenth, and no deep overlap."""
+    """Return a judge of elastic scenes: kinetic energy must be constant to a tenth, and no overlap may be deep."""
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
     def judge(trace: Trace) -> Judgement:
@@ -212,7 +212,7 @@ def build_energy_judge(scene: Scene) -> Judge:
 
 
 def build_pressure_judge(scene: Scene, compressibility: float) -> Judge:
-    """Return a judge by ``Z = p V / N k T``, from the virial of the disc impacts in the last four fifths of the run.
+    """Return a judge of ``Z = p V / N k T``, from the virial of disc impacts in the last four fifths of the run.
 
     Each impact adds its impulse times the distance of the centres. The first fifth of the run is omitted, because the
     lattice still has an effect.

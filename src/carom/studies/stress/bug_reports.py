@@ -26,7 +26,7 @@ NOTICED = 0.01
 
 
 def check_complaint(complaint: Complaint, method: Method, runner: TaskRunner) -> UnsavedResult:
-    """Return the result of a reported bug and a method, with its scene."""
+    """Check whether a method shows a reported bug. Return the result with its scene."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = observe_job(Job(scene, method, 1.0 / scene.frame_rate_hz), runner)
     cell = partial(CellResult, "complaint", line, method.name, status=answer.status)

@@ -78,7 +78,7 @@ def _rests(value: float, phase: float) -> Trial:
     """Make a trial of a ball that is dropped and bounces until it rests, half a second before the end."""
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
     shows = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
-    ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # ends with a step
+    ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # the scene ends at the end of a step
     scene = _build_floor_scene("rests", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
     return Trial(scene, build_closed_form_judge(scene, [(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s]))
 

@@ -26,9 +26,9 @@ WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "report
 HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "complaint": "Scenes of reported bugs"}
 
 NOTES = {
-    "attack": "The size at which a method first fails, starting from the harmless end of the axis. 'to' marks a method "
-    "that passes the whole axis. Below the size: the error at the last passed size, and a bar for the passed "
-    "part of the axis, in decades.",
+    "attack": "A cell shows the size at which a method first fails, starting from the harmless end of the axis. 'to' "
+    "marks a method that passes the whole axis. Below the size are the error at the last passed size, and a bar for "
+    "the passed part of the axis in decades.",
     "relation": "Largest difference between the changed scene's result and the expected result, over the scene's "
     "length or speed; 0 is bit-identical.",
     "complaint": "'seen' if a method still shows the reported bug. The number is its deviation from the known answer.",
@@ -112,7 +112,7 @@ def _method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]
         def say(method: Method) -> str:
             return str(sum(results.cells[line.name, method.name].ending is ending for line in kinds[kind]))
 
-        only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal has the sentences
+        only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal shows sentences instead
         return [Column(head, say, f"of {len(kinds[kind])}", number=True, only=only)] if kinds[kind] else []
 
     attacks = kinds["attack"]

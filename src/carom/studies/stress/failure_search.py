@@ -43,7 +43,7 @@ class _Tried(NamedTuple):
 
 
 def find_failure(attack: Attack, method: Method, runner: TaskRunner, *, quick: bool) -> UnsavedResult:
-    """Return the result of an attack on a method, with the scene that shows its number."""
+    """Find the value at which an attack makes a method fail. Return the result, with the scene that shows it."""
     runs = 0
     cell = partial(CellResult, "attack", attack.name, method.name)
     passed: _Tried | None = None
@@ -95,7 +95,7 @@ def _judge_trial(method: Method, trial: Trial, runner: TaskRunner, *, harmless: 
     """Run a trial and judge it. A failure of the engine becomes the reason of the judgement.
 
     Raises:
-        NotRunError: The engine is unavailable, or declares that it does not even support the harmless end.
+        NotRunError: The engine is unavailable, or declares that it does not support even the harmless end.
     """
     answer = observe_job(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), runner)
     if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):

@@ -87,10 +87,10 @@ def _wall_end(value: float, phase: float) -> Trial:
     At the end, the normal points from the end to the disc's centre.
     """
     height = _RADIUS_M * (1.0 - value)
-    offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored scene
+    offset = Decimal(height) / Decimal(_RADIUS_M)  # of the stored, rounded height
     along = (1 - offset * offset).sqrt()
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
-    shows = f"A disc grazes the end of a thin wall, where 1 - b/R is {format_number(value, 3)}."
+    shows = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
     start = complex(-_RADIUS_M * float(along) - _SPEED_M_S * _compute_impact_time(phase), height)
     scene = _build_scene("wall-end", shows, phase, start, _SPEED_M_S, edges(-1j * _HALF_LENGTH_M, 0))
     return _build_one_impact_trial(scene, after)

@@ -33,7 +33,7 @@ def build_spin_judge(
     impacts: int = 1,
     changes: str = "an impact",
 ) -> Judge:
-    """Return a judge by final velocities and rim speeds, ``R w``, relative to each disc's change by impacts.
+    """Return a judge of final velocities and rim speeds ``R w``, relative to each disc's change by impacts.
 
     Args:
         scene: The scene.

@@ -65,7 +65,7 @@ def _build_row_trial(name: str, shows: str, gaps: Sequence[float], phase: float,
 @attack
 def _cradle_gap(gap: float) -> list[Trial]:
     shows = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
-    # The scene is twice as long as needed, for methods that are late.
+    # The scene is twice as long as needed, so that a late method also finds every impact.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
     return [_build_row_trial("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
 
@@ -82,7 +82,7 @@ def _crowded_frame(impacts: float) -> list[Trial]:
 
 @attack
 def _at_once(pairs: float) -> list[Trial]:
-    """Make a trial of distant pairs that all meet at exactly the same instant: quarter turns of the same meeting."""
+    """Make a trial of distant pairs that all meet at exactly the same instant. All pairs are rotated copies of one."""
     count = round(pairs)
     dt, side, pitch = 1.0 / RATE_HZ, math.ceil(math.sqrt(count)), 8.0 * _RADIUS_M
     along = 2 * _RADIUS_M + _SPEED_M_S * dt * 4.52

@@ -55,7 +55,7 @@ def _build_meeting_trial(
 
 
 def _build_attack(name: str, shows: str, **of: Callable[[float], float]) -> Attack:
-    """Return an attack on a meeting at every phase.
+    """Return an attack whose trials are meetings of two discs, one at each phase.
 
     The keywords are functions from the attack's value to the arguments of `_build_meeting_trial`.
     """
@@ -76,7 +76,9 @@ def _build_size_attack(name: str) -> Attack:
 
 #: Attacks with one pair of discs.
 PAIR_ATTACKS = (
-    _build_attack("grazing", "A disc grazes another, where 1 - b/R is {value}.", offset=lambda value: 1.0 - value),
+    _build_attack(
+        "grazing", "A disc grazes another, {value} contact distances from a miss.", offset=lambda value: 1.0 - value
+    ),
     _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
     _build_attack(
         "tunnelling",

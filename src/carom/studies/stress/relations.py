@@ -82,7 +82,7 @@ def build_base_scene() -> Scene:
 
 
 def build_rough_scene() -> Scene:
-    """Return the base scene with spins and friction: its first and last impact slide, the second sticks."""
+    """Return the base scene with spins and friction. Its first and third impact slide, and its second impact sticks."""
     base = build_base_scene()
     turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
     discs = [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning]
@@ -138,7 +138,7 @@ def _final(trace: Trace) -> State:
 
 
 def _invariance(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
-    """Return the relation between a scene and the changed scene.
+    """Return the relation that a scene and its changed copy have corresponding results.
 
     `undo` converts the final state of the changed scene back.
     """
@@ -299,7 +299,7 @@ def list_relations() -> list[Relation]:
 
 
 def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> UnsavedResult:
-    """Return the result of a relation and a method, with both scenes."""
+    """Check whether a method keeps a relation. Return the result with both scenes."""
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:

@@ -30,8 +30,8 @@ ERROR_NOTE = (
     "the cost of sampling, 0 is rounding."
 )
 MERIT_NOTE = (
-    "Columns count scenes; between: sampled, inaccurate, parted or not graded. Error: mean over scenes on a "
-    "logarithmic scale, from 0 (rounding) over 50 (the cost of sampling) to 100 (wrong or not run)."
+    "Columns count scenes. Between: the scene is sampled, inaccurate, parted or not graded. The error is the mean "
+    "over scenes on a logarithmic scale: 0 is rounding, 50 the cost of sampling, and 100 wrong or not run."
 )
 #: Name of the profile in the code to paste.
 FOUND = "found"
@@ -109,7 +109,7 @@ def _headline(found: Tuning) -> Iterator[str]:
 
 
 def _equal_profiles(found: Tuning) -> Iterator[str]:
-    """Yield the profiles that are equally good on these scenes, then the better ones.
+    """Yield a sentence on profiles that are equally good on these scenes, then one on better profiles.
 
     Profiles whose steps Carom cuts are omitted.
     """

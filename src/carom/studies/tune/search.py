@@ -5,8 +5,8 @@
    each knob is at its default or turned.
 3. Starting from the best trial, one knob at a time is set back to its default or turned to another value, until nothing
    improves. So every found setting has an effect.
-4. The third step is repeated from each other trial that is not worse than a single trial in all criteria. The fourth
-  step finds pairs of settings that help only together: each setting alone improves one criterion and worsens another.
+4. The third step is repeated from each other trial that no trial dominates. The fourth step finds pairs of
+   settings that help only together: each setting alone improves one criterion and worsens another.
 """
 
 from __future__ import annotations

@@ -193,7 +193,7 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
     )
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
     with pytest.raises(
-        InputError, match="no step can be recommended for 'walled', because from its first impact on rounding"
+        InputError, match="no step can be recommended for 'walled', because from its first impact on, rounding"
     ):
         advise(scene, asked(["pit"], DEGREE), InProcessPool())
 
@@ -208,7 +208,7 @@ def test_a_scene_is_asked_up_to_its_first_tie() -> None:
     assert advice.cut is ReferenceCut.TIE
     assert advice.impacts == 1
     at_once = staged("at once", disc_at(0, 0, 1, 0), *discs[1:], duration_s=9.0)
-    with pytest.raises(InputError, match="from its first impact on a disc meets two others at once"):
+    with pytest.raises(InputError, match="from its first impact on, a disc meets two others at once"):
         advise(at_once, asked(["pit"], DEGREE), InProcessPool())
 
 
