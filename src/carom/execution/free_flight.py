@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 _MARGIN_RADII = 2.0
 _AHEAD_STEPS = 2
 
+#: Factor of radii in the search for touching discs: more than the rounding of the squares that it compares.
+_WIDER = 1.0 + 2.0**-40
+
 #: Factor between the times within which pairs are examined, one after another.
 _WIDENED = 4.0
 
@@ -45,7 +48,7 @@ class FreeFlight:
     If both conditions are met, the final state is at the end of these straight paths.
 
     Attributes:
-        needed_from_s: Time from which `begins` must be called after every step. Before that time, only steps with
+        needed_from_s: Time from which `has_begun` must be called after every step. Before that time, only steps with
             contacts are needed.
 
     Args:
@@ -111,7 +114,7 @@ class FreeFlight:
     def _compute_earliest_contact(self, now: Observation, left_s: float) -> float:
         """Return the seconds until a contact is possible. Pairs are skipped if a wall is near before the end."""
         p, v = now.position_m, now.velocity_m_s
-        for first, second in find_near_pairs(p, self._radius, self._movable):
+        for first, second in find_near_pairs(p, _WIDER * self._radius, self._movable):
             apart = p[second] - p[first]
             if (np.hypot(apart[:, 0], apart[:, 1]) <= self._radius[first] + self._radius[second]).any():
                 return 0.0  # overlapping bodies may still be pushed apart

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tests.cases import each
 from tests.scene_builders import disc_at, staged
 
-from carom import Scene, Wall, solve_pic, time_of_impact
+from carom import Disc, Scene, Wall, solve_pic, time_of_impact
 from carom.catalogue import find_scenes
 from carom.engines.api import Observation
 from carom.engines.registry import load_adapter
@@ -144,6 +144,19 @@ def test_no_pair_is_overlooked_within_any_time(states: list[tuple[int, int, int,
     every = compute_time_until_near(place[second] - place[first], velocity[second] - velocity[first], near).min()
     found = FreeFlight(scene, DT).compute_pair_wait(place, velocity, left_s)
     assert found == every if every <= left_s else found > left_s
+
+
+def test_discs_that_touch_to_the_bit_are_followed() -> None:
+    """Two discs at rest overlap if the rounded distance is at most the sum of the radii, in whatever direction."""
+    touching = 0
+    for k in range(200):
+        x, y = math.cos(0.1 * k), math.sin(0.1 * k)
+        discs = [Disc(position_m=(0, 0), radius_m=0.5), Disc(position_m=(x, y), radius_m=0.5)]
+        if math.hypot(x, y) <= 1.0:
+            touching += 1
+            scene = staged("touching", *discs, duration_s=10.0)
+            assert begun_at(scene, straight(scene)) == 0
+    assert touching > 50
 
 
 def test_memory_grows_with_the_discs_and_not_with_their_pairs() -> None:
