@@ -149,12 +149,18 @@ class _Comparison:
         return hop if closing_m_s * (hop[0].time_s - takeoff.time_s) <= 4.0 * self._gap_m else None
 
     def _is_in_landing(self, event: Event) -> bool:
-        """Whether an event is one of the last bounces before a landing, of which each run resolves another number."""
+        """Whether an event is one of the last bounces before a landing, of which each run resolves another number.
+
+        The landing may be another run's. How far it is off is known from copies, or from those of the bounce where a
+        run ends between both.
+        """
         if not event.can_bounce:
             return False
         landings = [other for run in (self.ours, self.theirs) for other in run if other.key[:3] == event.landing]
-        near_s = NEAR_LANDING * clock_resolution(event.time_s)
-        return any(abs(other.time_s - event.time_s) <= near_s + self._allowed_s(other) for other in landings)
+        near_s, own_s = NEAR_LANDING * clock_resolution(event.time_s), self._allowed_s(event)
+        return any(
+            abs(other.time_s - event.time_s) <= near_s + max(own_s, self._allowed_s(other)) for other in landings
+        )
 
     def _follows_low_hop(self, event: Event) -> bool:
         """Whether a certified impact ends a hop that is lower than the resolution of a gap: `docs/theory/contact.md`.
