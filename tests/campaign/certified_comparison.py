@@ -132,7 +132,7 @@ class _Comparison:
 
         An impact on a fixed body lifts a disc with a part of the velocity that it gives it. Rounding decides that part
         where it is lower than the resolution of the normal: that of the gap over the radius. A hop by an impact of two
-        discs may be as high as the resolution of the gap: `docs/theory/contact.md`.
+        moving discs may be as high as the resolution of the gap: `docs/theory/contact.md`.
         """
         takeoff, lift = self.theirs[start], self.theirs[start - 1]
         if takeoff.is_impact or takeoff.key[3] != Mode.FLIGHT or start == 0 or not lift.is_impact:
@@ -142,19 +142,27 @@ class _Comparison:
         if len(hop) < 2 or hop[0].key != takeoff.key[:2] or not hop[1].is_landing or hop[1].key[:2] != hop[0].key:
             return None
         closing_m_s = hop[0].closing_m_s
-        if lift.key[1] < 0:
+        others = [self.scene.discs[body] for body in lift.key[:2] if body >= 0 and body != disc]
+        if all(other.immovable and not other.driven for other in others):
             row = self.certified.trace.impacts[lift.number]
-            given_m_s = math.dist(row["velocity_first_after"], row["velocity_first_before"])
+            side = "first" if lift.key[0] == disc else "second"
+            given_m_s = math.dist(row[f"velocity_{side}_after"], row[f"velocity_{side}_before"])
             return hop if closing_m_s <= given_m_s * self._gap_m / self.scene.discs[disc].radius_m else None
         return hop if closing_m_s * (hop[0].time_s - takeoff.time_s) <= 4.0 * self._gap_m else None
 
     def _is_in_landing(self, event: Event) -> bool:
-        """Whether an event is one of the last bounces before a landing, of which each run resolves another number."""
+        """Whether an event is one of the last bounces before a landing, of which each run resolves another number.
+
+        The landing may be another run's. How far it is off is known from copies, or from those of the bounce where a
+        run ends between both.
+        """
         if not event.can_bounce:
             return False
         landings = [other for run in (self.ours, self.theirs) for other in run if other.key[:3] == event.landing]
-        near_s = NEAR_LANDING * clock_resolution(event.time_s)
-        return any(abs(other.time_s - event.time_s) <= near_s + self._allowed_s(other) for other in landings)
+        near_s, own_s = NEAR_LANDING * clock_resolution(event.time_s), self._allowed_s(event)
+        return any(
+            abs(other.time_s - event.time_s) <= near_s + max(own_s, self._allowed_s(other)) for other in landings
+        )
 
     def _follows_low_hop(self, event: Event) -> bool:
         """Whether a certified impact ends a hop that is lower than the resolution of a gap: `docs/theory/contact.md`.

@@ -26,7 +26,7 @@ from carom.model.flights import free_flights
 from carom.model.trace import NO_EDGE, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.balls import ZERO, float_above
-from carom.solvers.certified.contact_state import BallMode
+from carom.solvers.certified.contact_state import BallMode, GlideState
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.impacts import BallEvent, BallImpact, apply_meeting
 from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
@@ -239,6 +239,7 @@ class _Widened:
                 self._carry_out(self._delayed(begun, i, self.found.gap_m / closing, ground.length))
             else:
                 self._add(BallEvent(None, (begun,)), None, Rounding((0.0, 0.0), (0.0, 0.0)))
+                self._widen_in_contact(i, 0.0, self._fall_m_s(i, ZERO))
 
     def _mark_unordered(self) -> None:
         """Note that the last impact may as well come before another, or after it."""
@@ -265,6 +266,8 @@ class _Widened:
         event = apply_meeting(bodies, meeting)
         self._add(event, meeting, rounding, is_on_one_edge=not isinstance(meeting.near, Seam))
         discs = [(body, side) for side, body in enumerate((first, second)) if body >= 0 and bodies.movable[body]]
+        if first == second:
+            self._widen_in_contact(first, meeting.at, 2.0 * rounding.velocities[0])
         for i, side in discs if first != second else ():
             self._last_rounding[i] = (rounding.velocities[side], rounding.spins[side])
             self._widen(i, meeting, rounding.velocities[side], rounding.spins[side])
@@ -272,14 +275,10 @@ class _Widened:
             BallContacts(bodies).record_landing(i, arb(LANDING_PART))
 
     def _widen(self, i: int, meeting: Meeting, speed_m_s: float, spin_rad_s: float) -> None:
-        """Widen the state of a disc after an impact.
-
-        In contact its path is that of its ground, which is exact. How far it gets on this path is not, so the roundings
-        of time add up over its events there.
-        """
+        """Widen the state of a disc after an impact."""
         bodies, gap_m = self.bodies, self.found.gap_m
         if bodies.contacts.gliding[i] is not None:
-            self._in_contact[i] += 1
+            self._widen_in_contact(i, meeting.at, speed_m_s)
             return
         self._in_contact[i] = 0
         restitution, drag = self._law_of(meeting)
@@ -303,6 +302,23 @@ class _Widened:
         bodies.vx[i], bodies.vy[i], bodies.time[i] = vx, vy, at
         bodies.x[i], bodies.y[i] = x - vx * wait, y - vy * wait
         start_deceleration(bodies, i, time, at)
+
+    def _widen_in_contact(self, i: int, at: float, speed_m_s: float) -> None:
+        """Widen the state of a disc after an event, if it is in contact.
+
+        Its path is that of its ground, which is exact. Its place on this path is rounded as any centre is. Its speed
+        and the speed of its rim are rounded, and the slip is their sum; none of them is where the law makes it 0. The
+        roundings of time add up over the disc's events in contact.
+        """
+        gliding = self.bodies.contacts.gliding[i]
+        if gliding is None:
+            return
+        self._in_contact[i] += 1
+        place, *speeds = gliding.begun
+        wider = zip(speeds, (speed_m_s, 2.0 * speed_m_s, speed_m_s), strict=True)
+        speed, slip, rim = (value if value.is_zero() else value + arb(0, by) for value, by in wider)
+        widened = GlideState(place + arb(0, self.found.gap_m), speed, slip, rim)
+        BallContacts(self.bodies).start_mode(i, gliding.ground, gliding.since, at, widened)
 
     def _law_of(self, meeting: Meeting) -> tuple[float, float]:
         """Return restitution, and friction with rolling resistance, between the two bodies of an impact."""

@@ -227,7 +227,7 @@ def test_a_corner_at_a_right_angle_ends_when_the_hops_do_that_friction_causes(ti
     assert trace.end_time_s == pytest.approx(arrives_s + 9.0 / 8.0 * speed * (1.0 / 8.0 + 1.0 / 12.0), rel=1e-12)
 
 
-@each("kind", ["half-plane", "edge", "circle", "point"])
+@each("kind", ["half-plane", "edge", "circle", "point", "disc"])
 @each("restitution", [0.3, 0.6])
 def test_a_corner_that_lifts_a_disc_off_its_ground_ends_when_its_bounces_do(kind: str, restitution: float) -> None:
     """A disc slides down a ground with restitution 0 and is thrown back by another body, again and again.
@@ -242,11 +242,15 @@ def test_a_corner_that_lifts_a_disc_off_its_ground_ends_when_its_bounces_do(kind
     middle = complex(math.cos(slope + 0.5 * opening), math.sin(slope + 0.5 * opening))
     corner = radius / math.sin(0.5 * opening) * middle
     walls: list[Wall | Chain | Ring] = [wall("half-plane", 0.0, 1j * up, restitution=0.0)]
+    fixed = []
     if kind in {"half-plane", "edge"}:
         walls.append(wall(kind, 0.0, -1j * other, restitution=restitution))
     else:
-        size = 2.0 if kind == "circle" else 0.0
+        size = 0.0 if kind == "point" else 2.0
         centre = corner + (radius + size) * 1j * other
+    if kind == "disc":
+        fixed.append(Disc(position_m=(centre.real, centre.imag), radius_m=size, mass_kg=math.inf))
+    elif kind in {"circle", "point"}:
         walls.append(Ring(centre_m=(centre.real, centre.imag), radius_m=size, restitution=restitution))
     scene = Scene(
         name="thrown back",
@@ -255,9 +259,11 @@ def test_a_corner_that_lifts_a_disc_off_its_ground_ends_when_its_bounces_do(kind
                 position_m=(corner.real, corner.imag),
                 velocity_m_s=(speed * up.real, speed * up.imag),
                 radius_m=radius,
-            )
+            ),
+            *fixed,
         ],
         walls=walls,
+        restitution=restitution,
         gravity_m_s2=(0.0, -gravity),
         duration_s=10.0,
     )

@@ -198,7 +198,7 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
     }
     a->last = NO_BODY;
     if (p->corner_ground != k) {
-        p->corner = NO_OBSTACLE;
+        p->corner = NO_BODY;
     }
     return continue_in_contact(s, i, k, now);
 }
@@ -208,7 +208,8 @@ static inline ModeRow take_off(State *s, Index i) {
     Parabola *p = &s->accelerated.paths[i];
     Mode before = p->mode;
     Index wall = s->features[p->ground].wall;
-    p->ground = p->left_ground = p->corner = NO_OBSTACLE;
+    p->ground = p->left_ground = NO_OBSTACLE;
+    p->corner = NO_BODY;
     p->mode = FLIGHT;
     p->ends = NEVER;
     p->ax = s->accelerated.gx;
@@ -266,42 +267,56 @@ static inline bool begin_next_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Return how well the normal of a feature is known where a disc touches it: 0 for a straight one. */
-static inline double normal_resolution(const State *s, Index i, const Feature *f) {
+/* Return how well the normal of a convex body, which a disc touches, is known: 0 for a straight feature. */
+static inline double normal_resolution(const State *s, Index i, Index body) {
     const Disc *a = &s->discs[i];
+    double size = size_of(a->x, a->y, a->radius);
+    if (body >= 0) {
+        const Disc *b = &s->discs[body];
+        return gap_resolution(size + size_of(b->x, b->y, b->radius)) / (a->radius + b->radius);
+    }
+    const Feature *f = &s->features[-1 - body];
     if (f->kind <= FACE) {
         return 0.0;
     }
-    double sizes = size_of(a->x, a->y, a->radius) + size_of(f->x.high, f->y.high, f->size.high + f->half_width);
-    double away = f->size.high + (f->kind == INNER_ARC ? -1.0 : 1.0) * (a->radius + f->half_width);
-    return gap_resolution(sizes) / away;
+    double sizes = size + size_of(f->x.high, f->y.high, f->size.high + f->half_width);
+    return gap_resolution(sizes) / (f->size.high + f->half_width + a->radius);
 }
 
-/* Continue the motion of a disc in contact after an impact on `struck`, a feature or NO_OBSTACLE for a disc. The disc
+/* Return whether a body, or feature k as -1 - k, never moves. */
+static inline bool never_moves(const State *s, Index body) {
+    return body < 0 ? !is_driven_wall(&s->driving, (Index)s->features[-1 - body].wall)
+                    : s->discs[body].inverse_mass == 0.0 && driven_row(&s->driving, body) == NULL;
+}
+
+/* Continue the motion of a disc in contact after an impact on `struck`, a disc or, as -1 - k, feature k. The disc
    stays in contact or leaves its wall. Return whether more than its velocity changes.
 
-   The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. Between two
-   walls one such hop follows another, so there it stays only if there is no hop at all. At a right angle between them
-   there is a hop if friction causes one. A disc that is pushed into its wall is also in flight, and hits the wall at
-   once. `normal` is that of the impact. */
+   The disc stays in contact if its normal speed makes a hop that is lower than the resolution of the gap. Between its
+   wall and a flat wall, or a convex body at rest, one such hop follows another. There it stays only if there is no hop
+   at all. At a right angle between two walls there is a hop if friction causes one. A disc that is pushed into its wall
+   is also in flight, and hits the wall at once. `normal` is that of the impact. */
 static inline bool update_contact_after_impact(State *s, Index i, Index struck, const double normal[2], ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
     p->never_met = NEVER_NOTHING;
     p->left_ground = NO_OBSTACLE;
-    if (struck != p->corner_ground) {
-        p->corner = NO_OBSTACLE;
+    if (struck != -1 - p->corner_ground) {
+        p->corner = NO_BODY;
     }
     if (k == NO_OBSTACLE) {
         return false;
     }
     const Feature *f = &s->features[k];
     double approach = ground_approach(s, i, f);
+    bool is_flat = struck < 0 && s->features[-1 - struck].kind <= FACE;
+    /* The way back to a convex body at rest is exact. The way back to any other curved body is rounded, so a hop that is
+       lower than the resolution would have no certain end. */
+    bool has_corner = never_moves(s, struck) && (struck >= 0 || s->features[-1 - struck].kind != INNER_ARC);
     bool hops = false;
-    if (struck != NO_OBSTACLE) {
-        const Feature *other = &s->features[struck];
-        bool changes = p->rubs || fabs(normal[0] * f->nx + normal[1] * f->ny) > normal_resolution(s, i, other);
-        hops = approach < 0.0 && changes;
+    if (is_flat || has_corner) {
+        double part = fabs(normal[0] * f->nx + normal[1] * f->ny);
+        hops = approach < 0.0 && ((struck < 0 && p->rubs) || part > normal_resolution(s, i, struck));
     }
     if (!hops && approach * approach <= 2.0 * pressing_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
         Parabola before = *p;
@@ -314,8 +329,7 @@ static inline bool update_contact_after_impact(State *s, Index i, Index struck, 
         p->left_ground = (int)k;
         p->left = own_instant(&s->discs[i], p);
         p->left_speed = -approach;
-        const Feature *other = &s->features[struck];
-        if (other->kind != INNER_ARC && !is_driven_wall(&s->driving, (Index)other->wall)) {
+        if (has_corner) {
             p->corner = (int)struck;
             p->corner_ground = (int)k;
             p->corner_way = 0.0;

@@ -178,27 +178,6 @@ static inline Instant return_to_left_ground(const State *s, Index i) {
     return f->kind == PLANE || foot_is_on_face(&disc, f, wait, p->ax, p->ay) ? met : NEVER;
 }
 
-/* Return when a disc on a ground is back in the corner: see `Parabola.corner`.
-
-   The way to the corner is straight and the other feature is convex. So the disc touches it nowhere before. */
-static inline Instant return_to_corner(const State *s, Index i) {
-    const Disc *a = &s->discs[i];
-    const Parabola *p = &s->accelerated.paths[i];
-    const Feature *ground = &s->features[p->ground];
-    const Mover disc = mover_of(a);
-    Direction n = normal_at(&s->features[p->corner], &disc);
-    double side = along_ground(ground, n.x, n.y) < 0.0 ? -1.0 : 1.0;
-    double speed = side * along_ground(ground, a->vx, a->vy), rate = side * along_ground(ground, p->ax, p->ay);
-    double wait = descent_time((DoubleDouble){side * p->corner_way, 0.0}, (DoubleDouble){speed, 0.0},
-                               (DoubleDouble){rate, 0.0});
-    return wait < CAROM_INF ? instant_after(own_instant(a, p), wait) : NEVER;
-}
-
-/* Return whether feature k is the one that a disc in contact returns to from its last hop. */
-static inline bool is_in_corner_with(const Parabola *p, Index k) {
-    return p->corner == k && p->ground == p->corner_ground;
-}
-
 /* Return when disc `i` hits feature k of a wall that does not move. The result is NEVER if that is certainly later than
    `within` seconds. */
 static inline Instant parabola_feature_meeting(const State *s, Index i, Index k, const Mover *disc, double within) {
@@ -207,8 +186,9 @@ static inline Instant parabola_feature_meeting(const State *s, Index i, Index k,
     if (CAROM_UNLIKELY(p->left_ground == k)) {
         return return_to_left_ground(s, i);
     }
-    if (CAROM_UNLIKELY(is_in_corner_with(p, k))) {
-        return return_to_corner(s, i);
+    if (CAROM_UNLIKELY(is_in_corner_with(p, -1 - k))) {
+        Direction n = normal_at(&s->features[k], disc);
+        return return_to_corner(s, i, n.x, n.y);
     }
     double wait = parabola_feature_wait(s, i, k, disc, a->last == -1 - k, keeps_touching(s, i, k, 0.0), within);
     return wait < CAROM_INF ? instant_after(own_instant(a, p), wait) : NEVER;

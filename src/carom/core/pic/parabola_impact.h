@@ -71,8 +71,9 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
     Index struck[2] = {(Index)impact->first, (Index)impact->second};
     for (int k = 0; k < 2; k++) {
         ModeRow row;
+        Index other = feature != NO_OBSTACLE ? -1 - feature : struck[1 - k];
         if (struck[k] >= 0 && s->discs[struck[k]].inverse_mass > 0.0 && s->accelerated.deceleration == 0.0 &&
-            update_contact_after_impact(s, struck[k], feature, impact->normal, &row)) {
+            update_contact_after_impact(s, struck[k], other, impact->normal, &row)) {
             record_mode(s, &row);
         }
     }
@@ -120,7 +121,9 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
     Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
     bool is_first_fixed = a->inverse_mass == 0.0, has_fixed = is_first_fixed || b->inverse_mass == 0.0;
     Index one = is_first_fixed ? j : i, other = is_first_fixed ? i : j;
-    Instant last = own_instant(a, p);
+    const Parabola *path = &s->accelerated.paths[one];
+    bool is_in_corner = has_fixed && is_in_corner_with(path, other);
+    Instant last = is_in_corner ? path->left : own_instant(a, p);
     bool has_just_met = !has_fixed && a->last == j && b->last == i;
     set_instant(s, at);
     Instant now = now_instant(s);
@@ -129,7 +132,7 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
     Encountered met = encounter_disc(s, one, other);
     /* Two discs with the same acceleration are not pressed together, whatever their centrifugal acceleration is. */
     bool presses = has_fixed || p->ax != q->ax || p->ay != q->ay;
-    if (presses && is_at_rest(s, &met, has_just_met ? &last : NULL)) {
+    if (presses && is_at_rest(s, &met, has_just_met || is_in_corner ? &last : NULL)) {
         end_in_contact(s, one, other, NO_OBSTACLE, met.approach, s->law.restitution);
         return false;
     }
@@ -158,7 +161,8 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
     double ux = impact.first_before[0] - impact.second_before[0], uy = impact.first_before[1] - impact.second_before[1];
     double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
     double speed = ux * impact.normal[0] + uy * impact.normal[1];
-    double resolution = pair_resolution(sizes, reach, ux, uy, speed) + clock_resolution(impact.time);
+    double resolution =
+        is_in_corner ? 0.0 : pair_resolution(sizes, reach, ux, uy, speed) + clock_resolution(impact.time);
     Point place = {a->x, a->y};
     if (has_fixed) {
         set_on_rim(s, one, other);
@@ -275,7 +279,7 @@ static inline bool apply_parabola_feature_impact(State *s, Index i, Index k, Ins
     set_instant(s, at);
     Instant now = now_instant(s), last = own_instant(a, p);
     bool returns = returns_to(s, i, k, now.high), is_same_feature = a->last == -1 - k;
-    bool is_in_corner = is_in_corner_with(p, k);
+    bool is_in_corner = is_in_corner_with(p, -1 - k);
     double return_speed = p->leaving;
     if (p->left_ground == k) {
         returns = true;

@@ -119,7 +119,7 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     if (a->inverse_mass > 0.0) {
         Parabola *p = &s->accelerated.paths[i];
         bool has_stopped = s->accelerated.deceleration > 0.0 && !is_before(at, p->ends);
-        if (CAROM_UNLIKELY(p->corner != NO_OBSTACLE)) {
+        if (CAROM_UNLIKELY(p->corner != NO_BODY)) {
             const Feature *f = &s->features[p->corner_ground];
             double dt = seconds_between(own_instant(a, p), at);
             p->corner_way += dt * (along_ground(f, a->vx, a->vy) + 0.5 * along_ground(f, p->ax, p->ay) * dt);
@@ -142,6 +142,25 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
     a->vy = there.vy;
 }
 
+/* Return when a disc on a ground is back in the corner: see `Parabola.corner`. (x, y) points from there to the disc.
+
+   The way to the corner is straight and the other body is convex. So the disc touches it nowhere before. */
+static inline Instant return_to_corner(const State *s, Index i, double x, double y) {
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    const Feature *ground = &s->features[p->ground];
+    double side = along_ground(ground, x, y) < 0.0 ? -1.0 : 1.0;
+    double speed = side * along_ground(ground, a->vx, a->vy), rate = side * along_ground(ground, p->ax, p->ay);
+    double wait = descent_time((DoubleDouble){side * p->corner_way, 0.0}, (DoubleDouble){speed, 0.0},
+                               (DoubleDouble){rate, 0.0});
+    return wait < CAROM_INF ? instant_after(own_instant(a, p), wait) : NEVER;
+}
+
+/* Return whether a body, or feature k as -1 - k, is the one that a disc in contact returns to from its last hop. */
+static inline bool is_in_corner_with(const Parabola *p, Index body) {
+    return p->corner == body && p->ground == p->corner_ground;
+}
+
 /* ---- two discs ---- */
 
 static inline bool accelerate_alike(const State *s, Index i, Index j) {
@@ -153,6 +172,9 @@ static inline bool accelerate_alike(const State *s, Index i, Index j) {
 static inline Instant immovable_impact_time(const State *s, Index i, Index fixed) {
     const Disc *a = &s->discs[i], *b = &s->discs[fixed];
     const Parabola *p = &s->accelerated.paths[i];
+    if (CAROM_UNLIKELY(is_in_corner_with(p, fixed))) {
+        return return_to_corner(s, i, a->x - b->x, a->y - b->y);
+    }
     const Driven *row = driven_row(&s->driving, fixed);
     Index first = row == NULL ? 0 : leg_at(&s->driving, row, a->time);
     Index end = row == NULL ? 1 : row->first_leg + row->leg_count;
@@ -225,7 +247,7 @@ static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
     bool is_free = b->inverse_mass > 0.0;
     Instant start = is_free ? later_of(own_instant(a, p), own_instant(b, q)) : own_instant(a, p);
-    if (a->last == j || (is_free && b->last == i)) {
+    if (a->last == j || (is_free && b->last == i) || CAROM_UNLIKELY(is_in_corner_with(p, j))) {
         return start;
     }
     const Driven *row = is_free ? NULL : driven_row(&s->driving, j);

@@ -106,7 +106,7 @@ static inline void fill_acceleration(State *s, const RunInput *input) {
             .never_of = NO_OBSTACLE,
             .never_but = NO_OBSTACLE,
             .left_ground = NO_OBSTACLE,
-            .corner = NO_OBSTACLE,
+            .corner = NO_BODY,
             .corner_ground = NO_OBSTACLE,
         };
         if (run->deceleration > 0.0)

@@ -99,7 +99,7 @@ class BallContacts:
         off, rim = ground.normal_part(bodies.vx[i], bodies.vy[i]), bodies.rim_speed(i)
         bodies.x[i], bodies.y[i] = ground.centre_at(place)
         if off * off <= 2 * ground.presses * self._gap_resolution(i, k):
-            return self._start_mode(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
+            return self.start_mode(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
         near = WallApproach((ZERO - off) * bodies.laws.of_straight(k, None).length, ZERO)
         return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
@@ -117,14 +117,14 @@ class BallContacts:
         i, at = meeting.first, meeting.at
         gliding, landing = self._states.gliding[i], self._states.landings[i]
         if landing is not None:
-            return self._start_mode(i, landing.ground, landing.time, at, landing.state)
+            return self.start_mode(i, landing.ground, landing.time, at, landing.state)
         if gliding is None or gliding.end is None:
             raise TypeError(f"the mode of disc {i} does not end")
         end, state = gliding.end, gliding.state_after(gliding.end.wait)
         if end.over:
             return self._leave_face(i, gliding, state, at)
         slip, rim = (ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
-        return self._start_mode(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
+        return self.start_mode(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, at: float) -> None:
         """Release disc `i` from its wall before an impact.
@@ -158,7 +158,7 @@ class BallContacts:
             )
         rim = bodies.rim_speed(i)
         speed = ground.tangential_part(vx, vy)
-        settled = self._start_mode(
+        settled = self.start_mode(
             i, ground, time, at, GlideState(ground.tangential_part(x, y), speed, speed + rim, rim), before.mode
         )
         now = self._states.gliding[i]
@@ -189,7 +189,7 @@ class BallContacts:
             self._states.clear(i)
         return before
 
-    def _start_mode(
+    def start_mode(
         self, i: int, ground: BallGround, time: arb, at: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
         """Start a contact mode of disc `i` with a state at a time."""
