@@ -66,7 +66,7 @@ class Alignment:
 
 
 def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange | None = None) -> Alignment:
-    """Align the impacts of two traces of one scene, and return the part within a range (default: all)."""
+    """Align the impacts of two traces of one scene. Return the part within a range, by default all of it."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _compute_time_windows(reference, slack)
     timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
@@ -100,8 +100,8 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
 def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    In that case, the bodies have passed through each other, no later step would have found the impact, and it is
-    missed. Nothing can pass through a half-plane wall.
+    If they separate, the bodies have passed through each other. No later step would find the impact, so it is missed.
+    Nothing can pass through a half-plane wall.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:

@@ -64,11 +64,11 @@ def compute_scales(scene: Scene, reference: Trace) -> Scales:
 
 @dataclass(frozen=True)
 class OwnScales:
-    """Scales of rounding for each impact and for each disc's final state. Only earlier impacts that affect it count.
+    """Scales of rounding for each impact and for each disc's final state.
 
     The scale of a body is its greatest speed, or the greatest speed of any body from which errors may have propagated
-    to it by impacts. A disc may be slow because two speeds cancel; it is still known only to the rounding of those
-    speeds. Unrelated bodies add nothing.
+    to it by impacts. A disc may be slow because two speeds cancel. Its velocity is still known only to the rounding of
+    those speeds. Bodies without such a link are ignored.
 
     Attributes:
         speed_m_s: Speed scale of each impact of a trace, shape ``(m,)``.

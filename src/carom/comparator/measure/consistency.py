@@ -27,8 +27,8 @@ class Deviation:
     """The largest deviation of one kind, and the disc and time at which it was found.
 
     Attributes:
-        size: Over the scene's speed or length.
-        disc: The disc.
+        size: The deviation, over the scene's speed or length.
+        disc: Number of the disc.
         since_s: Time of the impact, or of the start, that began the flight, seconds.
     """
 
@@ -51,7 +51,7 @@ class Consistency:
             seconds.
         across: Largest part of a velocity change at an impact that is perpendicular to the impact's normal, over the
             scene's speed. If the change points away from the normal, all of it counts.
-        normal_rad: Angle between that normal and the change, radians.
+        normal_rad: Largest angle between the normal of an impact and its velocity change, radians.
         normal_length: Difference of a normal's length from 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
@@ -83,7 +83,7 @@ class Consistency:
 def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
     """Measure how far a run's impacts and states contradict each other, over the run's scales.
 
-    Only times up to `until_s` count, because free flight ends when a disc comes to rest.
+    Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
     disc, since_s, turned, spun, moved, allowed = np.concatenate(list(_iterate_flights(trace, until_s)), axis=1)
     reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
@@ -117,9 +117,9 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     """Yield the free flights of each disc, from impact to impact and from the last to the end, shape ``(6, k)``.
 
-    The rows are the disc, the begin of the flight, and the deviations of velocity, rim speed and position at its end
-    (NaN if the flight can't be followed). The last row is the distance by which a contact at either end may have moved
-    the disc.
+    The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
+    at its end (NaN if the flight can't be followed). The last row is the distance by which a contact at either end may
+    have moved the disc.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -159,8 +159,8 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-            # Velocities belong to step boundaries, so gravity acts for whole steps: at most from the step that reported
-            # one contact to the step that ended the next.
+            # Velocities are known at step boundaries only. So gravity acts for whole steps, at most from the step that
+            # reported one contact to the step that ended the next.
             most = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begun[own]]))
             beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most), 0.0)
             turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
@@ -192,7 +192,7 @@ def _find_turn_times(trace: Trace) -> Array:
 
 
 def _compute_turn_places(trace: Trace, turning: Array) -> Array:
-    """Return positions of the bodies of impacts when their paths turned, shape ``(2, m, 2)``; NaN if unknown."""
+    """Return the positions at which the paths of the bodies of impacts turned, shape ``(2, m, 2)``; NaN if unknown."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
@@ -234,7 +234,7 @@ def _compute_path_errors(place: Array, flown: Array) -> Array:
 
 
 def _measure_stamp_error(trace: Trace) -> float:
-    """Return the largest time by which a stamp is outside of the step that reported its contact, or of the run."""
+    """Return the largest time by which a time stamp is outside of the step that reported it, or of the run."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
@@ -244,7 +244,7 @@ def _measure_stamp_error(trace: Trace) -> float:
 
 
 def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
-    """Return the largest velocity change perpendicular to the normal, over the speed, and its angle to the normal.
+    """Return the largest velocity change perpendicular to the normal, over the scene's speed, and the largest angle.
 
     The normal of a half-plane is known. For a finite wall and for two discs, the normal is the direction of the change
     of relative velocity, except for two parts. Friction adds at most its coefficient times the normal part. Gravity

@@ -28,16 +28,16 @@ class LocalScore:
 
     Attributes:
         until_s: Time of the last state.
-        windows: Number of windows with a due impact.
+        windows: Number of windows in which PIC has an impact from the run's own state. Such an impact is *due*.
         due: Number of PIC's impacts in these windows.
-        missed: Number of pairs that passed through each other.
+        missed: Number of pairs of bodies that passed through each other.
         missed_by_pit: Number of these pairs that PIT also misses from the same state.
         missed_within: Number of the missed pairs within the horizon.
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair; NaN if there is none.
         invented: Number of steps in which bodies turned by more than a hundredth of their speed with nothing near.
         first_invented: Description of the first invented turn; empty if there is none.
-        early: Number of windows in which the paths turned earlier than PIC's.
+        early: Number of windows in which paths turned earlier than in PIC.
         ahead: Number of turns more than two steps before the meeting that caused them, because of an engine's contact
             margin.
         entangled: Number of windows with several pairs or impacts.
@@ -53,12 +53,13 @@ class LocalScore:
         worse_than_pit: Number of windows whose ratio is above 1.
         judged: Number of windows of one impact that were compared.
         restitution: Median and worst absolute error of the effective restitution; NaN if there is none.
-        energy: Energy gained or lost that PIT does not gain or lose from the same states, over the scene's energy.
-        slipped: Largest change of a velocity or rim speed with nothing near that is too small for an invented turn,
-            over the disc's own speed.
-        drifts: Number of steps of discs in which a position changed other than by the disc's velocity.
+        energy: Energy gained or lost beyond the gain or loss of PIT from the same states, over the scene's energy.
+        slipped: Largest change of a velocity or rim speed without a body near, over the disc's own speed. Only changes
+            too small for an invented turn count.
+        drifts: Number of steps, summed over all discs, in which a disc's position changed differently from its
+            velocity.
         drift: The largest of these changes, over the scene's length.
-        resting_steps: Number of steps of discs that rested on something.
+        resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
         sunk_radii: The largest depth to which a resting pair sank, over its contact distance.
         sinks: Whether a pair sank faster than by falling from rest in each step.
         polygon: Whether falling discs move along polygons.
@@ -107,7 +108,7 @@ class LocalScore:
     def missed_own(self) -> int:
         """Number of missed impacts that sampling does not explain.
 
-        Beyond the horizon, only impacts that PIT finds count.
+        Beyond the horizon, an impact counts only if PIT finds it.
         """
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
@@ -227,7 +228,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     )
 
 
-#: Accuracy of lateness in steps, by whether floats have 64 bits. A hundredth of a step counts as close.
+#: Rounding error of the lateness, steps. The key is whether floats have 64 bits. A hundredth of a step counts as close.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 

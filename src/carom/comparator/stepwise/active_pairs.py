@@ -145,7 +145,7 @@ def _find_impacts(
     """Yield PIC's impacts in a step, beginning with due pairs: seconds from the step's start, pair and closing speed.
 
     After an impact, only the meetings of the struck discs are predicted again, because other pairs meet only if they
-    are due. In a collapse, infinitely many impacts are due at one instant. Its impacts end when all further impacts
+    are due. In a collapse, infinitely many impacts are due at one instant. The search ends when all further impacts
     must be slower than `slow`.
     """
     bodies, seconds, begun_s = block.bodies, float(block.step_s[step]), float(block.states.time_s[step])

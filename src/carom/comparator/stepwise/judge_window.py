@@ -167,7 +167,7 @@ def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) 
     now = window.now.compute_energy()
     if not entangled:
         return now - found.truth.compute_energy()
-    if window.bodies.driven or window.bodies.slowing.table_m_s2:  # on a table, another path loses another energy
+    if window.bodies.driven or window.bodies.slowing.table_m_s2:  # on a table, the loss of energy depends on the path
         return 0.0
     gained = now - window.free.compute_energy()
     bodies = window.bodies
@@ -185,7 +185,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     if not own:
         return False
     last = own[-1]
-    while last + 1 in steps:  # pairs still push while they separate: late, but not missed
+    while last + 1 in steps:  # a pair that still pushes while it separates is late, but not missed
         last += 1
     i, j = pair
     discs = (i, j) if j < bodies.n else (i,)
@@ -198,7 +198,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
         return False  # the pair is so slow that it may rest
     if before.closing <= PASSED * speed_before:
-        return False  # a rest of an impact, from a cut chain, counts as a velocity error
+        return False  # the remainder of an impact from a cut chain counts as a velocity error
     closed = before.closing * bodies.slowing.damping.compute_kept_fraction(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0

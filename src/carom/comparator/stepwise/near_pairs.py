@@ -68,7 +68,7 @@ class NearPairs:
 def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
     """Return, for each movable body, the pairs that are so near at the start of a step that they may meet in it.
 
-    A third body may strike one of them and pass on its speed within the step.
+    The distance includes the case that a third body strikes one of the two and passes on its speed within the step.
     """
     bodies, h = block.bodies, float(block.step_s[step])
     own = block.own_speed[step] + bodies.fastest_wall

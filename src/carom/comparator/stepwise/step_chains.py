@@ -3,7 +3,7 @@
 A node is a pair that is active in a step. Two nodes are joined if they share a movable disc in one step, or are the
 same pair in successive steps. Chains that share a disc at one time are one chain, so each disc is in one window at a
 time. A chain that would be longer than `LONGEST` steps is cut: it ends there, and the pairs that are still active begin
-a new chain. So a chain is settled at most `LONGEST` steps later, however long a crowd stays entangled.
+a new chain. So a chain is settled at most `LONGEST` steps later, even if many discs stay entangled for longer.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 
 #: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. If a
-#: contact lasts longer, its lateness can't be explained by sampling. In crowds, soft contacts form chains that do not
-#: end.
+#: contact lasts longer, its lateness can't be explained by sampling. In dense groups of discs, soft contacts form
+#: chains that do not end.
 LONGEST = 8
 
 
