@@ -11,7 +11,8 @@ import sys
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
 #: Number of new objects after which Python searches for cycles: more than a short command with a report makes. Imported
-#: objects stay anyway. With the default of 700, the search takes a fifteenth of the processor time of a short command.
+#: objects are never freed anyway. With the default of 700, the search takes a fifteenth of the processor time of a
+#: short command.
 _COLLECTED_FROM = 400_000
 
 #: Interval, seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle it
@@ -100,7 +101,7 @@ def _raise_again(lost: sys.UnraisableHookArgs) -> None:
 
 
 def _return_signals(handled: list[signal.Signals]) -> None:
-    """Return signals to the system after all cleanup, when there is nothing left to interrupt.
+    """Restore the system's default handling of signals, after all cleanup, when nothing is left to interrupt.
 
     A signal that has already arrived is ignored from now on, so it can't change the exit code.
     """

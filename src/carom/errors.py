@@ -89,7 +89,7 @@ class SceneError(InputError):
         carom.errors.SceneError: radius_m: must be greater than 0, got -1.0
     """
 
-    #: More findings than this are counted instead of shown: one bad column must not scroll the first line away.
+    #: Findings beyond this number are only counted, so that the first line stays visible in a terminal.
     SHOWN = 10
 
     def __init__(self, problems: Sequence[Problem], source: str = "", *, more: bool = False) -> None:

@@ -40,7 +40,7 @@ from carom.support.limits import LARGEST
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
 
-#: Number of rows of states, times the number of discs: some 3 MB.
+#: Number of rows in a block of states, times the number of discs: about 3 MB.
 _ROWS = 2**16
 
 #: Largest number of samples. Samples are for drawing, and no picture is wider than this many pixels.
@@ -169,7 +169,7 @@ class _Run:
 
     @property
     def earlier(self) -> tuple[float, Observation]:
-        """The last state, except for the present state, that is within the scene's duration; and its time."""
+        """The last state before the present one that is within the scene's duration, and its time."""
         within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
         if not len(within):
             return self.before
@@ -212,7 +212,7 @@ class _Run:
     def _take_quiet_steps(self, world: Any, until_s: float) -> Observation | None:
         """Take steps until one has contacts or a warning, or is near a time. Return the observation of the last step.
 
-        Add the states of all these steps except the last. Return None if only one step is possible: none is then taken.
+        Add the states of all these steps except the last. If only one step is possible, take no step and return None.
 
         `world` is a `carom.engines.api.QuietWorld`. No contact may be open.
         """

@@ -1,7 +1,7 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
 A contact that lasts several steps becomes one impact. The impact has the velocities just before the first step and just
-after the last step of the contact. If a method reports a contact with velocities, the impact has these.
+after the last step of the contact. If a method reports velocities with a contact, the impact has those velocities.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: A pair rests if its relative speed along the normal is at most what gravity adds in this many steps. An engine may
-#: take one step until it tests for contact, and one until the response acts. In a leapfrog scheme, positions and
-#: velocities are half a step apart.
+#: A pair rests if its relative speed along the normal is at most the speed that gravity adds in this many steps. An
+#: engine may take one step until it tests for contact, and one until the response acts. In a leapfrog scheme, positions
+#: and velocities are half a step apart.
 _REST_STEPS = 2.5
 
 
@@ -70,7 +70,7 @@ class ImpactCollector:
         self.spins: NDArray[np.void] | None = None
 
     def skip_to(self, time_s: float, now: Observation) -> None:
-        """Pass steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
+        """Skip steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
         self._last, self._last_s = now, time_s
 
     def add(self, time_s: float, now: Observation) -> None:
@@ -202,7 +202,7 @@ class ImpactCollector:
             known.rested = replace(known)
 
     def _is_resting(self, motions: Motions, normal: Vector, step_s: float) -> bool:
-        """Whether gravity may hold a pair together: its relative speed is at most what `_REST_STEPS` of fall give."""
+        """Whether a pair is slow enough to rest: at most as fast as after a fall of `_REST_STEPS` steps."""
         return abs(compute_separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
     def _has_all_impulses(self, contact: Contact) -> bool:
@@ -215,7 +215,7 @@ class ImpactCollector:
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
         tangential = contact.tangential_impulse_n_s
-        if not tangential:  # so that scenes without friction have the same bits
+        if not tangential:  # keeps scenes without friction bit-identical
             return (vx + by_normal * nx, vy + by_normal * ny, spin)
         by_friction = sign * tangential * self._inverse_mass[body]
         return (
@@ -275,8 +275,8 @@ class ImpactCollector:
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
         """Return velocities and spins of slowed discs at the instant of an impact, from those at step boundaries.
 
-        If the instant is not known, the reported instant is used. An instant is limited to at most the contact's
-        duration before its start or after its end.
+        If the instant is not known, the reported instant is used. The instant is at most one contact duration before
+        the contact's start or after its end.
         """
         lasted = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s

@@ -84,7 +84,7 @@ class OpenContact:
         self.length += impulse * math.hypot(*normal)
 
     def compute_normal(self) -> Vector:
-        """Return the direction of the total impulse, with the mean length of the normals; if 0, the first normal."""
+        """Return the direction of the total impulse, with the normals' mean length; the first normal for a total of 0."""
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal
@@ -99,7 +99,7 @@ class OpenContact:
         impact is a parabola, or a line if gravity moves both bodies alike.
 
         Args:
-            gravity: As `compute_gravity` returns it.
+            gravity: Acceleration of each disc, from `compute_gravity`.
             leg: Motion of the wall, if the second body is a wall.
         """
         d0, u0 = self._compute_relative_motion(self.start, self.start_s, leg)
@@ -110,7 +110,7 @@ class OpenContact:
         bend = float(self._compute_relative_pull(gravity) @ normal) / 2
         closing = float((u1 - u0) @ normal)
         apart = float((d0 - d1 + u1 * lasted) @ normal)
-        # The first root of apart - closing t + bend t^2 in the form that loses no digits.
+        # The first root of apart - closing t + bend t^2 in the form without cancellation.
         square = closing * closing - 4.0 * bend * apart
         if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
             return math.nan
@@ -125,7 +125,7 @@ class OpenContact:
         damping, the paths are lines in undamped time. On a table, the paths have different curvatures.
 
         Args:
-            gravity: As `compute_gravity` returns it.
+            gravity: Acceleration of each disc, from `compute_gravity`.
             slowing: Law that slows discs down.
             leg: Motion of the wall, if the second body is a wall.
         """

@@ -36,7 +36,7 @@ CERTIFY_SECONDS = 10.0
 #: The best grade that counts as a violation.
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
-#: Ratio between one step of a scene and the next. The ratio is large enough to show an order of convergence.
+#: Ratio of two successive default steps of a scene. The ratio is large enough to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
 

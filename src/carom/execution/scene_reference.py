@@ -18,7 +18,7 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.support.formatting import format_instant
 
-#: Most impacts of a reference in a cross-check. Memory is needed for every impact.
+#: Largest number of impacts of a reference in a cross-check. Each impact needs memory.
 MOST_IMPACTS = 200_000
 
 #: Scenes with more discs are certified on request only: bounds for all pairs take 8 MB at 1000 discs.
@@ -121,7 +121,7 @@ def _certify_reference(trace: Trace, asked: bool | None, time_budget_s: float) -
             raise
         return Reference(trace, f"not certified: {error}")
     found = compute_horizon(certified, trace)
-    if certified.degeneracy is not None:  # beyond this time, a convention decides: PIC's is used
+    if certified.degeneracy is not None:  # beyond this time, results depend on a convention: PIC's is used
         return Reference(trace, f"certified to impact {len(certified)}; there, {certified.degeneracy}")
     if not asked:
         return Reference(trace, found, None if found.covers_the_scene else found.end_s)

@@ -15,8 +15,8 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import start_pit_run
 from carom.solvers.run import build_trace
 
-#: Numbers of alternating runs for the median of their ratios: the least and the largest, and the seconds after which to
-#: stop.
+#: Rounds of alternating runs for the median of their ratios: the smallest and the largest number, and the seconds after
+#: which no further round begins.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
 #: Limit of the tests of pairs and walls in a run without skipping. With more tests a run would take too long.
@@ -24,7 +24,7 @@ MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Run time with skipping, seconds, and the ratio of the time without to it: medians over the same rounds."""
+    """Run time with skipping, seconds, and the ratio of the run time without skipping to it, as medians over rounds."""
 
     with_s: float
     ratio: float

@@ -1,7 +1,7 @@
 """Validates the observations that an adapter returns: states and contacts.
 
 A non-finite state is accepted, since the engine itself can produce it. Values that can't be scored are refused, such as
-a moving velocity of a static wall, or a number whose square overflows.
+a velocity of a static wall that is not 0, or a number whose square overflows.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Geometry of finite walls in floats: straight edges, arcs and circles, and their point nearest to a given point.
+"""Geometry of finite walls in floats: straight edges, arcs and circles, and the nearest point of a wall.
 
 An edge runs from one point to the next. The edge's bulge is the tangent of a quarter of its angle, as in DXF. A bulge
 of 0 is a straight edge, 1 is half of a circle, and a positive bulge runs counterclockwise. The wall consists of all

@@ -35,7 +35,7 @@ class Overlap(NamedTuple):
     Attributes:
         disc: Number of the disc; the higher number if both bodies are discs.
         other: Number of the other disc, or number of the wall.
-        message: Message: what is wrong, and what to do. The message is printed after the name of the disc's position.
+        message: What is wrong, and what to do. The text is printed after the name of the disc's position.
     """
 
     disc: int

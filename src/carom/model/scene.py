@@ -234,7 +234,7 @@ class Scene(Drawn, Model):
 
     @cached_property
     def arrays(self) -> DiscArrays:
-        """The start of the scene as read-only arrays, the input of every solver. Gravity is not included."""
+        """The initial state of the scene as read-only arrays, the input of every solver. Gravity is not included."""
         discs = self.discs
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),

@@ -20,7 +20,7 @@ _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff
 
 
 def render_junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
-    """Return one test case per cell, and one suite per engine and profile.
+    """Return JUnit XML with one test case per row, and one suite per engine and profile.
 
     A case fails if its grade is `fail_on` or worse. With None, no grade fails.
     """

@@ -70,7 +70,7 @@ def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
 
 
 def read_row(text: bytes, path: Path, number: int) -> RowLine:
-    """Parse another line of a file. A field that may be null may also be missing.
+    """Parse a line after the first. A field that may be null may also be missing.
 
     Raises:
         InputError: The line is not JSON, or a field is missing or has a wrong type. The message names file, line and

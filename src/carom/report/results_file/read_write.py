@@ -38,7 +38,7 @@ def format_record(row: Row) -> str:
 
 
 def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
-    """Read a file written by `records`: the summary, and the lines of the rows.
+    """Read a file written by `format_records`: the summary, and the lines of the rows.
 
     Raises:
         InputError: The file can't be read, has another format, is incomplete, or has an invalid field.
@@ -48,7 +48,7 @@ def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
 
 
 def stream_records(path: Path) -> tuple[Summary, Iterator[RowLine]]:
-    """Read a file written by `records` row by row, so that it need not fit into memory.
+    """Read a file written by `format_records` row by row, so that it need not fit into memory.
 
     The iterator checks the number of rows.
 
