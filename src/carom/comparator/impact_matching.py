@@ -153,8 +153,8 @@ def _align_pair(
 ) -> list[tuple[int, int]]:
     """Align one pair's impacts in order by dynamic programming; the cost is (unmatched, total time difference).
 
-    ``cost(r, c)`` is the cost of the impacts from r and from c on. Windows begin and end in the order of the impacts.
-    So each row is computed only for the columns in its window.
+    ``cost(r, c)`` is the smallest cost for the reference's impacts from r on and the observed impacts from c on.
+    Windows begin and end in the order of the impacts. So each row is computed only for the columns in its window.
     """
     rows, columns = len(expected), len(found)
     times = observed_time[found]

@@ -134,7 +134,7 @@ class ClusterPool(Pool):
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
         """Cancel the submitted items at the end, or if workers are missing for long.
 
-        Yield a list, to which the reason for a cancellation is added.
+        Yield an empty list. If workers are missing, the reason is added to this list.
         """
         over, gone = threading.Event(), list[str]()
 

@@ -126,8 +126,8 @@ def run_pit(scene: Scene, dt_s: float) -> Trace:
 def choose_look_steps(steps: int) -> frozenset[int]:
     """Return the steps of a run after which the state is kept: all, or one from each of `MOST_LOOKS` equal intervals.
 
-    The step within an interval is quasi-random, because at a fixed step, a disc that hops every two steps could seem to
-    rest.
+    The step within an interval is quasi-random, because at fixed intervals, a disc that hops every two steps could seem
+    to rest.
     """
     every = -(-steps // MOST_LOOKS)
     stretches = range(0, steps, every)

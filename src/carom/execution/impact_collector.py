@@ -125,7 +125,7 @@ class ImpactCollector:
         return (*_to_vector(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
     def _find_unchanged_motion(self, body: int, time_s: float) -> Motion:
-        """Return the motion, in the step that ends at a time, of a body that no impact changes: static or driven."""
+        """Return the motion of a static or driven body, which no impact changes, in the step that ends at a time."""
         middle_s = 0.5 * (self._last_s + time_s)
         if body < 0:
             return (*self._walls[wall_index(body)].velocity_at(middle_s), 0.0)

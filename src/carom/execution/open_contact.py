@@ -84,7 +84,7 @@ class OpenContact:
         self.length += impulse * math.hypot(*normal)
 
     def compute_normal(self) -> Vector:
-        """Return the direction of the total impulse, with the normals' mean length; the first normal for a total of 0."""
+        """Return the direction of the total impulse, or the first normal if it is 0, with the normals' mean length."""
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal

@@ -1,6 +1,7 @@
 """Search for overlaps at the start.
 
-Bodies never move into an overlap, so a run that starts with one has no unique answer.
+Bodies that are apart never begin to overlap. So an overlap at the start has no physical meaning, and the run has no
+unique answer.
 
 The same rule applies to scenes and to arrays. Two immovable bodies may overlap, since that has no effect.
 """

@@ -142,9 +142,9 @@ class LocalTruth:
         resting_steps: Number of steps, summed over all discs, in which a disc belonged to a resting pair.
         sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if none did.
         sinks_s: First time at which a pair sank in a step by more than a free fall of that step; NaN if none did.
-        polygon: Whether the method's paths are polygons. For polygons, under gravity each step is off by up to half of
-            the fall in that step. With damping each step is off by up to half of the speed that the step removes, times
-            the step.
+        polygon: Whether the method's paths are polygons. Under gravity, the end of a polygon's step is wrong by up to
+            half of the fall in that step. With damping, it is wrong by up to half of the speed lost in the step, times
+            the length of the step.
         rests: Structured array of `REST_DTYPE`: steps outside of all windows in which a pair rests and a push is
             visible. None in journals of earlier versions.
     """

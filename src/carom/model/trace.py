@@ -76,7 +76,7 @@ EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
 #: A disc's motion from the instant at which lasting contact begins, changes or ends: see `Mode`. `wall` is the body
-#: number of the wall, `impacts` the number of earlier impacts in the trace. The disc has this acceleration until its
+#: number of the wall, `impacts` the number of earlier impacts in the trace. The acceleration applies until the disc's
 #: next mode.
 MODE_DTYPE = np.dtype(
     [
@@ -129,7 +129,7 @@ NO_EDGE = (-1, -1)
 
 
 class ImpactRecord(NamedTuple):
-    """One impact: its rows in `Trace.impacts`, `Trace.spins` and `Trace.edges`. Seconds, metres a second."""
+    """One impact: its rows in `Trace.impacts`, `Trace.spins` and `Trace.edges`. Units: s, m/s, rad/s."""
 
     time_s: float
     first: int
@@ -144,7 +144,7 @@ class ImpactRecord(NamedTuple):
 
 
 class ModeRecord(NamedTuple):
-    """One row of `Trace.modes`, in the order of `MODE_DTYPE`. Seconds, metres, radians."""
+    """One row of `Trace.modes`, in the order of `MODE_DTYPE`. Units: s, m, rad."""
 
     time_s: float
     impacts: int
@@ -213,7 +213,8 @@ def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> N
 def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the rim speeds ``R w`` of both bodies of each impact, shape ``(2, m)``: first bodies, then second bodies.
 
-    In metres a second, counterclockwise. The speed of a wall is 0; all are 0 if the trace has no spins.
+    Rim speeds are in metres a second, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if the
+    trace has no spins.
     """
     speeds = np.zeros((2, len(trace.impacts)))
     if trace.spins is not None:

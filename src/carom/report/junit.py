@@ -15,7 +15,7 @@ from carom.report.results_file.lines_from_rows import build_line, list_reasons
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
-#: Characters that XML 1.0 can't contain, not even escaped, but that an engine's message may contain.
+#: Characters that are forbidden in XML 1.0, even as escapes. An engine's message may contain them.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 

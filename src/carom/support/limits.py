@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: A little less than the square of `ORDINARY`, because units are powers of two, which centre the sizes only roughly.
+#: A little less than the square of `ORDINARY`. Units are powers of two, so sizes in these units are centred only
+#: roughly.
 SPAN = 2.0**396
 
 #: Most steps or frames of a run. A larger number is most likely a mistaken unit.

@@ -7,7 +7,7 @@ import { dot, over, plus, rational, times } from "./rational.js";
 
 export const wallBody = (k) => -1 - k;
 const [PLANE, FACE, VERTEX, OUTER_ARC, INNER_ARC] = [0, 1, 2, 3, 4];
-const PAIRS = 7; // numbers of pairs in a row
+const PAIRS = 7; // number of pairs of numbers in a row
 const exact = (x) => [x, 0];
 
 function row(kind, wall, feature, normal, pairs) {

@@ -45,8 +45,8 @@ class Consistency:
         velocity: Largest change of a velocity between impacts, or after the last one, over the scene's speed.
         spin: Largest change of a spin times its radius between impacts, over the scene's rim speed; 0 if no disc spins.
         position: Largest distance of a disc from the position that its own velocities imply, over the scene's length.
-        excess: The part of `position` that is not explained by the overlap gained in a step at the impacts before and
-            after it.
+        excess: The part of `position` that the overlap gained in a step does not explain, for the impacts at both ends
+            of the flight.
         stamp_s: Largest time by which an impact's time stamp is outside of the step that reported it, or of the run,
             seconds.
         across: Largest part of a velocity change at an impact that is perpendicular to the impact's normal, over the
@@ -57,7 +57,8 @@ class Consistency:
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
             radius and the scene's rim speed; 0 if no disc spins.
         angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
-        arm: The lever arm of friction at the impact of `angular`, over the disc's radius; NaN if there was no friction.
+        arm: The lever arm of friction at the impact with the change `angular`, over the disc's radius; NaN if there was
+            no friction.
         strayed: The largest distance, as in `position`, over the rounding scale of the disc's own positions.
         strayed_excess: The largest `excess` on the same scale.
         unchecked: Number of free flights that can't be followed because a disc had several contacts in one step.
@@ -166,7 +167,8 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
             turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
         else:
             turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
-            # A straight step deviates from the path of a slowed disc by up to half of the speed lost in it.
+            # A step at constant speed ends away from the path of a slowed disc, by up to half of the lost speed times
+            # the step.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
         followed = np.isfinite(lasted) & (time[1:] <= until_s)
         deviations = (np.where(followed, of, math.nan) for of in (turned, spun, distance))

@@ -249,8 +249,8 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     first, bodies, dt_s = window.truth[0], window.bodies, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
-    # A run checks for contact at the end of a step. A polygon reaches the contact later than a bent path, by half of
-    # the bend in a step.
+    # A run checks for contact at the end of a step. A disc on a polygon reaches the contact later than on the bent
+    # path, because it lags by up to half of the bend in a step.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:

@@ -150,9 +150,9 @@ class Block:
     def is_possible(self, step: int, pairs: Collection[Pair]) -> bool:
         """Whether every disc has room at the start of a step between each two opposite bodies.
 
-        Only driven bodies leave a disc less room than its diameter. From such a state, infinitely many ever faster
-        impacts follow at one instant, and no impact makes room. Bodies count as opposite within the rounding of
-        positions.
+        Only driven bodies can leave a disc less room than its diameter. From such a state, infinitely many impacts
+        follow at one instant, with ever higher speeds, and none of them makes room. Bodies count as opposite within the
+        rounding of positions.
 
         Args:
             step: The step.

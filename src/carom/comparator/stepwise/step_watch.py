@@ -68,8 +68,8 @@ class StepWatch:
         self._scene, self._dt_s, self._bodies = scene, dt_s, SceneBodies(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # The last limit is at most the rounding of the score, because the cost of sampling is not needed if velocities
-        # agree.
+        # The last number is at most the rounding of the score, because no cost of sampling is computed if velocities
+        # agree to this number.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         spins = arrays.spins[None] if self._bodies.turns else None

@@ -43,7 +43,7 @@ def _check_known_fields(kind: type[Any]) -> Any:
 
 
 def _read_enums(table: object) -> object:
-    """Read ``contact_times`` and ``stamp`` by their names in small letters; their values are sentences."""
+    """Read ``contact_times`` and ``stamp`` by their names in lower case, because their values are sentences."""
     if not isinstance(table, Mapping):
         return table
     found = dict(table)

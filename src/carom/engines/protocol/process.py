@@ -64,7 +64,7 @@ class Program:
         welcome = self.ask(Hello(), Welcome)
         if welcome.protocol != PROTOCOL:
             self.end()
-            message = f"{name} speaks version {welcome.protocol} of the protocol, and Carom version {PROTOCOL}"
+            message = f"{name} uses version {welcome.protocol} of the protocol, but Carom uses version {PROTOCOL}"
             raise AdapterError(message, hints=["see docs/reference/engine-protocol.md"])
         self.version = welcome.version
 
