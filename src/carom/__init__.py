@@ -167,4 +167,4 @@ require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
 set_view_finder(_find_view)
 set_scene_finder(_find_scene)
-importlib.import_module("carom.engines").__class__ = _Engines  # before the package's name hides the function
+importlib.import_module("carom.engines").__class__ = _Engines  # must run before the package's name hides the function

@@ -66,7 +66,7 @@ class Problem(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The path and what is wrong there."""
+        """The path to the field, and what is wrong with the field."""
         parts = (f"[{part}]" if isinstance(part, int) else f".{escape_controls(shorten(part))}" for part in self.field)
         path = "".join(parts).lstrip(".")
         return f"{path}: {self.message}" if path else self.message

@@ -26,8 +26,8 @@ class AlignedRun(ComparedRun):
         alignment: Matches of the run's impacts with the impacts of the reference.
         pit_alignment: Matches of PIT's impacts with the impacts of the reference; None without PIT.
         against_pit: Matches of the run's impacts with PIT's impacts; None without PIT.
-        edits: Number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the other;
-            at most `MOST_EDITS`.
+        edits: Smallest number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the
+            other; at most `MOST_EDITS`.
         inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts. The earlier impact
             comes first.
         parted_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
@@ -146,7 +146,7 @@ def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tu
 def _sort_by_reference(
     sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
 ) -> set[tuple[int, int]]:
-    """Sort observed impacts into the reference's order where `compare_order` allows it, and return the other pairs.
+    """Sort observed impacts into the reference's order where `compare_order` allows it; return pairs left inverted.
 
     An insertion sort is used, because nearly all impacts are in order. Each of these needs one comparison.
     """
@@ -159,7 +159,7 @@ def _sort_by_reference(
             earlier, later = sequence[k - 1], sequence[k]
             if earlier not in to_reference or later not in to_reference:
                 break
-            a, b = to_reference[later], to_reference[earlier]  # the reference's order if they are inverted
+            a, b = to_reference[later], to_reference[earlier]  # a < b if the reference has them in the other order
             if a > b:
                 break
             common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])

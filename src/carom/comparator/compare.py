@@ -72,8 +72,8 @@ class Score(Shown):
         branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.
         local_truth: Each step compared with PIC from the run's own state, to the end of the run; None if states were
             not checked.
-        parted_s: Time at which the trajectory diverged from the reference's. None unless this happened before a step
-            missed or invented an impact.
+        parted_s: Time at which the trajectory diverged from the reference's. None if it did not diverge, or if a step
+            missed or invented an impact before.
         pit_parted_s: The same time for PIT; None if PIT did not diverge or was not given.
         contact: Score of the time in which discs slide, roll or rest; None if no disc does, or if states were not kept.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
@@ -192,7 +192,7 @@ class Scorer:
                 f"the observed trace has a step of {step_s:g} s, but sampling has one of {pit_s:g} s: run PIT at the "
                 "step of the observed trace"
             )
-        # NaN and infinities have a verdict. NumPy's warnings would only repeat it.
+        # NaN and infinities have a verdict. NumPy's warnings would only repeat that verdict.
         with np.errstate(all="ignore"):
             return _build_score(_run_stages(self._baseline, observed, self._horizon))
 

@@ -283,7 +283,7 @@ def _compute_price_paid(judged: JudgedRun) -> float:
     for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
         if largest_error <= judged.rounding:
             ratios.append(0.0)  # an error within rounding gives 0, even if sampling costs nothing
-        else:  # infinite if sampling costs nothing
+        else:  # the ratio is infinite if sampling costs nothing
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:

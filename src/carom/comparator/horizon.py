@@ -80,7 +80,7 @@ def horizon(
 
     Args:
         scene: The scene, or its name in the catalogue.
-        tolerance: As in `Horizon`.
+        tolerance: Largest error of an impact that agrees, as in `Horizon`.
         max_impacts: Largest number of impacts to compare; None for no limit.
         time_budget_s: Seconds for the certified run; None for no limit.
 

@@ -161,7 +161,7 @@ def _align_pair(
     low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
     high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
     if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
-        return list(zip(expected, found, strict=True))  # the only alignment without unmatched impacts
+        return list(zip(expected, found, strict=True))  # no other alignment matches all impacts
     table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
     stamps: list[float] = times.tolist()
 

@@ -72,9 +72,9 @@ class OwnScales:
 
     Attributes:
         speed_m_s: Speed scale of each impact of a trace, shape ``(m,)``.
-        rim_m_s: The same including rim speeds, shape ``(m,)``.
+        rim_m_s: Scale of speeds and rim speeds of each impact, shape ``(m,)``.
         final_speed_m_s: Speed scale of each disc at the end, shape ``(n,)``.
-        final_rim_m_s: The same including rim speeds, shape ``(n,)``.
+        final_rim_m_s: Scale of speeds and rim speeds of each disc at the end, shape ``(n,)``.
         reach_m: Largest distance of a coordinate of each disc's rim from the origin, shape ``(n,)``.
     """
 

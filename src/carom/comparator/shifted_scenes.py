@@ -35,7 +35,7 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
     """Yield a scene shifted along its own motion to each phase, except for phases to which it can't be shifted.
 
     All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by the same time. If an
-    impact prevents this, the discs are moved back by the rest of the step instead.
+    impact prevents this, the discs are instead moved back by ``(1 - phase) * dt``.
 
     Args:
         reference: The scene's PIC trace.

@@ -19,8 +19,8 @@ class Thresholds:
         close: Largest error of grade *close*: of a time over a step, of a velocity over the cost of sampling. To reach
             a hundredth, a sampling method would have to check a hundred times per step. So a close method solves for
             the instant, or cuts its steps.
-        phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. For each impact,
-            one of these phases finds the impact within a sixteenth of a step of the latest possible instant. Misses are
+        phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. At one of these
+            phases, each impact is found at most a sixteenth of a step before the latest possible instant. Misses are
             noticed if they occur at more than a sixteenth of all phases.
         ratio_known: Rounding error of the quotient of an error and the cost of sampling, in a run that only samples:
             1e-13 was observed in 64 bits.

@@ -264,7 +264,7 @@ def load_adapter(name: str) -> Adapter:
     try:
         adapter: Any = point.load()
         is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties on some versions of Python
-    except AdapterError:  # an error about a manifest: the message is complete
+    except AdapterError:  # the message of an error about a manifest is complete
         raise
     except Exception as error:
         message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"

@@ -147,7 +147,7 @@ class ClusterPool(Pool):
                 if time.monotonic() - seen > WORKERLESS_S:
                     gone.append(f"the cluster at {self._address} had no worker for {WORKERLESS_S:g} s")
                     break
-            with suppress(Exception):  # a scheduler that is gone
+            with suppress(Exception):  # the scheduler may be gone
                 self._client.cancel(list(submitted))
 
         thread = threading.Thread(target=watch, daemon=True)

@@ -116,7 +116,8 @@ class ForkServer:
             stream.flush()  # otherwise both processes would write what is in the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # about threads of BLAS, which handles forks itself
+            # The warning is about threads of BLAS, which handles forks itself.
+            warnings.simplefilter("ignore", DeprecationWarning)
             child = os.fork()
         if not child:
             _serve(its, parent)

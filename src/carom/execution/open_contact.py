@@ -39,13 +39,13 @@ class OpenContact:
         number: Position in the order in which contacts began.
         reported: The contact as reported in its first step.
         before: Velocities and spins of the two bodies before the contact's first step.
-        start_s: Start of its first step, seconds.
-        start: State at the start of its first step.
-        after: Velocities and spins after its last step so far.
-        end_s: End of its last step so far, seconds.
-        end: State at the end of its last step so far.
+        start_s: Start of the contact's first step, seconds.
+        start: State at the start of the contact's first step.
+        after: Velocities and spins after the contact's last step so far.
+        end_s: End of the contact's last step so far, seconds.
+        end: State at the end of the contact's last step so far.
         alone: Whether neither body had another contact in any of these steps.
-        steps: Number of steps so far.
+        steps: Number of the contact's steps so far.
         impulse: Sum of the impulses of all steps, or of the changes of velocity if no impulses are reported.
         along: Sum of impulse times normal.
         length: Sum of impulse times length of the normal.
@@ -94,9 +94,9 @@ class OpenContact:
     def compute_landing_time(self, gravity: Array, leg: Course) -> float:
         """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
 
-        `compute_turn_time` does not apply, since gravity holds the pair together, so that no free path follows. After
-        the impact, the distance along the normal changes at the speed at the step boundary. The free path before the
-        impact is a parabola, or a line if gravity moves both bodies alike.
+        `compute_turn_time` does not apply, because gravity holds the pair together and no free path follows. After the
+        impact, the distance along the normal changes at the speed at the step boundary. The free path before the impact
+        is a parabola, or a line if gravity moves both bodies alike.
 
         Args:
             gravity: Acceleration of each disc, from `compute_gravity`.

@@ -168,8 +168,8 @@ class LocalPool(Pool):
 
     Args:
         jobs: Number of tasks carried out at a time; by default the number of cores.
-        time_limit_s: As in `Lane`.
-        memory_limit_mb: As in `Lane`; by default all lanes have equal shares.
+        time_limit_s: Time limit of a task, as in `Lane`.
+        memory_limit_mb: Memory limit of a process, as in `Lane`; by default all lanes have equal shares.
     """
 
     def __init__(
@@ -178,7 +178,7 @@ class LocalPool(Pool):
         lanes = jobs or count_available_cores()
         share_mb = compute_memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
         with suppress(AdapterError):  # reported where an adapter is loaded
-            list_adapter_points()  # before forking: workers then need not search the installed packages again
+            list_adapter_points()  # cached before forking, so that workers need not search the installed packages again
         self._fork_server = ForkServer.launch()
         self._lanes = [Lane(time_limit_s, share_mb, self._fork_server) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []

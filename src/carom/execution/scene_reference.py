@@ -52,8 +52,10 @@ def solve_reference(scene: Scene) -> Trace | str:
     except InputError as error:
         return str(error)
     if trace.outcome is Outcome.MAX_IMPACTS:
-        at = f"{MOST_IMPACTS} impacts come before {format_instant(trace.end_time_s)} of its {scene.duration_s:g} s"
-        return f"{at}, more than a cross-check computes; shorten duration_s"
+        at = f"{MOST_IMPACTS} impacts come before {format_instant(trace.end_time_s)}"
+        return (
+            f"{at}, but the scene lasts {scene.duration_s:g} s; a cross-check computes no more, so shorten duration_s"
+        )
     if broken := find_non_finite(trace):
         return f"PIC's own result is not a number: {broken}"
     return trace

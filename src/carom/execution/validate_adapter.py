@@ -1,7 +1,7 @@
 """Validates what an adapter returns, except for observations: declarations, settings and counts.
 
-A mistake in what an adapter returns raises an `AdapterError` with the field and the value, so that it is not taken for
-a fault of the engine.
+A mistake in what an adapter returns raises an `AdapterError` with the field and the value, so that a reader does not
+blame the engine.
 """
 
 from __future__ import annotations

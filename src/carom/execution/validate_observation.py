@@ -71,8 +71,8 @@ class Validator:
         rows.velocity_m_s[row] = found.velocity_m_s
         if found.warning != "":  # most steps have no warning
             to_plain_text(found.warning, "the warning of an observation")
-        # If the sum of squares is within the limit, each number is. This fast check runs after every step. The sum of
-        # numbers that are refused below may overflow.
+        # If the sum of squares is within the limit, each number is within the limit. This fast check runs after every
+        # step. The sum of numbers that are refused below may overflow.
         numbers = rows.numbers[row]
         with np.errstate(over="ignore"):
             squares = numbers.dot(numbers)

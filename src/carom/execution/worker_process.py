@@ -259,7 +259,7 @@ class _Process:
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)
             return
-        self._popen.kill()  # its worker ends with it
+        self._popen.kill()  # the worker ends with the watchdog
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)
 

@@ -80,7 +80,7 @@ def _remove(root: Path) -> None:
                 try:
                     for entry in os.listdir(folder):
                         if _is_folder(entry, folder):
-                            while _is_there(f"{moved}", top):  # left by an interrupted removal
+                            while _is_there(f"{moved}", top):  # an interrupted removal has left such a name
                                 moved += 1
                             os.rename(entry, f"{moved}", src_dir_fd=folder, dst_dir_fd=top)
                             todo.append(f"{moved}")

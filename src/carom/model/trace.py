@@ -323,7 +323,7 @@ class Trace(ByValue, Tabular):
             scene without finite walls, or if the method does not report edges.
         modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
             and when they leave it. None if no disc does, or if the method does not report modes.
-        final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is.
+        final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, from the method's own states; None if the states were not
             recorded.
         looks: States of a few discs that may come to rest, after evenly spaced steps; None if there are no such discs.

@@ -68,8 +68,9 @@ export class Obstacles {
   isOrderFree(one, other, elastic) {
     return areOrderFree(this.features[one], this.features[other], elastic);
   }
-  // Returns for each row whether a disc can stay in contact with it, the numbers of the vertices at its two ends (-1 for
-  // none), and the number of features that a disc on it never meets; and the numbers of these features.
+  // Returns two arrays. The first has four numbers for each row: whether a disc can stay in contact with it, the
+  // vertices at its two ends (-1 for none), and the count of features that a disc on it never meets. The second lists
+  // these features.
   grounds() {
     const never = [],
       rows = this.rows.map(([, wall], number) => {

@@ -1,4 +1,4 @@
-// Exact instants at which a gap closes, if the gap is a polynomial in time. In integer arithmetic, as in
+// Exact instants at which a gap closes, if the gap is a polynomial in time. The arithmetic uses integers, as in
 // carom/core/exact_quartic.py. The core calls this if floats and pairs of floats are not precise enough; see
 // polynomial.h.
 import { ldexp } from "./arithmetic.js";

@@ -296,7 +296,7 @@ def _measure_momentum_error(trace: Trace) -> float:
     asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_find_turn_times(trace))
     changes = velocities(impacts, "after") - velocities(impacts, "before")
     with np.errstate(invalid="ignore"):  # immovable discs are excluded
-        share = 1.0 / (1.0 + second / first)  # the first mass over the sum
+        share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
     off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _compute_contact_durations(trace)
     return find_largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)

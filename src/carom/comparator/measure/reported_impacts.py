@@ -74,8 +74,8 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
         own = [(float(earliest[row]), float(latest[row]), row) for row in rows.get(bodies, ())]
         crowded = [span for span in own if not alone[span[2]]]
         lonely = [span for span in own if alone[span[2]]]
-        # The first matching gives each report outside of entangled windows a window of its own. The second gives each
-        # window that requires a report one of all reports. If both exist, so does a matching that does both (Mendelsohn
+        # The first matching gives each report outside of entangled windows a window of its own. The second matching
+        # gives a report to each window that requires one. If both exist, so does a matching that does both (Mendelsohn
         # and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]

@@ -59,7 +59,7 @@ class SamplingCost:
         final_spin: Largest error of a final spin times its radius, over the scene's rim speed; 0 if not measured.
         late_s: Largest error of a time over all phases, seconds; infinite if an impact is missed or spurious.
         phases: Number of phases at which PIT was run.
-        close_phases: Number of these phases at which all of PIT's impacts are close.
+        close_phases: Number of phases at which all of PIT's impacts are close.
     """
 
     dt_s: float

@@ -175,7 +175,7 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
         if not active:
             impacts_text = ", then ".join(path[:MOST_LISTED]) or "no impact"
             found.append(AdmissibleOutcome(impacts_text + ", and so on" * (len(path) > MOST_LISTED), motion))
-        for contact in reversed(active):  # reversed, so that the stack returns low body numbers first
+        for contact in reversed(active):  # in reverse order, so that the stack returns low body numbers first
             struck = contact.second if contact.second >= 0 else body_name(contact.second)
             stack.append((_apply_impact(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
     at_once = _solve_at_once(scene, group, row, tolerance)

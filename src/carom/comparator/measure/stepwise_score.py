@@ -31,7 +31,7 @@ class LocalScore:
         windows: Number of windows in which PIC has an impact from the run's own state. Such an impact is *due*.
         due: Number of PIC's impacts in these windows.
         missed: Number of pairs of bodies that passed through each other.
-        missed_by_pit: Number of these pairs that PIT also misses from the same state.
+        missed_by_pit: Number of missed pairs that PIT also misses from the same state.
         missed_within: Number of the missed pairs within the horizon.
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair; NaN if there is none.
@@ -58,7 +58,7 @@ class LocalScore:
             too small for an invented turn count.
         drifts: Number of steps, summed over all discs, in which a disc's position changed differently from its
             velocity.
-        drift: The largest of these changes, over the scene's length.
+        drift: The largest such change of a position, over the scene's length.
         resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
         sunk_radii: The largest depth to which a resting pair sank, over its contact distance.
         sinks: Whether a pair sank faster than by falling from rest in each step.
@@ -114,7 +114,7 @@ class LocalScore:
 
     @property
     def rounding(self) -> float:
-        """Rounding error of a velocity, over its own size, and of a position at rest."""
+        """Relative rounding error of a velocity, and of the position of a resting disc."""
         return 10.0 * THRESHOLDS.rounding_of(self.float_bits)
 
     @property
@@ -145,7 +145,7 @@ class LocalScore:
             return Grade.EXACT
         # Without windows of one impact, it is not known how close the run is to PIC.
         far = self.ratio[1] > THRESHOLDS.close or self.late_steps[1] > THRESHOLDS.close
-        near = self.judged > 0 and not far  # either may be NaN
+        near = self.judged > 0 and not far  # both comparisons are false for NaN
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED
 
 

@@ -178,7 +178,7 @@ class BodyStates:
         return self._compute_wait_on_table(pair, NO_FEATURE, max(0.0, -self.measure_separation(pair).closing))
 
     def _compute_wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
-        """Return what `compute_wait` returns, on a table. `leaving` is the separation speed after a meeting."""
+        """Return the result of `compute_wait` for a scene with a table. `leaving` is the speed of separation."""
         (i, j), bodies, there, passed = pair, self.bodies, self.select_discs(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
         # The two bodies stop before they meet. The margin of a hundredth is far above rounding.

@@ -268,7 +268,7 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
-        normal = (change[0] / size, change[1] / size)  # the run's own normal
+        normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
         closed = was[0] * normal[0] + was[1] * normal[1]
         if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
             judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - bodies.restitution_of(first.pair)
@@ -316,7 +316,7 @@ def _compute_relative_motion(state: BodyStates, pair: Pair) -> tuple[Array, Arra
 
 
 def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference) -> None:
-    """Measure PIT's largest errors from the same state over the phases of the step and the run's own lateness."""
+    """Measure PIT's largest errors from the same state, over the phases of the step and at the run's lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
@@ -339,7 +339,8 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
         off = window.find_nearest_difference(end, until_there, measured_s, None, flown)
         cost = (off.velocity * kept, off.spin * kept, abs(end.compute_energy() - off.truth.compute_energy()) * kept**2)
         costs[len(met) >= min(need, len(until_there))].append(cost)
-    columns = zip(*(costs[True] or costs[False]), strict=True)  # only phases that find the impacts, if there are any
+    # Use only phases that find the impacts, if there are any.
+    columns = zip(*(costs[True] or costs[False]), strict=True)
     judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
 
 

@@ -24,8 +24,8 @@ LONGEST = 8
 class StepChain:
     """A chain: steps `begin` to `end` (exclusive), its discs, and the steps in which each of its pairs is active.
 
-    A chain that `continues` is the rest of a chain that was cut at `begin`. A chain that `goes_on` was cut at `end` and
-    gets no more steps.
+    If `continues` is set, the chain is the remainder of a chain that was cut at `begin`. If `goes_on` is set, the chain
+    was cut at `end` and gets no more steps.
     """
 
     begin: int
@@ -78,7 +78,7 @@ class Chains:
         return max(self._next + 1 - LONGEST, 0)
 
     def list_open_chains(self) -> list[StepChain]:
-        """Return the chains that may still grow, as they are."""
+        """Return the chains that may still grow, in their present form."""
         return list(self._held)
 
     def skip_to(self, step: int) -> None:

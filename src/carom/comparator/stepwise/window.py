@@ -86,7 +86,7 @@ class Window:
         flown = {} if flown is None else flown
         for count in range(len(truth), -1, -1):
             if count < len(truth) and not self.is_ahead(state, truth[count]):
-                break  # with fewer impacts, this one is also not ahead
+                break  # this impact is not ahead for smaller counts either
             if count not in flown:
                 begun, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
                 flown[count] = begun.compute_later_state(seconds - since_s, resting if count == len(truth) else None)

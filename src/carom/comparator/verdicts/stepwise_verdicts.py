@@ -54,7 +54,7 @@ def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
-    """Report how deep discs sink into what they rest on."""
+    """Report how deep discs sink into the bodies on which they rest."""
     local = judged.local_truth
     if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
         held = f"{'faster than' if local.sinks else 'as'} a fall from rest in each step explains"

@@ -94,7 +94,7 @@ class Capabilities:
         max_radius_m: Largest radius of a disc.
         min_mass_kg: Smallest mass of a disc.
         max_mass_kg: Largest mass of a movable disc.
-        float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 for narrower ones.
+        float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 for narrower numbers.
         dimensions: 2, or 3 if discs are bodies in space, whether or not they are kept in a plane.
         deterministic: Whether two runs in one process are identical to the bit.
     """

@@ -197,5 +197,5 @@ class Program:
 
 def _get_pipes(popen: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:
     if popen.stdin is None or popen.stdout is None or popen.stderr is None:
-        raise AdapterError("a program was started without pipes")  # impossible: all three were requested
+        raise AdapterError("a program was started without pipes")  # this can't happen: all three pipes were requested
     return popen.stdin, popen.stdout, popen.stderr

@@ -154,7 +154,8 @@
       const { frame } = this.scene, written = make("output", {});
       const write = () => { written.textContent = `${number(1000 * this.run.dt, 3)} ms, ${number(this.run.dt / frame, 3)} of a frame`; };
       this.step = make("input", {
-        // Slightly above a twentieth: at a round fraction of a frame, a frame may be exactly at the impact.
+        // The least step is slightly above a twentieth of a frame. At a round fraction, a frame may be exactly at the
+        // impact.
         type: "range", min: Math.log(frame / 20) + 0.01, max: Math.log(3 * frame), step: 0.02, value: Math.log(this.own.dt), "aria-label": "Step of PIT",
         oninput: () => {
           this.play(false);
@@ -542,7 +543,7 @@
     if (!dialog.open) { opened = document.activeElement; dialog.showModal(); }
     player = new Player(scene, run, body);
     body.append(...evidence(scene, run, player));
-    player.playButton.focus({ preventScroll: true }); // so that the player receives keys
+    player.playButton.focus({ preventScroll: true }); // with the focus, the player receives keys
     return true;
   };
   const follow = async (dialog) => {
