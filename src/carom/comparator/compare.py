@@ -48,14 +48,14 @@ class Score(Shown):
             this phase. None without PIT.
         against_pit: Errors of the observed trace against that PIT run. None without PIT.
         pit_missed: Indices of reference impacts that PIT misses; None without PIT.
-        price_paid: The run's largest velocity error divided by PIT's largest over the phases of the same step, or the
-            same ratio of spin errors if that is larger. The error of a missed impact is the whole change that the
-            impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT, and above 1 for a worse
-            run. If sampling changes no velocity or spin, and the run's velocities and spins are right, times are
-            compared instead. In this case, the run's largest time error is divided by PIT's largest time error, or by
-            one step if one step is longer. NaN without PIT, without an impact, or if the scene has no unique answer.
-            Infinite if sampling costs nothing, if a number of the run is not finite, or if the run ended before its
-            last impact.
+        price_paid: The run's largest velocity error, divided by PIT's largest velocity error over the phases of the
+            same step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is
+            the whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT,
+            and above 1 for a worse run. If sampling changes no velocity or spin, and the run's velocities and spins are
+            right, times are compared instead. In this case, the run's largest time error is divided by PIT's largest
+            time error, or by one step if one step is longer. NaN without PIT, without an impact, or if the scene has no
+            unique answer. Infinite if the run has an error and PIT has none, if a number of the run is not finite, or
+            if the run ended before its last impact.
         findings: At least one verdict, each with its reason.
         grade: The grade.
         float_bits: Width of the floats that the method declares. *Exact* means exact to their rounding.
@@ -75,7 +75,8 @@ class Score(Shown):
         parted_s: Time at which the trajectory diverged from the reference's. None if it did not diverge, or if a step
             missed or invented an impact before.
         pit_parted_s: The same time for PIT; None if PIT did not diverge or was not given.
-        contact: Score of the time in which discs slide, roll or rest; None if no disc does, or if states were not kept.
+        contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
+            not kept.
         lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
             tried. None unless the run is exact or close, has PIT's impacts, and PIT is less accurate at some phases.
 

@@ -119,7 +119,7 @@ class ComparedRun:
 
     @property
     def place_rounding(self) -> float:
-        """Rounding error of a position over all steps of the run, relative to the position's own extent."""
+        """Rounding error of a position, summed over all steps of the run, relative to the largest coordinate."""
         steps = self.scales.time_s / self.observed.dt_s if self.observed.dt_s else 0.0
         return THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
 
@@ -225,7 +225,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Return, by pair, the last impacts of each disc that gravity brings back to a fixed body in ever lower hops."""
+    """Return the last impacts, by pair, of each disc that hops on a fixed body ever lower under gravity."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():

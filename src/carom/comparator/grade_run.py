@@ -179,7 +179,7 @@ def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
 def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float) -> bool:
     """Whether all measured errors are within rounding.
 
-    NaN marks what is not measured: final states beyond a horizon, and spins if no disc spins.
+    Errors that are not measured are NaN: those of final states beyond a horizon, and those of spins if no disc spins.
     """
     errors, largest = measured.errors, measured.largest
     return (
@@ -190,7 +190,7 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 
 
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
-    """Whether each error is at most a small fraction of a step, or of the cost of sampling up to that impact."""
+    """Whether errors are at most a small fraction of a step, or of PIT's errors up to the same impact."""
     step_s = judged.observed.dt_s or cost.dt_s
     own, scales = judged.measured.own, judged.scales
     reliable_impacts = judged.compared.impacts
@@ -208,9 +208,9 @@ def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
 def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
     """Whether the error of each impact is at most PIT's error at that impact or at an earlier one.
 
-    Errors propagate from impact to impact. So the limit is PIT's largest error so far: at this phase, at another phase,
-    or at the run's own lateness. If PIT misses an impact at this phase, both discs keep their old paths. PIT's velocity
-    error is then the whole change.
+    Errors propagate from impact to impact. So the limit is PIT's largest error up to this impact: at this phase, at
+    another phase, or at the phase at which PIT is as late as the run. If PIT misses an impact at this phase, both discs
+    keep their old paths. PIT's velocity error is then the whole change.
     """
     own, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s

@@ -24,11 +24,11 @@ class Scales:
         length_m: Radius of the largest disc.
         speed_m_s: Greatest speed of any disc in the reference; 1 m/s if nothing moves.
         rim_m_s: Scale of spin errors times the radius: the greatest speed of any disc, or of any rim relative to its
-            centre. The slip of a contact is the sum of both, so spins are only as exact as the larger of the two. The
-            speed of a rim does not reduce the accuracy of velocities.
+            centre. The slip of a contact is the sum of both speeds, so the rounding error of a spin follows from the
+            larger speed. The speed of a rim does not reduce the accuracy of velocities.
         time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start, including rotation, or the total work done by and on
-            driven bodies in the reference if that is larger.
+        energy_j: Kinetic energy of the movable discs at the start, including rotation, or the sum of the magnitudes of
+            all work of driven bodies in the reference, if that is larger.
         reach_m: Largest distance of a coordinate from the origin, to which rounding is proportional.
     """
 
@@ -128,7 +128,7 @@ def find_largest_in_array(values: Array) -> float:
 
 
 def find_largest(values: Iterable[float], default: float = math.nan) -> float:
-    """Return the value of the largest magnitude, with its sign; NaN if one of them is NaN, which `max` ignores.
+    """Return the value of the largest magnitude, with its sign; NaN if a value is NaN. In contrast, `max` ignores NaN.
 
     Args:
         values: The values.

@@ -102,7 +102,7 @@ def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
             return _is_free_of_impacts(_shift_scene(scene, shift_s), -shift_s)
         except SceneError:  # bodies overlap at the earlier start
             return False
-    # A damped path is a part of the undamped path, so a damped path can also be solved backwards.
+    # A damped disc moves along a part of its undamped path, so this path can also be solved backwards.
     flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.to_undamped(shift_s), scene.undamped
     if flown_s < 0:  # solve the path before the start backwards; parabolas are symmetric in time
         begun = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]

@@ -15,15 +15,15 @@ class Thresholds:
     Attributes:
         rounding: Rounding of times over the scene's duration, velocities over its speed, and positions over its reach.
             The solvers reproduce known answers with at most this error.
-        rounding_32: The same for a method that declares 32-bit floats: a hundred units in the last place.
+        rounding_32: The same error for a method that declares 32-bit floats: a hundred units in the last place.
         close: Largest error of grade *close*: of a time over a step, of a velocity over the cost of sampling. To reach
             a hundredth, a sampling method would have to check a hundred times per step. So a close method solves for
             the instant, or cuts its steps.
         phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. At one of these
             phases, each impact is found at most a sixteenth of a step before the latest possible instant. Misses are
             noticed if they occur at more than a sixteenth of all phases.
-        ratio_known: Rounding error of the quotient of an error and the cost of sampling, in a run that only samples:
-            1e-13 was observed in 64 bits.
+        ratio_known: Rounding error of an error divided by the cost of sampling, in a run whose only errors are those of
+            sampling. An error of 1e-13 was observed in 64 bits.
         ratio_known_32: This rounding error for a method that declares 32-bit floats: 5e-4 was observed.
         direction_rad: Smallest error of a direction that gets a verdict: a degree, which is just visible in a picture.
         energy: Energy error over the energy at the start. Rounding causes 1e-13 in float64 engines and 1e-7 in float32

@@ -87,7 +87,8 @@ class AdapterPoint:
     Attributes:
         name: Name of the adapter.
         value: The object reference of the entry point, or the path of the manifest.
-        distribution: The distribution that contains the adapter; empty if there is none, or its name can't be read.
+        distribution: The distribution that contains the adapter; empty if there is no distribution, or if its name
+            can't be read.
         manifest: Whether it is a manifest.
         broken: Why the entry point is invalid; empty if it is valid.
     """

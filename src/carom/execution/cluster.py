@@ -1,4 +1,4 @@
-"""Pool on a Dask cluster: the same work in the same kind of worker processes, with the same results.
+"""Pool on a Dask cluster. Tasks run in the same kind of worker process as on this machine, with the same results.
 
 Each item of `ClusterPool.map_unordered` is a task of the cluster. The engines of an item run in separate processes, as
 on this machine. So an engine that aborts affects neither the cluster's worker nor other items. If a worker of the

@@ -357,7 +357,7 @@ def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: f
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
-    """Return the outcome of a run that ends at a non-finite state or with a warning of its engine."""
+    """Return the outcome and the notes of a run that ends at a non-finite state or with a warning of its engine."""
     if not warning:
         return Outcome.NON_FINITE, ()
     if warning == Outcome.STANDSTILL.value:  # not a fault: the state is valid

@@ -83,7 +83,8 @@ class ImpactCollector:
             if contact.velocities is not None:
                 spins = contact.spins_rad_s if self._turns else None
                 record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
-                # If a disc has several impacts in a step, the state before the step applies only to the first of them.
+                # If a disc has several impacts in a step, the state before the step is the state before the first
+                # impact only.
                 free = contact.time_s == self._last_s or struck.isdisjoint(pair)
                 struck.update(self._list_movable(pair))
                 state = _build_state(pair, self._last_s, before if free else None)

@@ -49,7 +49,7 @@ class OpenContact:
         impulse: Sum of the impulses of all steps, or of the changes of velocity if no impulses are reported.
         along: Sum of impulse times normal.
         length: Sum of impulse times length of the normal.
-        rested: The contact at the first step boundary since which the pair rests; None if it does not rest.
+        rested: The contact at the step boundary at which the pair came to rest; None if the pair does not rest.
     """
 
     number: int
@@ -84,7 +84,7 @@ class OpenContact:
         self.length += impulse * math.hypot(*normal)
 
     def compute_normal(self) -> Vector:
-        """Return the direction of the total impulse, or the first normal if it is 0, with the normals' mean length."""
+        """Return the direction of the total impulse as a vector of the normals' mean length; the first normal for 0."""
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal

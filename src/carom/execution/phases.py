@@ -54,7 +54,7 @@ class PhaseSpread:
 
 
 def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
-    """Return quasi-random phases in 0 to 1: multiples of the golden ratio, from a start that depends on the seed."""
+    """Return quasi-random phases from 0 to 1: multiples of the golden ratio plus an offset that depends on the seed."""
     if not count:  # loading numpy.random takes longer than a short run
         return ()
     start = float(np.random.default_rng(seed).random())

@@ -74,8 +74,8 @@ class Results(Tabular):
             this time the reference is not reliable (certified or estimated), or lasting contact has begun. Other scenes
             are compared completely.
         phases: Number of sub-step phases at which each job was run in addition to the scene's own.
-        skipped: Run time that PIC, and PIT at the coarsest step, save by skipping needless work, by the scene's name;
-            empty if no run was timed, or no report is drawn.
+        skipped: Run times that PIC and PIT (at the coarsest step) save by skipping needless work, by the scene's name.
+            Empty if no run was timed, or no report is drawn.
 
     Examples:
         >>> results = carom.cross_check(["paper"], ["pit"], dts=[1 / 24], timing=False)

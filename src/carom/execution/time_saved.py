@@ -24,7 +24,7 @@ MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Run time with skipping, seconds, and the ratio of the run time without skipping to it, as medians over rounds."""
+    """Run time with skipping, seconds, and run time without skipping divided by it. Both are medians over rounds."""
 
     with_s: float
     ratio: float
@@ -81,7 +81,7 @@ def _run_event_driven(scene: Scene) -> Trace:
 
 
 def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
-    """Measure what PIT saves by skipping frames and pairs that can't touch; None if the plain loop is too long."""
+    """Measure the time PIT saves by skipping frames and pairs that can't touch; None if the plain loop is too slow."""
     if scene.step_count(dt_s) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
     clock = FrameClock(rate_hz=1.0 / dt_s)

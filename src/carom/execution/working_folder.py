@@ -1,4 +1,4 @@
-"""Working folders of worker processes, removed when their owner ends, or at the next start if it was killed."""
+"""Working folders of worker processes. A folder is removed when its owner ends or, after a kill, at the next start."""
 
 from __future__ import annotations
 

@@ -199,7 +199,7 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return which of some edges is nearest to a point; if several are nearest, the lowest number."""
+        """Return the number of the edge in `among` that is nearest to a point; the lowest if several are nearest."""
         places = [(self.stretches[k].find_nearest(x, y)[0], k) for k in among]
         return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 

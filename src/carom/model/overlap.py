@@ -26,7 +26,7 @@ Numbers = NDArray[np.intp]
 NAMED = 10
 
 #: With reaches that are larger by this factor, the search misses no overlap because of rounding. The factor adds 16
-#: units of relative rounding (2^-52): a gap needs 4 of them, and the comparison of the search 8.
+#: units of relative rounding (2^-52): the rounding of a gap needs 4 units, and the search's comparison needs 8 units.
 _ROUNDED_UP = 1.0 + 2.0**-48
 
 

@@ -163,7 +163,7 @@ class LocalTruth:
     rests: NDArray[np.void] | None = None
 
     def clip_to(self, time_s: float) -> LocalTruth:
-        """Return the part up to a time: windows that end, turns that happen and rest that begins by then."""
+        """Return the part up to a time: windows that have ended, turns that have happened, and rest that has begun."""
         return replace(
             self,
             until_s=min(self.until_s, time_s),

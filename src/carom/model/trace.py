@@ -367,7 +367,7 @@ class Trace(ByValue, Tabular):
 
     @property
     def contact_s(self) -> float:
-        """Start of the first lasting contact, by the trace's modes and end; infinity if there is none."""
+        """Start of the first lasting contact, from the trace's modes and outcome; infinity if there is none."""
         if self.modes is not None and len(self.modes):
             return float(self.modes["time_s"][0])
         return self.end_time_s if self.outcome.in_contact else math.inf

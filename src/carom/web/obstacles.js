@@ -33,7 +33,7 @@ function rowOf(feature, wall) {
 
 const SQUARES = [1n, 2n, 3n]; // squared cosines of 60, 45 and 30 degrees, times 4
 const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
-// Whether the order of two features that a disc meets at one instant does not matter, as `are_decidable` in
+// Whether the order of two features that a disc meets at one instant does not matter. Same as `are_decidable` in
 // carom/core/wall_features.py.
 function areOrderFree(one, other, elastic) {
   if (sameFeature(one, other)) return true;

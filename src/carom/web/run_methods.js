@@ -162,7 +162,7 @@ function framesBefore(duration, dt) {
   if (off < 0n) off = -off;
   return Number(nearest > 0n && off * (1n << 52n) <= all ? nearest : (all + part - 1n) / part);
 }
-// PIT: checks for overlap at frame k at k / rate, for a number of frames or up to the end.
+// Runs PIT, which checks for overlap at the times k / rate, for a number of frames or up to the end.
 export function pit(given, frameRate = num(given.frame_rate_hz, 60), frames = null) {
   return inOrdinaryUnits(whole(given), frameRate, (scene, rate) => {
     const { arrays, numbers, obstacles } = inputOf(scene),

@@ -39,7 +39,7 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True)
 class Consistency:
-    """Deviations of a run from the consequences of its own impacts and states; 0 if nothing can be checked.
+    """Contradictions between a run's own impacts and states, in numbers; 0 if nothing can be checked.
 
     Attributes:
         velocity: Largest change of a velocity between impacts, or after the last one, over the scene's speed.
@@ -47,8 +47,8 @@ class Consistency:
         position: Largest distance of a disc from the position that its own velocities imply, over the scene's length.
         excess: The part of `position` that the overlap gained in a step does not explain, for the impacts at both ends
             of the flight.
-        stamp_s: Largest time by which an impact's time stamp is outside of the step that reported it, or of the run,
-            seconds.
+        stamp_s: Largest time, seconds, by which the time stamp of an impact is outside of the run or of the step that
+            reported the impact.
         across: Largest part of a velocity change at an impact that is perpendicular to the impact's normal, over the
             scene's speed. If the change points away from the normal, all of it counts.
         normal_rad: Largest angle between the normal of an impact and its velocity change, radians.
@@ -176,7 +176,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _compute_slowing(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the part of each speed left after some seconds, and the time in which unslowed discs would move as far."""
+    """Return the part of each speed left after some seconds, and the time in which an unslowed disc moves as far."""
     if not slowing:
         return np.ones_like(lasted), lasted
     flights = list(zip(lasted.tolist(), speed.tolist(), strict=True))
@@ -236,7 +236,7 @@ def _compute_path_errors(place: Array, flown: Array) -> Array:
 
 
 def _measure_stamp_error(trace: Trace) -> float:
-    """Return the largest time by which a time stamp is outside of the step that reported it, or of the run."""
+    """Return the largest time by which a time stamp is outside of the run or of the step that reported the impact."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
@@ -249,9 +249,9 @@ def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Return the largest velocity change perpendicular to the normal, over the scene's speed, and the largest angle.
 
     The normal of a half-plane is known. For a finite wall and for two discs, the normal is the direction of the change
-    of relative velocity, except for two parts. Friction adds at most its coefficient times the normal part. Gravity
-    adds its part if it acts on only one of the bodies. If several contacts of one step share a disc, their changes
-    can't be separated.
+    of relative velocity, but two causes may add other parts to this change. Friction adds at most its coefficient times
+    the normal part. Gravity adds its part if it acts on only one of the bodies. If several contacts of one step share a
+    disc, their changes can't be separated.
     """
     impacts, movable = trace.impacts, trace.scene.arrays.movable
     first, second = velocities(impacts, "after") - velocities(impacts, "before")

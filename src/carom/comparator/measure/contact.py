@@ -2,9 +2,9 @@
 
 Observed states are compared with the reference's at the same instants. PIT has no lasting contact and lets discs bounce
 at its frames; its errors are the cost of sampling. Three further errors are allowed. An integrator that moves a disc at
-a constant speed for a whole step has a position error of ``dt / 2`` times the change of that speed. Its velocities
-differ by the change that gravity and friction cause in a step, ``g dt (1 + f)``. In addition, an impact may be late by
-a step.
+a constant speed for a whole step has a position error of ``dt / 2`` times the change of that speed. The velocities of
+such an integrator differ by the change that gravity and friction cause in a step, ``g dt (1 + f)``. In addition, an
+impact may be late by a step.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ class ContactScore:
         own: The run's errors.
         pit: Errors of PIT at the same step; None for a run without steps.
         allowed: Errors that sampling and an integrator's step explain.
-        beyond_m: The position error except for ``dt / 2`` times the change of velocity since the first state. That part
-            is the error of an integrator that moves a disc a whole step at one speed.
+        beyond_m: The position error without its part of ``dt / 2`` times the change of velocity since the first state.
+            An integrator that moves a disc at one speed for a whole step causes that part.
         momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius. Friction does not
             change it. NaN if a disc meets other discs, or several walls.
         rest_m_s: Mean final speed of the discs that should rest; NaN if no disc should.
@@ -93,7 +93,7 @@ class ContactScore:
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
-    """Score a run while the reference is in contact; None if it never is, or if states were not kept."""
+    """Score a run while the reference is in contact; None if there is no contact, or if states were not kept."""
     reference, observed, scales = run.reference, run.observed, run.scales
     looks, begin_s = observed.looks, reference.contact_s
     if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:

@@ -94,8 +94,8 @@ class Errors:
     no disc spins.
 
     Attributes:
-        energy: Error of the final kinetic energy, with its sign, over the energy at the start or, if that is larger,
-            over the work of driven bodies in the reference; 0 if both are 0.
+        energy: Error of the final kinetic energy, with its sign, divided by the larger of two energies: the energy at
+            the start, and the work of driven bodies in the reference. 0 if both are 0.
         momentum: Length of the error of the movable discs' final momentum, over their mass and the scene's speed.
         final_position: Largest error of a disc's final position, over the scene's length.
         final_velocity: Largest error of a disc's final velocity, over the scene's speed.

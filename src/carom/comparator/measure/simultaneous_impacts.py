@@ -299,7 +299,8 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
 def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
     """Solve for all impulses at once by trying each set of pushing contacts; return None if there is no result.
 
-    There is no result for more than `MOST_AT_ONCE` contacts, or with friction, where it is not unique (Baraff 1989).
+    There is no result for more than `MOST_AT_ONCE` contacts. There is none with friction, because it would not be
+    unique (Baraff 1989).
     """
     if scene.arrays.rubs:
         return None

@@ -35,11 +35,12 @@ class LocalScore:
         missed_within: Number of the missed pairs within the horizon.
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair; NaN if there is none.
-        invented: Number of steps in which bodies turned by more than a hundredth of their speed with nothing near.
+        invented: Number of steps in which a velocity changed by more than a hundredth of itself with no other body
+            near.
         first_invented: Description of the first invented turn; empty if there is none.
         early: Number of windows in which paths turned earlier than in PIC.
-        ahead: Number of turns more than two steps before the meeting that caused them, because of an engine's contact
-            margin.
+        ahead: Number of changes of a velocity more than two steps before the impact that caused them, because of an
+            engine's contact margin.
         entangled: Number of windows with several pairs or impacts.
         late_steps: Median and worst lateness, steps; NaN if there is none.
         early_steps: Worst earliness, steps, as a positive number; 0 if no impact is early.
@@ -48,8 +49,8 @@ class LocalScore:
             bodies.
         spin: Worst error of rim speeds, over the greatest speed or rim speed of the window's own bodies; 0 if no disc
             spins.
-        ratio: Median and worst of the velocity or spin error over PIT's largest error from the same state, at the
-            phases of the step and at the run's own lateness; infinite if PIT has no error.
+        ratio: Median and worst ratio of the velocity or spin error to PIT's largest error from the same state. PIT's
+            errors are those at the phases of the step and at the run's lateness. Infinite if PIT has no error.
         worse_than_pit: Number of windows whose ratio is above 1.
         judged: Number of windows of one impact that were compared.
         restitution: Median and worst absolute error of the effective restitution; NaN if there is none.

@@ -1,8 +1,8 @@
 """Comparison of one window with PIC and with the cost of sampling, from the run's own state at the window's start.
 
 At the end of a window, a late run may not have had all of PIC's impacts. So PIC's run is also stopped after j impacts
-and continued in free flight, for each j after which the other impacts are still ahead in the run's own state. The run
-is compared with the nearest of these.
+and continued in free flight. This is done for each j after which PIC's other impacts are still ahead in the run's own
+state. The run is compared with the nearest of these results.
 """
 
 from __future__ import annotations
@@ -226,7 +226,7 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
 
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
-    """Whether a pair was due in the run's last step, so that a frame after the end would find it."""
+    """Whether a pair was due in the run's last step, so that only a frame after the end would find the impact."""
     own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own == [window.chain.end - 1] and _is_closing(window, pair)
 
@@ -289,8 +289,8 @@ def _find_turn_time(window: Window, pair: Pair) -> float:
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
-    # The time before the window's end is the distance of the two paths there, over their relative velocity. With
-    # damping, paths are straight in undamped time.
+    # The paths are nearest at some time before the window's end. This time is the distance of the two paths at the end,
+    # divided by their relative velocity. With damping, paths are straight in undamped time.
     there, here = compute_offset(window.free), compute_offset(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
     return lasts + window.bodies.slowing.damping.to_damped(-ago_s)

@@ -183,7 +183,7 @@ class _Group:
     def build_chain(self, bodies: SceneBodies, *, continues: bool) -> StepChain:
         """Return the joined chain.
 
-        A joined chain continues a cut chain if `continues` is set or its first chain does so.
+        The joined chain continues a cut chain if `continues` is set, or if its first chain continues a cut chain.
         """
         pairs: dict[Pair, tuple[int, ...]] = defaultdict(tuple)
         for chain in self.chains:

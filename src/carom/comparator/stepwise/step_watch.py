@@ -77,8 +77,8 @@ class StepWatch:
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._bodies)
-        #: Three numbers of steps: steps whose states are deleted, whose pairs are known, and whose free flight is
-        #: checked.
+        #: Three counts of steps: steps whose states are deleted, steps whose pairs are known, and steps whose free
+        #: flight is checked.
         self._gone = self._taken = self._flown = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
@@ -159,7 +159,8 @@ class StepWatch:
             self._taken = self._gone + len(block)
             self._chains.skip_to(self._taken)
             finished = [chain.shift_steps(-self._gone) for chain in self._chains.take_settled(ends=ends)]
-            # If a disc is slow after a window by cancellation, it still has the rounding of the speeds in the window.
+            # If a disc is slow after a window because speeds cancelled, its velocity still has the rounding error of
+            # those speeds.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 discs = list(chain.discs)

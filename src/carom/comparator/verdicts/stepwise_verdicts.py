@@ -62,7 +62,7 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
-    """Report straight steps of constant speed on paths that bend or slow: an effect of the integrator."""
+    """Report an integrator that moves discs at constant velocity in each step, although their paths bend or slow."""
     local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
     if local is None or not local.polygon:
         return

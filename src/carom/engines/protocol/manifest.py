@@ -25,7 +25,7 @@ from carom.support.fields import describe_error
 MANIFEST = "engine.toml"
 #: Document that explains the fields to authors.
 PAGE = "see docs/reference/engine-protocol.md#the-manifest"
-#: If a setting has a wrong type, Pydantic appends the name of the first type that it tried to the location.
+#: If a setting has a wrong type, Pydantic appends a type's name to the location: that of the first type that it tried.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
 #: Larger files are refused. A manifest is a page of text, far below this limit.
 MOST_BYTES = 2**20
