@@ -146,7 +146,9 @@ def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tu
 def _sort_by_reference(
     sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
 ) -> set[tuple[int, int]]:
-    """Sort observed impacts into the reference's order where `compare_order` allows it; return pairs left inverted.
+    """Sort observed impacts into the reference's order where `compare_order` allows it.
+
+    Return the pairs that stay inverted.
 
     An insertion sort is used, because nearly all impacts are in order. Each of these needs one comparison.
     """

@@ -121,7 +121,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
     order_differs = int(same.argmin()) if not same.all() else None
     if order_differs is None and len(found) != len(truth) and complete:
         order_differs = common
-    # The error includes the radii of the certified numbers, so an impact agrees only if this is proven.
+    # The error includes the radii of the certified numbers, so an impact agrees only if the agreement is proven.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # discs that start at rest can gain speed
         speed = find_largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])

@@ -27,8 +27,8 @@ class Scales:
             centre. The slip of a contact is the sum of both speeds, so the rounding error of a spin follows from the
             larger speed. The speed of a rim does not reduce the accuracy of velocities.
         time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start, including rotation, or the sum of the magnitudes of
-            all work of driven bodies in the reference, if that is larger.
+        energy_j: Kinetic energy of the movable discs at the start, including rotation, or, if that is larger, the sum
+            over the reference's impacts of the magnitude of the work of driven bodies.
         reach_m: Largest distance of a coordinate from the origin, to which rounding is proportional.
     """
 
@@ -116,7 +116,7 @@ def compute_own_scales(trace: Trace) -> OwnScales:
 
 
 def compute_median(values: Array) -> float:
-    """Return the median of one or more values; NaN if a value is NaN. NumPy's median would load masked arrays first."""
+    """Return the median of one or more values; NaN if a value is NaN. NumPy's median would import masked arrays."""
     ordered = np.sort(values)  # NaN is last
     one, other = ordered[[(len(ordered) - 1) // 2, len(ordered) // 2]].tolist()
     return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2

@@ -284,7 +284,7 @@ def load_adapter(name: str) -> Adapter:
 
 
 def has_part(thing: object, part: str) -> bool:
-    """Whether an object has an attribute, even if reading it raises an AttributeError about something else."""
+    """Whether an object has an attribute, even if reading it raises an AttributeError of another object."""
     try:
         inspect.getattr_static(thing, part)
     except AttributeError:

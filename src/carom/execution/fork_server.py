@@ -282,7 +282,7 @@ def _become_watchdog(message: bytes, files: Sequence[int], others: Sequence[int]
 
         path = environment["PYTHONPATH"].split(os.pathsep)
         if (path, environment.get(MANIFESTS)) != (list_search_path(), os.environ.get(MANIFESTS)):
-            list_adapter_points.cache_clear()  # since the server was forked, the command has changed where adapters are
+            list_adapter_points.cache_clear()  # adapters have other places than when the server was forked
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)

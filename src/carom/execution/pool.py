@@ -36,7 +36,7 @@ Item = TypeVar("Item")
 
 
 class Closeable:
-    """Base of classes with a `close` method. As context managers, they call it at the end."""
+    """Base of classes with a `close` method. Their objects are context managers that call `close` at the end."""
 
     def close(self) -> None:
         """Release all resources."""

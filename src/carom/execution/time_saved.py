@@ -51,7 +51,7 @@ def count_tests_per_frame(scene: Scene) -> int:
 
 
 def is_closed_form(reference: Trace) -> bool:
-    """Whether PIC used the closed form for two discs, which counts no crossings of cells."""
+    """Whether PIC used the closed form for two discs. Only this form counts no crossings on straight paths."""
     scene = reference.scene
     straight = not (any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2)
     return straight and "crossings" not in reference.counts

@@ -78,7 +78,7 @@ def find_overlaps(
 
     Returns:
         The overlaps: first overlaps between discs, then overlaps with walls. Both are ordered by disc, then by the
-            other body. Also whether there are more.
+            other body. The second value is whether there are more overlaps.
     """
     size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
     found: list[Overlap] = []

@@ -27,8 +27,8 @@ def format_setting(value: Setting) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: Aliases of the profiles of Carom's own methods. PIC has two forms, and PIT has one form, but the profile names of
-#: engines also work.
+#: Aliases of the profiles of Carom's own methods. PIC has two profiles, and PIT has one. Users may also give the
+#: profile names of engines.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -43,7 +43,7 @@ def resolve_profile(method: str, profile: str) -> str:
 def format_profile(method: str, profile: str, tried: Mapping[str, Setting]) -> str:
     """Return the text shown for a profile: its name, and the settings that were changed.
 
-    PIT has one form, so its profile has no name.
+    PIT has only one profile, so the profile's name is not shown.
     """
     own = "" if method == "pit" else resolve_profile(method, profile)
     values = ", ".join(f"{name}={format_setting(value)}" for name, value in tried.items())

@@ -214,7 +214,7 @@ def finish(axes: Axes, below: Figure | None = None) -> None:
     """
     from matplotlib.ticker import NullFormatter
 
-    # On a short axis, matplotlib would label minor ticks as formulas, which `drawing` disables.
+    # On a short axis, matplotlib would label minor ticks as formulas, which `use_drawing_style` disables.
     for each in (axes, *axes.child_axes):
         each.xaxis.set_minor_formatter(NullFormatter())
         each.yaxis.set_minor_formatter(NullFormatter())

@@ -213,7 +213,7 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
     own_speed = block.own_speed[begin:end] + drive.fastest
     low, high = np.min(p, axis=0), np.max(p, axis=0)
     longest = float(np.max(block.step_s[begin:end]))
-    # A third body may pass on its speed within the step.
+    # A third body may strike one of the two within the step and pass on its speed.
     fastest = float(np.max(own_speed)) + block.bodies.pull * longest
     ahead = 2.0 * fastest * longest
     own = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)

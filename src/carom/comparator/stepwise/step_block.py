@@ -124,7 +124,7 @@ class Block:
         return len(self.step_s)
 
     def state(self, step: int, discs: tuple[int, ...] | list[int]) -> BodyStates:
-        """Return the state of some discs at the start of a step. The number of steps is the index of the last state."""
+        """Return the state of some discs at the start of a step. For the number of steps, return the last state."""
         p, v, spins = self.states.position_m[step], self.states.velocity_m_s[step], self.states.spin_rad_s
         return BodyStates(
             self.bodies,

@@ -50,7 +50,7 @@ def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
-    kind: Any = type(line)  # for mypy, a class whose objects have no hash has no hash itself
+    kind: Any = type(line)  # mypy assumes that a class has no hash if its objects have none
     return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
 

@@ -5,7 +5,7 @@
   const MARKS = { missed: "✕", invented: "+", late: "▸", early: "◂", found: "•", undecided: "?", beyond: "·" };
   const WIDEST = 1.6; // largest size in extents of the reference: an engine may throw discs far away
   const FLATTEST = 0.3, TALLEST = 0.8; // height of a picture over its width
-  const ACROSS = 0.54, ABOVE = 0.25; // largest height over the window's, for pictures side by side or one above the other
+  const ACROSS = 0.54, ABOVE = 0.25; // largest height of a picture over the window's height, for pictures side by side or one above the other
   const LEAST_TALL = 120; // pixels
   const SECONDS_SHOWN = 6; // approximate duration of a replay at its initial speed
   const SLOWEST = 1 / 8, LEAD_S = 0.6, HOLD_S = 1.5; // a replay slows before the first fault and pauses there; seconds of real time
