@@ -132,8 +132,8 @@ def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tu
     """Return the edit distance and the inverted impacts of an alignment. The alignment may end at a horizon.
 
     A method that checks once per step can't order impacts within a step, and its time stamps are up to two steps late.
-    So two impacts with the same time stamp are never out of order. Neither are two impacts without a common body that
-    are at most two steps apart.
+    So two impacts with the same time stamp are never out of order. Two impacts without a common body are never out of
+    order if they are at most two steps apart.
     """
     to_reference = {o: r for r, o in alignment.matched}
     sequence = sorted([*to_reference, *alignment.spurious])
