@@ -1,6 +1,6 @@
 """Carom: a cross-check harness for disc collisions.
 
-The names below are loaded when they are first used, so ``import carom`` costs nothing and imports no optional part.
+The names below are loaded when they are first used, so ``import carom`` takes little time and imports no optional part.
 The import raises an ImportError if the compiled extension is missing.
 """
 
@@ -143,7 +143,7 @@ class _Moved(ModuleType):
     """An import path of an earlier version. The old module imports the present one when a name is first requested."""
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):  # inspection asks every module for some of these
+        if name.startswith("__"):  # introspection reads some of these from every module
             raise AttributeError(name)
         if (path := f"{self.__name__}.{name}") in _MOVED:
             return sys.modules[path]
@@ -167,4 +167,4 @@ require_extension()
 sys.modules.update({name: _Moved(name) for name in _MOVED})
 set_view_finder(_find_view)
 set_scene_finder(_find_scene)
-importlib.import_module("carom.engines").__class__ = _Engines  # before the package's name hides the function
+importlib.import_module("carom.engines").__class__ = _Engines  # must run before the package's name hides the function

@@ -10,8 +10,9 @@ import sys
 #: Signals of a keyboard, of a closed terminal, and of a system that shuts down, if this system has them.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 
-#: Number of new objects after which Python searches for cycles: more than a short command with a report makes. Imported
-#: objects stay anyway. With the default of 700, the search takes a fifteenth of the processor time of a short command.
+#: Number of new objects after which Python searches for cycles: more than a short command with a report creates.
+#: Imported objects are never freed anyway. With the default of 700, the search takes a fifteenth of the processor time
+#: of a short command.
 _COLLECTED_FROM = 400_000
 
 #: Interval, seconds, at which a lost signal is raised again until the command has handled it. Code that can't handle it
@@ -51,7 +52,7 @@ def main() -> None:
         if CAME:  # the signal was lost: Python ignores exceptions in its cleanup after an import
             raise Ended(CAME[-1])
         code = run_command_line()
-        if CAME and code == 128 + signal.SIGINT:  # commands that keep what is finished treat every signal as Ctrl-C
+        if CAME and code == 128 + signal.SIGINT:  # commands that save finished results treat every signal as Ctrl-C
             code = 128 + CAME[-1]
         _return_signals(handled)
     except BaseException:  # a library can turn an `Ended` that comes during its import into any exception
@@ -76,9 +77,9 @@ def _open_closed_streams() -> None:
 
 
 def _end(number: int, _frame: object) -> None:
-    """Raise `Ended`, unless an earlier one is being handled, whose cleanup must not be interrupted.
+    """Raise `Ended`, unless an earlier `Ended` is being handled, because its cleanup must not be interrupted.
 
-    Python ignores exceptions in some places, such as destructors, so an earlier one can have been lost.
+    Python ignores exceptions in some places, such as destructors, so an earlier `Ended` can have been lost.
     """
     error = sys.exc_info()[1]
     while error is not None:
@@ -91,7 +92,7 @@ def _end(number: int, _frame: object) -> None:
 
 
 def _raise_again(lost: sys.UnraisableHookArgs) -> None:
-    """Raise an `Ended` again that Python ignored. Show any other exception that it ignored."""
+    """If Python has ignored an `Ended`, raise it again. Show any other ignored exception."""
     if not isinstance(lost.exc_value, Ended):
         sys.__unraisablehook__(lost)
     elif hasattr(signal, "setitimer"):
@@ -100,7 +101,7 @@ def _raise_again(lost: sys.UnraisableHookArgs) -> None:
 
 
 def _return_signals(handled: list[signal.Signals]) -> None:
-    """Return signals to the system after all cleanup, when there is nothing left to interrupt.
+    """Restore the system's default handling of signals, after all cleanup, when nothing is left to interrupt.
 
     A signal that has already arrived is ignored from now on, so it can't change the exit code.
     """

@@ -66,7 +66,7 @@ class Problem(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The path and what is wrong there."""
+        """The path to the field, and what is wrong with the field."""
         parts = (f"[{part}]" if isinstance(part, int) else f".{escape_controls(shorten(part))}" for part in self.field)
         path = "".join(parts).lstrip(".")
         return f"{path}: {self.message}" if path else self.message
@@ -89,7 +89,7 @@ class SceneError(InputError):
         carom.errors.SceneError: radius_m: must be greater than 0, got -1.0
     """
 
-    #: More findings than this are counted instead of shown: one bad column must not scroll the first line away.
+    #: Findings beyond this number are only counted, so that the first line stays visible in a terminal.
     SHOWN = 10
 
     def __init__(self, problems: Sequence[Problem], source: str = "", *, more: bool = False) -> None:

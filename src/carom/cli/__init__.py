@@ -123,7 +123,7 @@ def run_command_line() -> str | int | None:
                 raise
             common.say_error(address_space.build_limit_error(error))
             code = common.EXIT_BAD_INPUT
-        out.flush()  # now, because an error can still be reported
+        out.flush()  # flush here, where an error can still be reported
     except BrokenPipeError:  # a reader such as `head` has closed the pipe
         code = 0
     except OSError as error:  # a full disk

@@ -31,7 +31,7 @@ EXIT_VIOLATION = 1
 EXIT_BAD_INPUT = 2
 EXIT_UNAVAILABLE = 3
 EXIT_CRASHED = 4
-EXIT_SIGNAL = 128  # plus the number of the signal, as reported by a shell
+EXIT_SIGNAL = 128  # a shell reports this plus the number of the signal
 EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 
 Parameters = ParamSpec("Parameters")
@@ -43,7 +43,7 @@ def declare_out_option(text: str) -> Any:
 
 
 def declare_scenes_argument(default: str) -> Any:
-    """Return the argument that names scenes. `default` describes the scenes without it."""
+    """Return the argument that names scenes. `default` describes the scenes that are used if none is named."""
     text = f"Scene files, or names, groups or patterns of catalogue scenes (default: {default})."
     return typer.Argument(help=text)
 
@@ -144,7 +144,10 @@ def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:
 
 @contextmanager
 def guard_journals(journal: Path, *others: Path) -> Iterator[None]:
-    """Guard work on journals. After a signal, print how to resume, and remove new journals that are still empty."""
+    """Run a block that writes journals.
+
+    After a signal, print how to resume, and remove new journals that are still empty.
+    """
     from carom.execution.journal import remove_unused
 
     new = [path for path in (journal, *others) if not path.exists()]

@@ -26,8 +26,8 @@ class AlignedRun(ComparedRun):
         alignment: Matches of the run's impacts with the impacts of the reference.
         pit_alignment: Matches of PIT's impacts with the impacts of the reference; None without PIT.
         against_pit: Matches of the run's impacts with PIT's impacts; None without PIT.
-        edits: Number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the other;
-            at most `MOST_EDITS`.
+        edits: Smallest number of insertions, deletions and swaps of neighbours that turn one sequence of pairs into the
+            other; at most `MOST_EDITS`.
         inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts. The earlier impact
             comes first.
         parted_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
@@ -88,9 +88,9 @@ def _find_parting(
 def _find_shown_by_states(
     reference: Trace, missed: Sequence[int], truth: LocalTruth | None, dt_s: float
 ) -> frozenset[int]:
-    """Find unreported impacts that the states nevertheless show, together with other impacts in the same steps.
+    """Return the missed impacts that the states show in windows with several impacts.
 
-    If a disc has several impacts in one step, an engine may report only their combined outcome.
+    An engine may report only the combined outcome if a disc has several impacts in one step.
     """
     if truth is None or not missed:
         return frozenset()
@@ -129,11 +129,11 @@ def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[i
 
 
 def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tuple[int, tuple[tuple[int, int], ...]]:
-    """Return the edit distance and the inverted impacts of an alignment, which may end at a horizon.
+    """Return the edit distance and the inverted impacts of an alignment. The alignment may end at a horizon.
 
     A method that checks once per step can't order impacts within a step, and its time stamps are up to two steps late.
-    So two impacts are never out of order if they have no common body and are within two steps of each other, or if they
-    have the same time stamp.
+    So two impacts with the same time stamp are never out of order. Two impacts without a common body are never out of
+    order if they are at most two steps apart.
     """
     to_reference = {o: r for r, o in alignment.matched}
     sequence = sorted([*to_reference, *alignment.spurious])
@@ -146,9 +146,11 @@ def compare_order(reference: Trace, observed: Trace, alignment: Alignment) -> tu
 def _sort_by_reference(
     sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
 ) -> set[tuple[int, int]]:
-    """Sort observed impacts into the reference's order as far as allowed, and return the inverted pairs.
+    """Sort observed impacts into the reference's order where `compare_order` allows it.
 
-    This is an insertion sort. Nearly all impacts are in order. For each impact in order, one comparison is enough.
+    Return the pairs that stay inverted.
+
+    An insertion sort is used, because nearly all impacts are in order. Each of these needs one comparison.
     """
     slack = LATEST_STAMP_STEPS * observed.dt_s
     stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
@@ -159,7 +161,7 @@ def _sort_by_reference(
             earlier, later = sequence[k - 1], sequence[k]
             if earlier not in to_reference or later not in to_reference:
                 break
-            a, b = to_reference[later], to_reference[earlier]  # the reference's order if they are inverted
+            a, b = to_reference[later], to_reference[earlier]  # a < b if the reference has them in the other order
             if a > b:
                 break
             common = set(reference.impacts[["first", "second"]][a]) & set(reference.impacts[["first", "second"]][b])
@@ -201,7 +203,7 @@ def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
 
 
 def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
-    """Return the distance if it is at most `band`, otherwise a larger number."""
+    """Return the edit distance if it is at most `band`. Otherwise return any number above `band`."""
     beyond = band + 1
     width = 2 * band + 1
     rows = np.full((len(a) + 1, width + 2), beyond, np.int64)  # column k of row r: position r + k - 1 - band in b

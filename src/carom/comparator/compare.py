@@ -44,18 +44,18 @@ class Score(Shown):
         undecided: Indices of reference impacts that are so close to the end of the run that they may not have been
             reported yet.
         total: The largest error of each kind against the reference.
-        sampling: The same errors of PIT at the same step, which are the cost of sampling at this phase. None without
-            PIT.
+        sampling: The largest errors of PIT at the same step against the reference. They are the cost of sampling at
+            this phase. None without PIT.
         against_pit: Errors of the observed trace against that PIT run. None without PIT.
         pit_missed: Indices of reference impacts that PIT misses; None without PIT.
-        price_paid: The run's largest velocity error divided by PIT's largest over the phases of the same step, or the
-            same ratio of spin errors if that is larger. A missed impact counts as an error of the whole change that it
-            causes. At 1, the run has the whole cost of sampling, and at 0 none of it. Above 1, the run is worse than
-            sampling. If sampling changes no velocity or spin, and the run's velocities and spins are right, times are
-            compared instead. In this case, the run's largest time error is divided by PIT's largest time error, or by
-            one step if one step is longer. NaN without PIT, without an impact, or if the scene has no unique answer.
-            Infinite if sampling costs nothing, if a number of the run is not finite, or if the run ended before its
-            last impact.
+        price_paid: The run's largest velocity error, divided by PIT's largest velocity error over the phases of the
+            same step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is
+            the whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT,
+            and above 1 for a worse run. If sampling changes no velocity or spin, and the run's velocities and spins are
+            right, times are compared instead. In this case, the run's largest time error is divided by PIT's largest
+            time error, or by one step if one step is longer. NaN without PIT, without an impact, or if the scene has no
+            unique answer. Infinite if the run has an error and PIT has none, if a number of the run is not finite, or
+            if the run ended before its last impact.
         findings: At least one verdict, each with its reason.
         grade: The grade.
         float_bits: Width of the floats that the method declares. *Exact* means exact to their rounding.
@@ -69,15 +69,16 @@ class Score(Shown):
         convention: The admissible outcome that the trace took if the scene has no unique answer; otherwise None.
         consistency: Contradictions between the trace's own impacts and states; None if one of its numbers is NaN or
             infinite.
-        branches: The impacts that stuck instead of sliding, or slid instead of sticking.
+        branches: The impacts in which bodies stuck instead of sliding, or slid instead of sticking.
         local_truth: Each step compared with PIC from the run's own state, to the end of the run; None if states were
             not checked.
-        parted_s: Time at which the trajectory diverged from the reference's before a step missed or invented an impact;
-            otherwise None.
+        parted_s: Time at which the trajectory diverged from the reference's. None if it did not diverge, or if a step
+            missed or invented an impact before.
         pit_parted_s: The same time for PIT; None if PIT did not diverge or was not given.
-        contact: Score of the time in which discs slide, roll or rest; None if no disc does, or if states were not kept.
-        lucky_phase: Number of phases of the step at which PIT is equally accurate, and the number of all phases. None
-            unless the run has PIT's impacts, is exact or close, and PIT is less accurate at some phases.
+        contact: Score of the time in which discs slide, roll or rest. None if there is no such time, or if states were
+            not kept.
+        lucky_phase: Number of phases of the step at which PIT is as accurate as the run, and number of phases that were
+            tried. None unless the run is exact or close, has PIT's impacts, and PIT is less accurate at some phases.
 
     Examples:
         >>> reference = carom.solve_pic("paper/late")
@@ -124,7 +125,7 @@ class Score(Shown):
         if self.against_pit is None:
             return None
         pit_difference, total = self.against_pit.velocity, self.total.velocity
-        return total if math.isnan(pit_difference) else min(total, pit_difference)  # NaN: PIT missed it
+        return total if math.isnan(pit_difference) else min(total, pit_difference)  # NaN if PIT has no matched impact
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -192,7 +193,7 @@ class Scorer:
                 f"the observed trace has a step of {step_s:g} s, but sampling has one of {pit_s:g} s: run PIT at the "
                 "step of the observed trace"
             )
-        # NaN and infinities have a verdict. NumPy's warnings would only repeat it.
+        # NaN and infinities have a verdict. NumPy's warnings would only repeat that verdict.
         with np.errstate(all="ignore"):
             return _build_score(_run_stages(self._baseline, observed, self._horizon))
 
@@ -242,7 +243,7 @@ def _run_stages(baseline: Baseline, observed: Trace, horizon: float | None) -> G
     aligned = align_impacts(compared)
     measured = measure_run(aligned)
     grade_before_tie = None
-    if compared.before_tie_s is not None:  # grade the part before the tie alone: a fault there counts
+    if compared.before_tie_s is not None:  # a fault before the tie counts, so that part is graded alone
         grade_before_tie = _run_stages(baseline.unique, observed, compared.before_tie_s).trajectory_grade
     judged = derive_verdicts(measured, grade_before_tie)
     return grade_run(judged)

@@ -31,7 +31,7 @@ Result = TypeVar("Result")
 
 
 class Baseline:
-    """A reference and PIT's run at one step. What follows from them alone is computed once for all runs.
+    """The reference and PIT's run at one step. Values that depend only on these two are computed once for all runs.
 
     Attributes:
         reference: The reference.
@@ -44,11 +44,11 @@ class Baseline:
 
     @cached_property
     def unique(self) -> Baseline:
-        """The baseline without instants at which the reference has no unique answer."""
+        """This baseline with a reference in which all impacts count as unique."""
         return Baseline(replace(self.reference, ambiguous=()), self.pit)
 
     def compute_once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
-        """Return the result of a function of this baseline and some arguments. Only the first call computes it."""
+        """Return the result of a function of this baseline and some arguments. The result is cached."""
         key = (function, arguments)
         if key not in self._known:
             self._known[key] = function(self, *arguments)
@@ -119,7 +119,7 @@ class ComparedRun:
 
     @property
     def place_rounding(self) -> float:
-        """Rounding error of a position over all steps of the run, relative to the position's own extent."""
+        """Rounding error of a position, summed over all steps of the run, relative to the largest coordinate."""
         steps = self.scales.time_s / self.observed.dt_s if self.observed.dt_s else 0.0
         return THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
 
@@ -130,7 +130,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
     Args:
         baseline: The reference, and PIT at the same step.
         observed: The run.
-        horizon: As in `carom.compare`.
+        horizon: The horizon, as in `carom.compare`.
 
     Raises:
         InputError: The horizon is negative or not a number.
@@ -138,11 +138,11 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
     reference, pit = baseline.reference, baseline.pit
     compared = clip_before_rest(reference, comparison_range(reference, horizon), observed.dt_s, pit)
     truth, tie_s = observed.local_truth, None
-    if reference.outcome is Outcome.CRUSHED and truth is not None:  # after it is crushed, a disc has no possible state
+    if reference.outcome is Outcome.CRUSHED and truth is not None:  # a disc has no possible state after it is crushed
         truth = truth.clip_to(compared.until_s)
     if reference.ambiguous:
         times = reference.impacts["time_s"]
-        # Impacts that are so close to the instant without a unique answer may belong to it.
+        # Impacts this close to the instant without a unique answer may belong to that instant.
         tie_s = float(times[min(reference.ambiguous)]) - RELIABLE_ERROR * reference.scene.duration_s
         if not (tie_s < compared.until_s and np.any(times < tie_s)):
             tie_s = None
@@ -177,10 +177,10 @@ def clip_before_rest(
 ) -> ComparisonRange:
     """End a range before a disc starts to rest, slide or roll, as seen with steps of a given size.
 
-    Often a disc has infinitely many impacts just before it rests. At the end of these, the closing speed is at most the
-    speed that a disc gains by falling for a step or two. So in a method that checks once per step, the disc already
-    rests. PIT loses these bounces a few hops earlier. If PIT is given, the range ends where PIT loses them, because no
-    other method with these steps can show more.
+    Often a disc has infinitely many impacts just before it rests. In the last ones, the closing speed is at most the
+    speed that a disc gains by falling for a step or two. A method that checks once per step can't distinguish such a
+    disc from a resting one. PIT misses or invents bounces a few hops earlier. If PIT is given, the range ends there,
+    because no method with these steps can show more.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
@@ -206,9 +206,9 @@ def clip_before_rest(
 def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float:
     """Return the time after which steps can't separate the impacts of a disc on two walls that crush it.
 
-    These impacts come ever faster. From some time on, each impact follows the previous one within two steps, so a
-    method that checks once per step finds at most one of them, late. If PIT is given, and misses or invents an impact
-    of the disc even earlier, return one step before that impact.
+    The times between these impacts become ever shorter. From some time on, each impact follows the previous one within
+    two steps. A method that checks once per step then finds at most one of them, and finds it late. If PIT is given,
+    and misses or invents an impact of the disc even earlier, return one step before that impact.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
     disc = int(impacts["first"][-1])
@@ -225,7 +225,7 @@ def _find_crush_limit(reference: Trace, dt_s: float, pit: Trace | None) -> float
 
 
 def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
-    """Return, by pair, the last impacts of each disc that gravity brings back to a fixed body in ever lower hops."""
+    """Return the last impacts, by pair, of each disc that hops on a fixed body ever lower under gravity."""
     scene, impacts = reference.scene, reference.impacts
     found = {}
     for disc in np.flatnonzero(scene.arrays.movable).tolist():
@@ -244,11 +244,11 @@ def _find_last_bounces(reference: Trace) -> dict[Pair, list[int]]:
 
 
 def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: Trace, alignment: Alignment) -> float:
-    """Return the last frame at which PIT still has the final bounces of a pair; infinity if PIT has all of them.
+    """Return the time up to which PIT finds the final bounces of a pair; infinity if PIT finds all of them.
 
     PIT finds each bounce late, so the following hops are slightly shorter or longer. Hops get ever shorter. So at some
     time, PIT is ahead by a whole hop, which is a spurious impact. Or PIT finds the disc so deep in the body that
-    gravity pulls the disc back before it is out.
+    gravity pulls the disc back before it has left the body.
     """
     expected_s, found_s = reference.impacts["time_s"], pit.impacts["time_s"]
     expected = group_by_pair(reference.impacts)[pair]
@@ -261,7 +261,7 @@ def _find_end_of_pit_bounces(reference: Trace, pair: Pair, first_row: int, pit: 
         if k in alignment.spurious:
             return float(found_s[k]) - pit.dt_s
         if stuck[nth] and nth + 1 < len(expected):
-            # This impact counts unless PIT has lost or gained an impact before it.
+            # This impact counts unless PIT has missed or invented an impact before it.
             is_matched = reference_of.get(k) == expected[nth] and expected_s[expected[nth]] <= found_s[k]
             is_before_next = found_s[k] < expected_s[expected[nth + 1]]
             return float(found_s[k]) - (0.0 if is_matched and is_before_next else pit.dt_s)

@@ -27,7 +27,8 @@ class GradedRun(JudgedRun):
         trajectory_grade: The grade from the reference's trajectory alone, unless the run has diverged from it.
         equals_pit: Whether the run has the same impacts and final state as PIT, to rounding.
         price_paid: The run's largest error over the largest error of sampling; see `carom.comparator.Score`.
-        lucky_phase: Number of phases of the step at which PIT is equally accurate, and of all phases; see `Score`.
+        lucky_phase: Number of phases at which PIT is as accurate as the run, and number of phases that were tried; see
+            `Score`.
     """
 
     grade: Grade = Grade.UNGRADED
@@ -55,9 +56,9 @@ def grade_run(judged: JudgedRun) -> GradedRun:
 
 
 def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int) -> tuple[Finding, ...]:
-    """Add a finding to a run with PIT's results: the results are this accurate only at some phases of the step.
+    """Add the finding that a run with PIT's results is as accurate as this only at some phases of the step.
 
-    If the run conforms, its reason is extended instead of a new finding, because nothing is wrong with the run.
+    If the run conforms, the existing reason is extended instead, because nothing is wrong with the run.
     """
     note = f"PIT is equally accurate at {as_right} of {phases} phases of the step"
     if not any(finding.verdict is Verdict.CONFORMS for finding in found):
@@ -71,8 +72,9 @@ def _add_phase_dependence(found: tuple[Finding, ...], as_right: int, phases: int
 def _grade_flight_and_contact(judged: JudgedRun) -> Grade:
     """Grade a run by its impacts and by its contacts, in which discs slide, roll and rest. The worse grade counts.
 
-    If impacts give no grade, contacts alone decide. If the trajectory diverged before the contact, contacts do not
-    count. A single disc on a single wall is an exception, because its bounces have no effect on how it ends.
+    If the impacts give no grade, the grade of the contacts is returned. If the trajectory diverged before the contact,
+    the contacts are ignored. A single disc on a single wall is an exception, because its bounces do not change its
+    final motion.
     """
     flight_grade, contact = _grade_flight(judged), judged.contact
     if contact is None:
@@ -91,7 +93,7 @@ def _grade_flight(judged: JudgedRun) -> Grade:
     if local is None:
         return trajectory_grade
     if judged.has_exact_steps:
-        return Grade.EXACT if judged.compared.impacts else Grade.UNGRADED  # there is nothing to grade
+        return Grade.EXACT if judged.compared.impacts else Grade.UNGRADED  # without impacts there is nothing to grade
     if judged.has_diverged:
         return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
     if trajectory_grade is Grade.UNGRADED:
@@ -114,7 +116,7 @@ def _grade_undecided(judged: JudgedRun, local: LocalScore) -> Grade:
 
 
 def _grade_by_trajectory(judged: JudgedRun) -> Grade:
-    """Grade by the reference's trajectory. The worst certain fault decides, and undecidable runs are not graded."""
+    """Grade by the reference's trajectory. The worst certain fault sets the grade; undecidable runs are UNGRADED."""
     if judged.non_finite or judged.observed.outcome is Outcome.NON_FINITE:
         return Grade.WRONG
     is_wrong = judged.alignment.missed or judged.alignment.spurious or judged.inverted or judged.has_other_ending
@@ -141,8 +143,8 @@ def _grade_by_trajectory(judged: JudgedRun) -> Grade:
         return Grade.UNGRADED
     if close and _has_good_end(judged, judged.sampling_cost, THRESHOLDS.close):
         return Grade.CLOSE
-    # If all steps are sampled or better, sampling alone explains the final state. If so, PIT's worst phase is the
-    # limit.
+    # If all steps are *sampled* or better, sampling alone explains the final state, and the limit is PIT's error at its
+    # worst phase.
     local = judged.local_truth
     is_only_sampled = local is not None and find_worst_grade(local.grade, Grade.SAMPLED) is Grade.SAMPLED
     has_good_end = _has_good_end(judged, judged.sampling_cost if is_only_sampled else judged.sampling.largest)
@@ -162,7 +164,7 @@ def _has_pit_results(judged: JudgedRun) -> bool:
 
 
 def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
-    """Whether a run agrees with itself to rounding.
+    """Whether the states and impacts of a run agree with each other to rounding.
 
     With `allow_sampling`, deviations that sampling explains are ignored.
     """
@@ -177,7 +179,7 @@ def _is_consistent(judged: JudgedRun, *, allow_sampling: bool = True) -> bool:
 def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float) -> bool:
     """Whether all measured errors are within rounding.
 
-    NaN marks what is not measured: final states beyond a horizon, and spins if no disc spins.
+    Errors that are not measured are NaN: those of final states beyond a horizon, and those of spins if no disc spins.
     """
     errors, largest = measured.errors, measured.largest
     return (
@@ -188,7 +190,7 @@ def _is_within_rounding(judged: JudgedRun, measured: Measured, rounding_s: float
 
 
 def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
-    """Whether each error is at most a small fraction of a step, or of the cost of sampling up to that impact."""
+    """Whether errors are at most a small fraction of a step, or of PIT's errors up to the same impact."""
     step_s = judged.observed.dt_s or cost.dt_s
     own, scales = judged.measured.own, judged.scales
     reliable_impacts = judged.compared.impacts
@@ -206,9 +208,9 @@ def _has_close_impacts(judged: JudgedRun, cost: SamplingCost) -> bool:
 def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCost) -> bool:
     """Whether the error of each impact is at most PIT's error at that impact or at an earlier one.
 
-    Errors propagate from impact to impact. So the limit is PIT's largest error so far: at this phase, at another phase,
-    or at the run's own lateness. If PIT misses an impact at this phase, both discs keep their old paths, and the
-    velocity error is the whole change.
+    Errors propagate from impact to impact. So the limit is PIT's largest error up to this impact: at this phase, at
+    another phase, or at the phase at which PIT is as late as the run. If PIT misses an impact at this phase, both discs
+    keep their old paths. PIT's velocity error is then the whole change.
     """
     own, scales, rounding_s = judged.measured.own, judged.scales, judged.rounding * judged.scales.time_s
     known_ratio, dt_s = 1.0 + THRESHOLDS.ratio_known_of(judged.observed.float_bits), judged.observed.dt_s
@@ -227,7 +229,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         # If PIT misses the impact, there is no lateness to compare with.
         latest_s, earliest_s = (late_s[at], early_s[at]) if is_found[at] else (math.inf, math.inf)
         if local_s <= known_ratio * dt_s:
-            # Relative to the run's own state, the impact is at most a step late. Earlier impacts caused the rest.
+            # From the run's own state, the impact is at most a step late. Earlier impacts caused the remaining
+            # lateness.
             latest_s = max(latest_s, known_ratio * cost.found_off_s[at])
         velocity, spin = at_worst[:, at]
         velocity += judged.rounding * own.speed_m_s[at] / scales.speed_m_s
@@ -235,8 +238,8 @@ def _has_sampled_impacts(judged: JudgedRun, sampling: Measured, cost: SamplingCo
         if not (error.velocity <= velocity and error.time_s <= latest_s + rounding_s) or error.spin > spin:
             return False
         if error.time_s < -rounding_s:
-            # Sampling never finds an impact before it happens from the run's own state. If an impact is early only
-            # against the reference, it was moved by earlier impacts that were late, by at most their lateness.
+            # From the run's own state, sampling never finds an impact before it happens. An impact that is early only
+            # against the reference was shifted by late impacts before it, by at most their lateness.
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -error.time_s <= forward_s + rounding_s:
                 return False
@@ -280,12 +283,12 @@ def _compute_price_paid(judged: JudgedRun) -> float:
     for largest_error, largest_cost in zip(np.max(judged.impact_errors, axis=1).tolist(), largest_costs, strict=True):
         if largest_error <= judged.rounding:
             ratios.append(0.0)  # an error within rounding gives 0, even if sampling costs nothing
-        else:  # infinite if sampling costs nothing
+        else:  # the ratio is infinite if sampling costs nothing
             ratios.append(largest_error / largest_cost if largest_cost > THRESHOLDS.rounding else math.inf)
     step_s = judged.observed.dt_s or cost.dt_s
     if max(largest_costs) <= THRESHOLDS.rounding and max(ratios) == 0.0 and step_s:
-        # In this case, late detection changes times only, not velocities. PIT is late by up to a step per impact, and
-        # lateness adds up.
+        # Here, late detection changes times, but no velocities. PIT is late by up to a step per impact, and these
+        # delays add up.
         late_s = abs(find_largest((error.time_s for error in errors), default=0.0))
         return 0.0 if late_s <= judged.rounding_s else late_s / max(step_s, cost.late_s)
     return max(ratios)

@@ -20,9 +20,9 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 
-# Largest error of a reliable reference: of times over the scene's duration, of velocities over its speed. It is a
-# thousand times the rounding threshold of the verdicts, and a thousandth of the cost of sampling at any usual step. So
-# verdicts and costs do not depend on its exact value.
+# Largest error of a reliable reference. Errors of times are divided by the scene's duration, errors of velocities by
+# its speed. It is a thousand times the rounding threshold of the verdicts, and a thousandth of the cost of sampling at
+# any usual step. So verdicts and costs do not depend on its exact value.
 RELIABLE_ERROR = 1e-9
 
 
@@ -80,7 +80,7 @@ def horizon(
 
     Args:
         scene: The scene, or its name in the catalogue.
-        tolerance: As in `Horizon`.
+        tolerance: Largest error of an impact that agrees, as in `Horizon`.
         max_impacts: Largest number of impacts to compare; None for no limit.
         time_budget_s: Seconds for the certified run; None for no limit.
 
@@ -103,7 +103,7 @@ def horizon(
 def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float = RELIABLE_ERROR) -> Horizon:
     """Return the part of a trace that agrees with a certified run of the same scene.
 
-    Two impacts may be in either order if their order makes no difference.
+    Two impacts may be in either order if the order does not change their results.
 
     Raises:
         InputError: The traces are of different scenes, or the tolerance is not above 0.
@@ -121,7 +121,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
     order_differs = int(same.argmin()) if not same.all() else None
     if order_differs is None and len(found) != len(truth) and complete:
         order_differs = common
-    # The error includes the radii of certified numbers: an impact agrees only if it was proven to the tolerance.
+    # The error includes the radii of the certified numbers, so an impact agrees only if the agreement is proven.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # discs that start at rest can gain speed
         speed = find_largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
@@ -147,7 +147,7 @@ def compute_horizon(certified: CertifiedTrace, trace: Trace, *, tolerance: float
 def _compute_largest_differences(
     one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
 ) -> NDArray[np.float64]:
-    """Return the largest relative difference of each two impacts, in time and in velocities after; NaN stays NaN."""
+    """Return the larger relative difference of each two impacts, in time or in velocities after them; NaN stays NaN."""
     found = np.zeros(len(one))
     for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):
         difference = np.abs(one[name] - two[name]) + (0.0 if radii is None else radii[name])
@@ -171,7 +171,7 @@ def _sort_as_certified(certified: CertifiedTrace, trace: Trace, alike_s: float) 
 
 
 def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
-    """Return which impacts of a trace the certified run replaces by a landing at nearly the same time."""
+    """Return, for each impact of a trace, whether the certified run has a landing instead at nearly the same time."""
     parts = np.zeros(len(trace.impacts), bool)
     for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
         theirs, ours = (
@@ -188,9 +188,9 @@ def _find_landing_bounces(certified: Trace, trace: Trace, alike_s: float) -> NDA
 def estimate_horizon(reference: Trace) -> float | None:
     """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None if the whole trace is reliable.
 
-    The scene is solved again with every number of its start moved by one unit in the last place. Rounding has a similar
-    effect at each impact, so neither run is reliable after they diverge. This is an estimate; `carom certify` gives a
-    proof.
+    The scene is solved again after each number of its initial state is changed by one unit in the last place. Rounding
+    changes the states after each impact by a similar amount. So neither run is reliable after the two diverge. This is
+    an estimate; `carom certify` gives a proof.
     """
     scene = reference.scene
     if reference.ambiguous or not len(reference.impacts):
@@ -209,7 +209,7 @@ def estimate_horizon(reference: Trace) -> float | None:
     for pair, indices in group_by_pair(one).items():
         found = others.get(pair, [])[: len(indices)]
         same[indices[: len(found)]] = found
-    # An impact within rounding of the end may be missing from one run.
+    # An impact at the end, to rounding, may be missing from one run.
     last = times > scene.duration_s * (1.0 - RELIABLE_ERROR)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
     # NaN counts as a difference.
@@ -226,9 +226,9 @@ def estimate_horizon(reference: Trace) -> float | None:
 
 
 def _nudge(scene: Scene, *, positions: bool) -> Scene:
-    """Move every velocity, and every position if asked, by one unit in the last place.
+    """Change every velocity, and with `positions` every position, by one unit in the last place.
 
-    Zeros stay zero, because rounding preserves the symmetries of zeros.
+    Zeros stay zero, because rounding does not break a symmetry that makes a number zero.
     """
     rng, start = np.random.default_rng(0), scene.arrays
     signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4))

@@ -66,7 +66,7 @@ class Alignment:
 
 
 def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange | None = None) -> Alignment:
-    """Align the impacts of two traces of one scene, and return the part within a range (default: all)."""
+    """Align the impacts of two traces of one scene. Return the part within a range, by default all of it."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _compute_time_windows(reference, slack)
     timed = np.isfinite(observed.impacts["time_s"])  # an impact without a time matches nothing
@@ -100,8 +100,8 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
 def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    In that case, the bodies have passed through each other, no later step would have found the impact, and it is
-    missed. Nothing can pass through a half-plane wall.
+    If they separate, the bodies have passed through each other. No later step would find the impact, so it is missed.
+    Nothing can pass through a half-plane wall.
     """
     first, second = int(impact["first"]), int(impact["second"])
     if second < 0 or impact["time_s"] > observed.end_time_s:
@@ -153,15 +153,15 @@ def _align_pair(
 ) -> list[tuple[int, int]]:
     """Align one pair's impacts in order by dynamic programming; the cost is (unmatched, total time difference).
 
-    ``cost(r, c)`` is the cost of the impacts from r and from c on. Windows begin and end in the order of the impacts.
-    So each row is computed only for the columns in its window.
+    ``cost(r, c)`` is the smallest cost for the reference's impacts from r on and the observed impacts from c on.
+    Windows begin and end in the order of the impacts. So each row is computed only for the columns in its window.
     """
     rows, columns = len(expected), len(found)
     times = observed_time[found]
     low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
     high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
     if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
-        return list(zip(expected, found, strict=True))  # the only alignment without unmatched impacts
+        return list(zip(expected, found, strict=True))  # no other alignment matches all impacts
     table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
     stamps: list[float] = times.tolist()
 

@@ -30,7 +30,7 @@ def find_turned_impacts(before: NDArray[np.float64], after: NDArray[np.float64],
 
     Args:
         before: Velocities of the two bodies before the impacts, shape ``(2, m, 2)``.
-        after: The same after the impacts.
+        after: Velocities of the two bodies after the impacts, shape ``(2, m, 2)``.
         float_bits: Width of the method's floats. Velocities are rounded relative to the pair's greatest speed.
     """
     greatest = np.max(np.linalg.norm([before, after], axis=-1), axis=(0, 1))
@@ -87,7 +87,7 @@ def _find_finite_rows(values: ArrayLike) -> NDArray[np.bool_]:
 def _describe_first_non_finite(
     what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False
 ) -> Iterator[str]:
-    """Yield a description of the first row that is not finite, except for rows that are allowed to be."""
+    """Yield a description of the first row that is not finite, except for rows in which this is allowed."""
     if np.isfinite(values).all():
         return
     for row in np.flatnonzero(~(_find_finite_rows(values) | allowed))[:1].tolist():

@@ -24,11 +24,11 @@ class Scales:
         length_m: Radius of the largest disc.
         speed_m_s: Greatest speed of any disc in the reference; 1 m/s if nothing moves.
         rim_m_s: Scale of spin errors times the radius: the greatest speed of any disc, or of any rim relative to its
-            centre. The slip of a contact is the sum of both, so spins are only as exact as the larger of the two. The
-            speed of a rim does not reduce the accuracy of velocities.
+            centre. The slip of a contact is the sum of both speeds, so the rounding error of a spin follows from the
+            larger speed. The speed of a rim does not reduce the accuracy of velocities.
         time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start, including rotation, or the total work done by and on
-            driven bodies in the reference if that is larger.
+        energy_j: Kinetic energy of the movable discs at the start, including rotation, or, if that is larger, the sum
+            over the reference's impacts of the magnitude of the work of driven bodies.
         reach_m: Largest distance of a coordinate from the origin, to which rounding is proportional.
     """
 
@@ -64,17 +64,17 @@ def compute_scales(scene: Scene, reference: Trace) -> Scales:
 
 @dataclass(frozen=True)
 class OwnScales:
-    """Scales of rounding for each impact and for each disc's final state. Only earlier impacts that affect it count.
+    """Scales of rounding for each impact and for each disc's final state.
 
     The scale of a body is its greatest speed, or the greatest speed of any body from which errors may have propagated
-    to it by impacts. A disc may be slow because two speeds cancel; it is still known only to the rounding of those
-    speeds. Unrelated bodies add nothing.
+    to it by impacts. A disc may be slow because two speeds cancel. Its velocity is still known only to the rounding of
+    those speeds. Bodies without such a link are ignored.
 
     Attributes:
         speed_m_s: Speed scale of each impact of a trace, shape ``(m,)``.
-        rim_m_s: The same including rim speeds, shape ``(m,)``.
+        rim_m_s: Scale of speeds and rim speeds of each impact, shape ``(m,)``.
         final_speed_m_s: Speed scale of each disc at the end, shape ``(n,)``.
-        final_rim_m_s: The same including rim speeds, shape ``(n,)``.
+        final_rim_m_s: Scale of speeds and rim speeds of each disc at the end, shape ``(n,)``.
         reach_m: Largest distance of a coordinate of each disc's rim from the origin, shape ``(n,)``.
     """
 
@@ -116,7 +116,7 @@ def compute_own_scales(trace: Trace) -> OwnScales:
 
 
 def compute_median(values: Array) -> float:
-    """Return the median of one or more values; NaN if a value is NaN. NumPy's median would load masked arrays first."""
+    """Return the median of one or more values; NaN if a value is NaN. NumPy's median would import masked arrays."""
     ordered = np.sort(values)  # NaN is last
     one, other = ordered[[(len(ordered) - 1) // 2, len(ordered) // 2]].tolist()
     return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2
@@ -128,7 +128,7 @@ def find_largest_in_array(values: Array) -> float:
 
 
 def find_largest(values: Iterable[float], default: float = math.nan) -> float:
-    """Return the value of the largest magnitude, with its sign; NaN if one of them is NaN, which `max` ignores.
+    """Return the value of the largest magnitude, with its sign; NaN if a value is NaN. In contrast, `max` ignores NaN.
 
     Args:
         values: The values.

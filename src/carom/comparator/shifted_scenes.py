@@ -35,7 +35,7 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
     """Yield a scene shifted along its own motion to each phase, except for phases to which it can't be shifted.
 
     All discs are advanced by ``phase * dt`` along their paths, and the duration is shortened by the same time. If an
-    impact prevents this, the discs are moved back by the rest of the step instead.
+    impact prevents this, the discs are instead moved back by ``(1 - phase) * dt``.
 
     Args:
         reference: The scene's PIC trace.
@@ -55,8 +55,8 @@ def build_shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float])
 def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
     """Return the references of the scenes of `build_shifted_scenes`.
 
-    Shifts that change the impacts of the scene are omitted: the way back may lead through another body, or the last
-    impact may be after the end.
+    Shifts that change the impacts of the scene are omitted. For example, a disc that is moved back may pass through
+    another body, or the last impact may come after the end.
     """
     bodies = ["first", "second"]
     traces = (
@@ -71,7 +71,7 @@ def solve_shifted_references(reference: Trace, dt_s: float, phases: Iterable[flo
 
 
 def shift_start(scene: Scene, by_s: float) -> Scene:
-    """Start the scene `by_s` seconds earlier: move every disc back along its path, and keep the end.
+    """Return the scene with a start `by_s` seconds earlier and the same end: every disc is moved back along its path.
 
     The same impacts follow, each later by `by_s`. Bodies may meet on the way back, such as the discs of a cradle, which
     touch at the start. If so, the scene begins later instead, unless an impact prevents this.
@@ -97,12 +97,12 @@ def shift_start(scene: Scene, by_s: float) -> Scene:
 def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
     """Whether no bodies meet between the start and the time `shift_s`, which may be negative."""
     slowing = Slowing.of(scene)
-    if slowing.table_m_s2 and shift_s < 0.0:  # can't be solved backwards, so solve forwards from the earlier start
+    if slowing.table_m_s2 and shift_s < 0.0:  # not solvable backwards, so solve forwards from the earlier start
         try:
             return _is_free_of_impacts(_shift_scene(scene, shift_s), -shift_s)
         except SceneError:  # bodies overlap at the earlier start
             return False
-    # A damped path is a part of the undamped path, so a damped path can also be solved backwards.
+    # A damped disc moves along a part of its undamped path, so this path can also be solved backwards.
     flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.to_undamped(shift_s), scene.undamped
     if flown_s < 0:  # solve the path before the start backwards; parabolas are symmetric in time
         begun = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
@@ -112,7 +112,7 @@ def _is_free_of_impacts(scene: Scene, shift_s: float) -> bool:
 
 
 def _shift_scene(scene: Scene, shift_s: float) -> Scene:
-    """Return the scene as it is `shift_s` after its start if no bodies meet before, with the same end."""
+    """Return the scene that begins `shift_s` after the start and has the same end. No bodies may meet in that time."""
     slowing = Slowing.of(scene)
     states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
     for disc in scene.discs:

@@ -1,8 +1,8 @@
 """Slowing of discs between impacts without a change of direction: linear damping, or a table.
 
 After some time, a disc of initial velocity v has the velocity ``kept v`` and has moved by ``flown v``. With damping,
-both factors are the same for all discs (see `carom.model.damping`). A table decelerates a disc by a until it stops.
-Then the factors depend on the disc's speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
+both factors are the same for all discs (see `carom.model.damping`). A table decelerates a disc at the rate a until the
+disc stops. Then the factors depend on the disc's speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Slowing:
         return speed / self.table_m_s2 if self.table_m_s2 and speed else math.inf
 
     def compute_kept_fractions(self, seconds: Array, speed: Array) -> Array:
-        """Return `kept` for arrays of times and speeds that broadcast."""
+        """Return what `compute_kept_fraction` returns, for arrays of times and speeds that broadcast."""
         if not self.table_m_s2:
             return self.damping.compute_kept_fractions(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -72,7 +72,7 @@ class Slowing:
         return kept
 
     def compute_flown_times(self, seconds: Array, speed: Array) -> Array:
-        """Return `flown` for arrays of times and speeds that broadcast. With damping, times must be 0 or more."""
+        """Return what `compute_flown_time` returns, for arrays that broadcast. With damping, times must be >= 0."""
         if not self.table_m_s2:
             return self.damping.to_undamped_array(seconds)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -86,7 +86,7 @@ class Slowing:
         return self.damping.per_s * speed + self.table_m_s2
 
 
-#: Number of Newton steps from a chord; each step squares the remaining error.
+#: Number of Gauss-Newton steps. On paths that meet, each step squares the remaining error.
 _NEWTON = 6
 
 

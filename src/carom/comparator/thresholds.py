@@ -15,15 +15,15 @@ class Thresholds:
     Attributes:
         rounding: Rounding of times over the scene's duration, velocities over its speed, and positions over its reach.
             The solvers reproduce known answers with at most this error.
-        rounding_32: The same for a method that declares 32-bit floats: a hundred units in the last place.
-        close: Largest error of grade *close*: of a time over a step, of a velocity over the cost of sampling. At a
-            hundredth, a sampling method would have to check a hundred times per step. So a close method solves for the
-            instant, or cuts its steps.
-        phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. For each impact,
-            one of these phases finds the impact within a sixteenth of a step of the latest possible instant. Misses are
+        rounding_32: The same error for a method that declares 32-bit floats: a hundred units in the last place.
+        close: Largest error of grade *close*: of a time over a step, of a velocity over the cost of sampling. To reach
+            a hundredth, a sampling method would have to check a hundred times per step. So a close method solves for
+            the instant, or cuts its steps.
+        phases: Number of evenly spread phases of a step at which PIT is run for the cost of sampling. At one of these
+            phases, each impact is found at most a sixteenth of a step before the latest possible instant. Misses are
             noticed if they occur at more than a sixteenth of all phases.
-        ratio_known: Rounding error of the quotient of an error and the cost of sampling, in a run that only samples:
-            1e-13 was observed in 64 bits.
+        ratio_known: Rounding error of an error divided by the cost of sampling, in a run whose only errors are those of
+            sampling. An error of 1e-13 was observed in 64 bits.
         ratio_known_32: This rounding error for a method that declares 32-bit floats: 5e-4 was observed.
         direction_rad: Smallest error of a direction that gets a verdict: a degree, which is just visible in a picture.
         energy: Energy error over the energy at the start. Rounding causes 1e-13 in float64 engines and 1e-7 in float32
@@ -53,7 +53,7 @@ class Thresholds:
         return min(rounding_s, self.close * dt_s) if dt_s else rounding_s
 
     def place_rounding_of(self, float_bits: int, steps: float) -> float:
-        """Return the rounding error of a position, over the scene's extent: each step adds half a unit."""
+        """Return a position's rounding error over the scene's extent. Each step adds half a unit in the last place."""
         return self.rounding_of(float_bits) + 0.5 * steps * 2.0 ** -MANTISSA_BITS[float_bits]
 
 

@@ -87,7 +87,8 @@ class AdapterPoint:
     Attributes:
         name: Name of the adapter.
         value: The object reference of the entry point, or the path of the manifest.
-        distribution: The distribution that contains the adapter; empty if there is none, or its name can't be read.
+        distribution: The distribution that contains the adapter; empty if there is no distribution, or if its name
+            can't be read.
         manifest: Whether it is a manifest.
         broken: Why the entry point is invalid; empty if it is valid.
     """
@@ -264,7 +265,7 @@ def load_adapter(name: str) -> Adapter:
     try:
         adapter: Any = point.load()
         is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties on some versions of Python
-    except AdapterError:  # an error about a manifest: the message is complete
+    except AdapterError:  # the message of an error about a manifest is complete
         raise
     except Exception as error:
         message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"
@@ -283,7 +284,7 @@ def load_adapter(name: str) -> Adapter:
 
 
 def has_part(thing: object, part: str) -> bool:
-    """Whether an object has an attribute, even if reading it raises an AttributeError about something else."""
+    """Whether an object has an attribute, even if reading it raises an AttributeError of another object."""
     try:
         inspect.getattr_static(thing, part)
     except AttributeError:

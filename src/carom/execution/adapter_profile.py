@@ -1,4 +1,4 @@
-"""An adapter as a run uses it: loaded and checked, with the capabilities and settings of one profile."""
+"""Loads an adapter for a run, checks it, and returns the capabilities and settings of one of its profiles."""
 
 from __future__ import annotations
 

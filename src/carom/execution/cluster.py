@@ -1,4 +1,4 @@
-"""Pool on a Dask cluster: the same work in the same kind of worker processes, with the same results.
+"""Pool on a Dask cluster. Tasks run in the same kind of worker process as on this machine, with the same results.
 
 Each item of `ClusterPool.map_unordered` is a task of the cluster. The engines of an item run in separate processes, as
 on this machine. So an engine that aborts affects neither the cluster's worker nor other items. If a worker of the
@@ -52,8 +52,9 @@ class ClusterPool(Pool):
     Args:
         scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``. With ``tls://``, the certificates of
             Dask's configuration are used.
-        time_limit_s: As in `carom.execution.pool.Lane`.
-        memory_limit_mb: As in `carom.execution.pool.Lane`, on each machine of the cluster.
+        time_limit_s: Time limit of a task, seconds, as in `carom.execution.pool.Lane`.
+        memory_limit_mb: Memory limit of a process, megabytes, as in `carom.execution.pool.Lane`, on each machine of the
+            cluster.
 
     Raises:
         MissingExtraError: distributed (the extra `cluster`) is not installed.
@@ -133,7 +134,7 @@ class ClusterPool(Pool):
     def _watch_workers(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
         """Cancel the submitted items at the end, or if workers are missing for long.
 
-        Yield a list, to which the reason for a cancellation is added.
+        Yield an empty list. If workers are missing, the reason is added to this list.
         """
         over, gone = threading.Event(), list[str]()
 
@@ -146,7 +147,7 @@ class ClusterPool(Pool):
                 if time.monotonic() - seen > WORKERLESS_S:
                     gone.append(f"the cluster at {self._address} had no worker for {WORKERLESS_S:g} s")
                     break
-            with suppress(Exception):  # a scheduler that is gone
+            with suppress(Exception):  # the scheduler may be gone
                 self._client.cancel(list(submitted))
 
         thread = threading.Thread(target=watch, daemon=True)

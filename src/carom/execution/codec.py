@@ -1,7 +1,7 @@
 """Converts values to JSON and back, for journals and for the answers of worker processes.
 
-Reading validates each field against the declared type and runs no code. Floats are the shortest text that reads back as
-the same float, NaN and infinities are strings, and arrays are their shape and their bytes in base64.
+Reading validates each field against the declared type and runs no code. A float is written as the shortest text that
+reads back as the same float, NaN or an infinity as a string, and an array as its shape and its bytes in base64.
 """
 
 from __future__ import annotations

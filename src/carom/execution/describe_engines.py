@@ -101,7 +101,7 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
 
 
 def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
-    """Return the descriptions of engines, Carom's own two first, with a reason for each that is unavailable.
+    """Return the descriptions of engines, with Carom's own two first. Each unavailable engine has a reason.
 
     Args:
         names: Names of adapters; None for all that are installed.

@@ -40,7 +40,7 @@ from carom.support.limits import LARGEST
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
 
-#: Number of rows of states, times the number of discs: some 3 MB.
+#: Number of rows in a block of states, times the number of discs: about 3 MB.
 _ROWS = 2**16
 
 #: Largest number of samples. Samples are for drawing, and no picture is wider than this many pixels.
@@ -126,8 +126,8 @@ def run_pit(scene: Scene, dt_s: float) -> Trace:
 def choose_look_steps(steps: int) -> frozenset[int]:
     """Return the steps of a run after which the state is kept: all, or one from each of `MOST_LOOKS` equal intervals.
 
-    The step within an interval is quasi-random, because at a fixed step, a disc that hops every two steps could seem to
-    rest.
+    The step within an interval is quasi-random, because at fixed intervals, a disc that hops every two steps could seem
+    to rest.
     """
     every = -(-steps // MOST_LOOKS)
     stretches = range(0, steps, every)
@@ -169,7 +169,7 @@ class _Run:
 
     @property
     def earlier(self) -> tuple[float, Observation]:
-        """The last state, except for the present state, that is within the scene's duration; and its time."""
+        """The last state before the present one that is within the scene's duration, and its time."""
         within = np.flatnonzero(self.rows.time_s[: self.row] <= self.scene.duration_s)
         if not len(within):
             return self.before
@@ -212,7 +212,7 @@ class _Run:
     def _take_quiet_steps(self, world: Any, until_s: float) -> Observation | None:
         """Take steps until one has contacts or a warning, or is near a time. Return the observation of the last step.
 
-        Add the states of all these steps except the last. Return None if only one step is possible: none is then taken.
+        Add the states of all these steps except the last. If only one step is possible, take no step and return None.
 
         `world` is a `carom.engines.api.QuietWorld`. No contact may be open.
         """
@@ -357,7 +357,7 @@ def _take_step_in_pieces(world: World, cutter: Cutter | None, step: int, dt_s: f
 
 
 def _classify_end(warning: str) -> tuple[Outcome, tuple[str, ...]]:
-    """Return the outcome of a run that ends at a non-finite state or with a warning of its engine."""
+    """Return the outcome and the notes of a run that ends at a non-finite state or with a warning of its engine."""
     if not warning:
         return Outcome.NON_FINITE, ()
     if warning == Outcome.STANDSTILL.value:  # not a fault: the state is valid

@@ -56,7 +56,7 @@ def describe_environment(infos: Iterable[EngineInfo] = ()) -> Environment:
 
 
 def measure_resident_bytes(field: str = "VmRSS", process: int | str = "self") -> int | None:
-    """Return the resident memory of a process: VmRSS is the present value, VmHWM the peak. Only Linux has both."""
+    """Return the resident memory of a process: VmRSS is the present value, VmHWM the peak. Only Linux has them."""
     kibibytes = _read_proc_field(f"/proc/{process}/status", field).split()
     return int(kibibytes[0]) * 1024 if kibibytes else None
 

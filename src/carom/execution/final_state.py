@@ -92,7 +92,7 @@ class LastStep:
         turned_s: Array,
         spins: NDArray[np.void] | None,
     ) -> LastStep:
-        """Return the step, ended at a time, as if some discs had only the given impacts in it.
+        """Return the step up to a time, in which some discs have only the given impacts.
 
         Such a disc flies freely from its last given impact in the step, or from the start of the step.
 

@@ -116,7 +116,8 @@ class ForkServer:
             stream.flush()  # otherwise both processes would write what is in the buffer
         parent = os.getpid()
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # about threads of BLAS, which handles forks itself
+            # The warning is about threads of BLAS, which handles forks itself.
+            warnings.simplefilter("ignore", DeprecationWarning)
             child = os.fork()
         if not child:
             _serve(its, parent)
@@ -281,7 +282,7 @@ def _become_watchdog(message: bytes, files: Sequence[int], others: Sequence[int]
 
         path = environment["PYTHONPATH"].split(os.pathsep)
         if (path, environment.get(MANIFESTS)) != (list_search_path(), os.environ.get(MANIFESTS)):
-            list_adapter_points.cache_clear()  # since the server was forked, the command has changed where adapters are
+            list_adapter_points.cache_clear()  # adapters have other places than when the server was forked
         os.chdir(folder)
         os.environ.clear()
         os.environ.update(environment)

@@ -1,7 +1,7 @@
 """Builds impacts from the states and contacts that an engine reports after each step.
 
 A contact that lasts several steps becomes one impact. The impact has the velocities just before the first step and just
-after the last step of the contact. If a method reports a contact with velocities, the impact has these.
+after the last step of the contact. If a method reports velocities with a contact, the impact has those velocities.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: A pair rests if its relative speed along the normal is at most what gravity adds in this many steps. An engine may
-#: take one step until it tests for contact, and one until the response acts. In a leapfrog scheme, positions and
-#: velocities are half a step apart.
+#: A pair rests if its relative speed along the normal is at most the speed that gravity adds in this many steps. An
+#: engine may take one step until it tests for contact, and one until the response acts. In a leapfrog scheme, positions
+#: and velocities are half a step apart.
 _REST_STEPS = 2.5
 
 
@@ -70,7 +70,7 @@ class ImpactCollector:
         self.spins: NDArray[np.void] | None = None
 
     def skip_to(self, time_s: float, now: Observation) -> None:
-        """Pass steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
+        """Skip steps without contacts, up to the step that ended at `time_s`. No contact may be open."""
         self._last, self._last_s = now, time_s
 
     def add(self, time_s: float, now: Observation) -> None:
@@ -83,7 +83,8 @@ class ImpactCollector:
             if contact.velocities is not None:
                 spins = contact.spins_rad_s if self._turns else None
                 record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
-                # If a disc has several impacts in a step, the state before the step applies only to the first of them.
+                # If a disc has several impacts in a step, the state before the step is the state before the first
+                # impact only.
                 free = contact.time_s == self._last_s or struck.isdisjoint(pair)
                 struck.update(self._list_movable(pair))
                 state = _build_state(pair, self._last_s, before if free else None)
@@ -125,7 +126,7 @@ class ImpactCollector:
         return (*_to_vector(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
     def _find_unchanged_motion(self, body: int, time_s: float) -> Motion:
-        """Return the motion, in the step that ends at a time, of a body that no impact changes: static or driven."""
+        """Return the motion of a static or driven body, which no impact changes, in the step that ends at a time."""
         middle_s = 0.5 * (self._last_s + time_s)
         if body < 0:
             return (*self._walls[wall_index(body)].velocity_at(middle_s), 0.0)
@@ -202,7 +203,7 @@ class ImpactCollector:
             known.rested = replace(known)
 
     def _is_resting(self, motions: Motions, normal: Vector, step_s: float) -> bool:
-        """Whether gravity may hold a pair together: its relative speed is at most what `_REST_STEPS` of fall give."""
+        """Whether a pair is slow enough to rest: at most as fast as after a fall of `_REST_STEPS` steps."""
         return abs(compute_separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
     def _has_all_impulses(self, contact: Contact) -> bool:
@@ -215,7 +216,7 @@ class ImpactCollector:
         (vx, vy, spin), (nx, ny) = motion, contact.normal
         by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
         tangential = contact.tangential_impulse_n_s
-        if not tangential:  # so that scenes without friction have the same bits
+        if not tangential:  # keeps scenes without friction bit-identical
             return (vx + by_normal * nx, vy + by_normal * ny, spin)
         by_friction = sign * tangential * self._inverse_mass[body]
         return (
@@ -275,8 +276,8 @@ class ImpactCollector:
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
         """Return velocities and spins of slowed discs at the instant of an impact, from those at step boundaries.
 
-        If the instant is not known, the reported instant is used. An instant is limited to at most the contact's
-        duration before its start or after its end.
+        If the instant is not known, the reported instant is used. The instant is at most one contact duration before
+        the contact's start or after its end.
         """
         lasted = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s

@@ -16,7 +16,7 @@ Progress = Callable[[int, int, str], None]
 
 
 def no_progress(_done: int, _total: int, _what: str) -> None:
-    """Report no progress. The default of every `Progress` argument."""
+    """Do nothing. This is the default of every `Progress` argument."""
 
 
 T = TypeVar("T")
@@ -33,7 +33,7 @@ class Method:
 
     Attributes:
         engine: Name of the adapter.
-        profile: Name of the profile; an alias is replaced by it.
+        profile: Name of the profile. An alias is replaced by the name.
         tried: Settings that replace those of the profile. With such settings, the method differs from the method of the
             profile.
     """
@@ -78,7 +78,8 @@ class Job:
         scene: The scene.
         method: Engine and profile.
         dt_s: Step, seconds.
-        refinement: Index of the step among those of the scene, 0 for the coarsest. The index makes scenes comparable.
+        refinement: Index of the step among those of the scene, 0 for the coarsest. Results of different scenes are
+            compared at the same index.
         phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
     """
 

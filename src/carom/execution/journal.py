@@ -1,9 +1,9 @@
 """Journals: append-only files of results, one line of JSON each, from which an interrupted study resumes.
 
-Each append is one write of complete lines, and is on the disk before it returns. A process that is killed during a
+Each append writes complete lines at once, and returns when they are on the disk. A process that is killed during a
 write can leave one torn line at the end, which is removed when the journal is opened next. The first line identifies
-the study. Floats are the shortest text that reads back as the same float; NaN and infinities are strings. Control
-characters are escaped, so that a line contains no line break.
+the study. A float is written as the shortest text that reads back as the same float, NaN or an infinity as a string.
+Control characters are escaped, so that a line contains no line break.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ T = TypeVar("T")
 
 @runtime_checkable
 class PartialEntry(Protocol):
-    """A value from several tasks, which knows whether an engine failed in one of them."""
+    """A value from several tasks, with a flag for an engine that failed in one of them."""
 
     @property
     def cut_off(self) -> bool:
-        """Whether an engine failed, so that a second attempt may give more."""
+        """Whether an engine failed, so that a second attempt may give a more complete value."""
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,8 @@ class Journal(MemoryJournal[K, T], Closeable):
         retry: Whether to continue an existing journal, but to drop entries in which an engine failed.
 
     Raises:
-        InputError: The file exists, and neither `resume` nor `retry` is set, has another content, stamp or format, or
-            is being written by another process.
+        InputError: The file exists, and neither `resume` nor `retry` is set. The file has another content, stamp or
+            format. Another process is writing the file.
     """
 
     def __init__(

@@ -39,17 +39,17 @@ class OpenContact:
         number: Position in the order in which contacts began.
         reported: The contact as reported in its first step.
         before: Velocities and spins of the two bodies before the contact's first step.
-        start_s: Start of its first step, seconds.
-        start: State at the start of its first step.
-        after: Velocities and spins after its last step so far.
-        end_s: End of its last step so far, seconds.
-        end: State at the end of its last step so far.
+        start_s: Start of the contact's first step, seconds.
+        start: State at the start of the contact's first step.
+        after: Velocities and spins after the contact's last step so far.
+        end_s: End of the contact's last step so far, seconds.
+        end: State at the end of the contact's last step so far.
         alone: Whether neither body had another contact in any of these steps.
-        steps: Number of steps so far.
+        steps: Number of the contact's steps so far.
         impulse: Sum of the impulses of all steps, or of the changes of velocity if no impulses are reported.
         along: Sum of impulse times normal.
         length: Sum of impulse times length of the normal.
-        rested: The contact at the first step boundary since which the pair rests; None if it does not rest.
+        rested: The contact at the step boundary at which the pair came to rest; None if the pair does not rest.
     """
 
     number: int
@@ -84,7 +84,7 @@ class OpenContact:
         self.length += impulse * math.hypot(*normal)
 
     def compute_normal(self) -> Vector:
-        """Return the direction of the total impulse, with the mean length of the normals; if 0, the first normal."""
+        """Return the direction of the total impulse as a vector of the normals' mean length; the first normal for 0."""
         size = math.hypot(*self.along)
         if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal
@@ -94,12 +94,12 @@ class OpenContact:
     def compute_landing_time(self, gravity: Array, leg: Course) -> float:
         """Return the instant at which a pair that comes to rest reaches its resting position on its free path.
 
-        `compute_turn_time` does not apply, since gravity holds the pair together, so that no free path follows. After
-        the impact, the distance along the normal changes at the speed at the step boundary. The free path before the
-        impact is a parabola, or a line if gravity moves both bodies alike.
+        `compute_turn_time` does not apply, because gravity holds the pair together and no free path follows. After the
+        impact, the distance along the normal changes at the speed at the step boundary. The free path before the impact
+        is a parabola, or a line if gravity moves both bodies alike.
 
         Args:
-            gravity: As `compute_gravity` returns it.
+            gravity: Acceleration of each disc, from `compute_gravity`.
             leg: Motion of the wall, if the second body is a wall.
         """
         d0, u0 = self._compute_relative_motion(self.start, self.start_s, leg)
@@ -110,7 +110,7 @@ class OpenContact:
         bend = float(self._compute_relative_pull(gravity) @ normal) / 2
         closing = float((u1 - u0) @ normal)
         apart = float((d0 - d1 + u1 * lasted) @ normal)
-        # The first root of apart - closing t + bend t^2 in the form that loses no digits.
+        # The first root of apart - closing t + bend t^2 in the form without cancellation.
         square = closing * closing - 4.0 * bend * apart
         if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
             return math.nan
@@ -125,7 +125,7 @@ class OpenContact:
         damping, the paths are lines in undamped time. On a table, the paths have different curvatures.
 
         Args:
-            gravity: As `compute_gravity` returns it.
+            gravity: Acceleration of each disc, from `compute_gravity`.
             slowing: Law that slows discs down.
             leg: Motion of the wall, if the second body is a wall.
         """

@@ -1,6 +1,7 @@
-"""Phases: a scene is run with many starts within a step, and the scores are a distribution.
+"""Runs of a scene from many start positions within a step (phases), and the distribution of their scores.
 
-With a single phase a step can be lucky or unlucky. `carom.comparator.shifted_scenes` shifts a scene to another phase.
+At a single phase, an engine can find or miss an impact by chance. `carom.comparator.shifted_scenes` shifts a scene to
+another phase.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 @dataclass(frozen=True, slots=True)
 class PhaseSpread:
-    """The scores of one cell over many phases.
+    """Distribution of the scores of one scene, method and step over many phases.
 
     Attributes:
         phases: Number of phases that ran.
@@ -53,7 +54,7 @@ class PhaseSpread:
 
 
 def generate_phases(count: int, seed: int = 0) -> tuple[float, ...]:
-    """Return quasi-random phases in 0 to 1: multiples of the golden ratio, from a start that depends on the seed."""
+    """Return quasi-random phases from 0 to 1: multiples of the golden ratio plus an offset that depends on the seed."""
     if not count:  # loading numpy.random takes longer than a short run
         return ()
     start = float(np.random.default_rng(seed).random())
@@ -91,7 +92,7 @@ def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
 
 
 def compute_spread(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
-    """Return the distribution of scores of one cell over phases."""
+    """Return the distribution of the scores of one scene, method and step over phases."""
     velocities = [s.total.velocity for s in scores if not math.isnan(s.total.velocity)]
     times = [abs(s.total.time_s) for s in scores if not math.isnan(s.total.time_s)]
     return PhaseSpread(

@@ -26,7 +26,7 @@ from carom.support.escaping import build_name_hints
 
 DEFAULT_PROFILES = ("default", "tuned", "located")
 
-#: Selects every profile that an engine offers.
+#: Name that selects every profile of an engine.
 ALL_PROFILES = "all"
 
 
@@ -39,7 +39,7 @@ class Plan:
         answers: Known answers of the catalogue scenes, by name.
         engines: Description of each requested engine, or of every engine.
         profiles: Names of the profiles to run.
-        jobs: In the order scene, engine, step, profile.
+        jobs: The jobs, sorted by scene, engine, step and profile.
         options: The requested options.
         methods: The methods, and why some of them can't be run.
     """

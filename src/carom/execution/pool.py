@@ -36,7 +36,7 @@ Item = TypeVar("Item")
 
 
 class Closeable:
-    """Base of everything with a `close` method: a context manager that calls it."""
+    """Base of classes with a `close` method. Their objects are context managers that call `close` at the end."""
 
     def close(self) -> None:
         """Release all resources."""
@@ -75,7 +75,7 @@ class Pool(TaskRunner):
     def map_unordered(
         self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
     ) -> Iterator[list[T]]:
-        """Apply a function to each item, several at a time, and yield the results as they finish, in no order.
+        """Apply a function to each item, several at a time, and yield the results as they finish, in any order.
 
         Args:
             items: Each item with the name of the engine that it needs.
@@ -98,7 +98,7 @@ class InProcessPool(Pool):
 
 
 class Lane(TaskRunner):
-    """Worker processes of one thread, one for each engine, so that an engine is loaded once and runs alone.
+    """Worker processes that one thread uses, one for each engine. So an engine is loaded once and runs alone.
 
     Args:
         time_limit_s: Seconds after which a task without an answer is ended and reported as timed out.
@@ -168,8 +168,8 @@ class LocalPool(Pool):
 
     Args:
         jobs: Number of tasks carried out at a time; by default the number of cores.
-        time_limit_s: As in `Lane`.
-        memory_limit_mb: As in `Lane`; by default all lanes have equal shares.
+        time_limit_s: Time limit of a task, as in `Lane`.
+        memory_limit_mb: Memory limit of a process, as in `Lane`; by default all lanes have equal shares.
     """
 
     def __init__(
@@ -178,7 +178,7 @@ class LocalPool(Pool):
         lanes = jobs or count_available_cores()
         share_mb = compute_memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
         with suppress(AdapterError):  # reported where an adapter is loaded
-            list_adapter_points()  # before forking: workers then need not search the installed packages again
+            list_adapter_points()  # cached before forking, so that workers need not search the installed packages again
         self._fork_server = ForkServer.launch()
         self._lanes = [Lane(time_limit_s, share_mb, self._fork_server) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []
@@ -186,7 +186,7 @@ class LocalPool(Pool):
     def close(self) -> None:
         """End the worker processes and the threads that wait for their answers."""
         for lane in self._lanes:
-            lane.stop()  # all are stopped before the first close, which takes a while
+            lane.stop()  # a close takes a while, so all lanes are stopped first
         for lane in self._lanes:
             lane.close()
         for thread in self._threads:
@@ -248,7 +248,7 @@ class LocalPool(Pool):
 
 
 class _PendingItems(Generic[Item]):
-    """Items not yet worked on. A lane continues with the engine that it has, so that no process has to be started.
+    """Items not yet worked on. A lane first gets items of engines that it has already started.
 
     Attributes:
         engines: Names of the engines that all items need.

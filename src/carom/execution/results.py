@@ -28,8 +28,8 @@ class Row:
         trace: The trace; None if the job was not run.
         score: The comparison with the reference; None if the job was not run.
         timing: Run times; None if the job was not timed.
-        time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None if either was
-            not timed.
+        time_ratio: Run time of all steps divided by PIT's run time for the same scene and step, both from the same
+            round; None if either was not timed.
         spread: Scores over many sub-step phases; None if only one phase was run.
         untimed: Reason why the job was not timed, if it ran and timing was requested; empty otherwise.
     """
@@ -60,10 +60,11 @@ class Results(Tabular):
     """All rows of a cross-check, with the references.
 
     Attributes:
-        rows: In the order scene, engine, profile, step.
+        rows: The rows, sorted by scene, engine, profile and step.
         references: The PIC trace of each scene, by the scene's name.
         known: Known answer of each catalogue scene and the reference's deviation from it, by the scene's name.
-        engines: Description of each requested engine, or of every engine; those not installed are then not run.
+        engines: Description of each requested engine. If none is requested, description of every engine; engines that
+            are not installed are not run.
         environment: Machine and versions.
         command: The command that repeats this cross-check; empty if it was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
@@ -73,8 +74,8 @@ class Results(Tabular):
             this time the reference is not reliable (certified or estimated), or lasting contact has begun. Other scenes
             are compared completely.
         phases: Number of sub-step phases at which each job was run in addition to the scene's own.
-        skipped: Run time that PIC, and PIT at the coarsest step, save by skipping needless work, by the scene's name;
-            empty if no run was timed, or no report is drawn.
+        skipped: Run times that PIC and PIT (at the coarsest step) save by skipping needless work, by the scene's name.
+            Empty if no run was timed, or no report is drawn.
 
     Examples:
         >>> results = carom.cross_check(["paper"], ["pit"], dts=[1 / 24], timing=False)

@@ -36,7 +36,7 @@ CERTIFY_SECONDS = 10.0
 #: The best grade that counts as a violation.
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
-#: Ratio between one step of a scene and the next. The ratio is large enough to show an order of convergence.
+#: Ratio of two successive default steps of a scene. The ratio is large enough to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
 
@@ -89,7 +89,7 @@ class Options(LimitOptions):
             or more, a certified run shows up to which impact PIC is reliable, if python-flint is installed.
         certify_s: Seconds for the certified run of each scene.
         timing: Whether to time each job at its scene's coarsest step too, in a pass in which nothing else runs.
-        samples: Whether to keep states for drawing. Only reports need them.
+        samples: Whether to keep states for drawing. Only reports need these states.
 
     Raises:
         InputError: A value is invalid.

@@ -18,7 +18,7 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.support.formatting import format_instant
 
-#: Most impacts of a reference in a cross-check. Memory is needed for every impact.
+#: Largest number of impacts of a reference in a cross-check. Each impact needs memory.
 MOST_IMPACTS = 200_000
 
 #: Scenes with more discs are certified on request only: bounds for all pairs take 8 MB at 1000 discs.
@@ -52,8 +52,10 @@ def solve_reference(scene: Scene) -> Trace | str:
     except InputError as error:
         return str(error)
     if trace.outcome is Outcome.MAX_IMPACTS:
-        at = f"{MOST_IMPACTS} impacts come before {format_instant(trace.end_time_s)} of its {scene.duration_s:g} s"
-        return f"{at}, more than a cross-check computes; shorten duration_s"
+        at = f"{MOST_IMPACTS} impacts come before {format_instant(trace.end_time_s)}"
+        return (
+            f"{at}, but the scene lasts {scene.duration_s:g} s; a cross-check computes no more, so shorten duration_s"
+        )
     if broken := find_non_finite(trace):
         return f"PIC's own result is not a number: {broken}"
     return trace
@@ -121,7 +123,7 @@ def _certify_reference(trace: Trace, asked: bool | None, time_budget_s: float) -
             raise
         return Reference(trace, f"not certified: {error}")
     found = compute_horizon(certified, trace)
-    if certified.degeneracy is not None:  # beyond this time, a convention decides: PIC's is used
+    if certified.degeneracy is not None:  # beyond this time, results depend on a convention: PIC's is used
         return Reference(trace, f"certified to impact {len(certified)}; there, {certified.degeneracy}")
     if not asked:
         return Reference(trace, found, None if found.covers_the_scene else found.end_s)

@@ -127,7 +127,8 @@ def build_batches(tasks: Iterable[tuple[K, AnyTask[T], float]]) -> list[tuple[st
 def _run_batch(batch: Batch[K, T], runner: TaskRunner) -> Iterator[JournalEntry[K, Any]]:
     """Carry out the tasks of a batch."""
     tasks = [task for _, task in batch if not isinstance(task, DependentTasks)]
-    dependent = [task for _, task in batch if isinstance(task, DependentTasks)]  # always alone in a batch
+    # A dependent task is always alone in a batch.
+    dependent = [task for _, task in batch if isinstance(task, DependentTasks)]
     answers = [task.run(runner) for task in dependent] if dependent else runner.run_each(tasks)
     for (key, _), answer in zip(batch, answers, strict=True):
         yield JournalEntry(key, answer)

@@ -31,10 +31,10 @@ class Measures:
 
     Attributes:
         total: The largest errors against the reference, kind by kind.
-        expected: Impacts of the reference.
-        matched: Impacts found.
-        missed: Impacts missed.
-        spurious: Impacts invented.
+        expected: Number of impacts of the reference.
+        matched: Number of impacts found.
+        missed: Number of impacts missed.
+        spurious: Number of impacts invented.
         undecided: Number of impacts that are so close to the end of the run that they may not have been reported yet.
         duration_s: Duration of the scene, the unit of dimensionless times.
         outcome: Outcome of the run, the name of a `carom.model.trace.Outcome`.

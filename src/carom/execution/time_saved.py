@@ -15,8 +15,8 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import start_pit_run
 from carom.solvers.run import build_trace
 
-#: Numbers of alternating runs for the median of their ratios: the least and the largest, and the seconds after which to
-#: stop.
+#: Rounds of alternating runs for the median of their ratios: the smallest and the largest number, and the seconds after
+#: which no further round begins.
 _LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
 
 #: Limit of the tests of pairs and walls in a run without skipping. With more tests a run would take too long.
@@ -24,7 +24,7 @@ MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Run time with skipping, seconds, and the ratio of the time without to it: medians over the same rounds."""
+    """Run time with skipping, seconds, and run time without skipping divided by it. Both are medians over rounds."""
 
     with_s: float
     ratio: float
@@ -51,7 +51,7 @@ def count_tests_per_frame(scene: Scene) -> int:
 
 
 def is_closed_form(reference: Trace) -> bool:
-    """Whether PIC used the closed form for two discs, which counts no crossings of cells."""
+    """Whether PIC used the closed form for two discs. Only this form counts no crossings on straight paths."""
     scene = reference.scene
     straight = not (any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2)
     return straight and "crossings" not in reference.counts
@@ -81,7 +81,7 @@ def _run_event_driven(scene: Scene) -> Trace:
 
 
 def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
-    """Measure what PIT saves by skipping frames and pairs that can't touch; None if the plain loop is too long."""
+    """Measure the time PIT saves by skipping frames and pairs that can't touch; None if the plain loop is too slow."""
     if scene.step_count(dt_s) * count_tests_per_frame(scene) > MOST_TESTS:
         return None
     clock = FrameClock(rate_hz=1.0 / dt_s)

@@ -1,7 +1,7 @@
 """Timed run of an engine: all steps in as few calls as possible, without observation, each run in a new world.
 
 Preparation and steps are timed separately. Everything that times an engine uses this loop; `carom.studies.bench`
-compares engines by it.
+compares engines with it.
 """
 
 from __future__ import annotations

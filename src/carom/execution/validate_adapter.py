@@ -1,7 +1,7 @@
 """Validates what an adapter returns, except for observations: declarations, settings and counts.
 
-A mistake in what an adapter returns raises an `AdapterError` with the field and the value, so that it is not taken for
-a fault of the engine.
+A mistake in what an adapter returns raises an `AdapterError` with the field and the value, so that a reader does not
+blame the engine.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def build_adapter_error(message: str, section: str = FIELDS) -> AdapterError:
 
 
 def build_wrong_value_error(what: str, must: str, value: object, section: str = FIELDS) -> AdapterError:
-    """Return the exception for a value that must be something else."""
+    """Return the exception for a wrong value. Its message states what the value must be."""
     return build_adapter_error(f"{what} must be {must}, got {describe_value(value)}", section)
 
 

@@ -1,7 +1,7 @@
 """Validates the observations that an adapter returns: states and contacts.
 
 A non-finite state is accepted, since the engine itself can produce it. Values that can't be scored are refused, such as
-a moving velocity of a static wall, or a number whose square overflows.
+a velocity of a static wall that is not 0, or a number whose square overflows.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ class Validator:
         rows.velocity_m_s[row] = found.velocity_m_s
         if found.warning != "":  # most steps have no warning
             to_plain_text(found.warning, "the warning of an observation")
-        # If the sum of squares is within the limit, each number is. This fast check runs after every step. The sum of
-        # numbers that are refused below may overflow.
+        # If the sum of squares is within the limit, each number is within the limit. This fast check runs after every
+        # step. The sum of numbers that are refused below may overflow.
         numbers = rows.numbers[row]
         with np.errstate(over="ignore"):
             squares = numbers.dot(numbers)

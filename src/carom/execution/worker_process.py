@@ -101,8 +101,8 @@ class Worker:
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
         """Return an answer. A process that gives no answer, or an invalid answer, is ended.
 
-        A wait counts with at most its requested length, because the engine does not run while the machine sleeps or
-        this process is stopped.
+        Each wait counts for at most its requested length. It may last longer if the machine sleeps or this process is
+        stopped, but the engine does not run in that time.
         """
         left_s = time_limit_s
         while (line := process.take_line()) is None and not process.ended:
@@ -259,7 +259,7 @@ class _Process:
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)
             return
-        self._popen.kill()  # its worker ends with it
+        self._popen.kill()  # the worker ends with the watchdog
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)
 

@@ -1,4 +1,4 @@
-"""Working folders of worker processes, removed when their owner ends, or at the next start if it was killed."""
+"""Working folders of worker processes. A folder is removed when its owner ends or, after a kill, at the next start."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _remove(root: Path) -> None:
                 try:
                     for entry in os.listdir(folder):
                         if _is_folder(entry, folder):
-                            while _is_there(f"{moved}", top):  # left by an interrupted removal
+                            while _is_there(f"{moved}", top):  # an interrupted removal has left such a name
                                 moved += 1
                             os.rename(entry, f"{moved}", src_dir_fd=folder, dst_dir_fd=top)
                             todo.append(f"{moved}")

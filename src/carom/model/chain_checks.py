@@ -1,4 +1,4 @@
-"""Checks of a chain of edges: every edge has a length, and the chain does not fold back, cross or touch itself.
+"""Checks of a chain of edges: no edge has length 0, and the chain does not fold back, cross or touch itself.
 
 All decisions are exact. The coordinates of a point that two edges share have the form ``x + x' s``, with rational
 numbers x and x' and the square root s of a rational number. The sign of ``p + q s`` is found without rounding.

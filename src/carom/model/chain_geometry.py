@@ -1,4 +1,4 @@
-"""Geometry of finite walls in floats: straight edges, arcs and circles, and their point nearest to a given point.
+"""Geometry of finite walls in floats: straight edges, arcs and circles, and the nearest point of a wall.
 
 An edge runs from one point to the next. The edge's bulge is the tangent of a quarter of its angle, as in DXF. A bulge
 of 0 is a straight edge, 1 is half of a circle, and a positive bulge runs counterclockwise. The wall consists of all
@@ -199,7 +199,7 @@ class Outline:
                 yield Foot(*place, k, inner)
 
     def find_edge(self, x: float, y: float, among: tuple[int, ...]) -> int:
-        """Return which of some edges is nearest to a point; if several are nearest, the lowest number."""
+        """Return the number of the edge in `among` that is nearest to a point; the lowest if several are nearest."""
         places = [(self.stretches[k].find_nearest(x, y)[0], k) for k in among]
         return min((_compute_square(px - x, py - y), k) for (px, py), k in places)[1]
 

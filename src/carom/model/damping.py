@@ -1,4 +1,4 @@
-"""Linear damping ``v' = -c v`` by another time variable s, in which damped discs move at constant velocities.
+"""Linear damping ``v' = -c v``, described by a time variable s in which damped discs have constant velocities.
 
 With ``s = (1 - exp(-c t)) / c`` a damped path ``x + v s`` is linear in s. Every velocity is ``exp(-c t) = 1 - c s``
 times the undamped one. Impacts don't change: restitution, Coulomb's law and tangential restitution are homogeneous in
@@ -43,23 +43,23 @@ class Damping:
         return damped_time.damped(self.per_s, undamped_s)
 
     def compute_kept_fractions(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return `kept` for each time."""
+        """Return `compute_kept_fraction` for each time."""
         return np.exp(-self.per_s * seconds)
 
     def to_undamped_array(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return `undamped` for each time, 0 or more."""
+        """Return `to_undamped` for each time, 0 or more."""
         way = self.per_s * seconds
         return np.where(way >= _NOTHING, -np.expm1(-way) / (self.per_s or 1.0), seconds)
 
     def to_damped_array(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return `damped` for each time, with the same bits."""
+        """Return `to_damped` for each time, with the same bits."""
         return damped_time.all_damped(self.per_s, np.ravel(undamped_s)).reshape(np.shape(undamped_s))
 
     def find_latest_undamped(self, seconds: float) -> float:
-        """Return the greatest undamped time that `damped` converts to at most `seconds`; both are 0 or more.
+        """Return the greatest undamped time that `to_damped` converts to at most `seconds`; both are 0 or more.
 
-        So a time that is converted back is never later than the given time. The result differs from `undamped` by a few
-        floats, because both functions round.
+        So a time that is converted back is never later than the given time. The result differs from `to_undamped` by a
+        few floats, because both functions round.
         """
         return damped_time.latest_undamped(self.per_s, seconds)
 

@@ -25,7 +25,7 @@ from carom.support.limits import LARGEST, ORDINARY, require_within
 #: A point of a half-plane's surface, and the unit normal into its free side.
 HalfPlane = tuple[float, float, float, float]
 
-#: Greatest difference of a unit normal's length from 1: four times what the roundings of its two components make.
+#: Greatest difference of a unit normal's length from 1: four times the effect of rounding its two components.
 _UNIT_WITHIN = 2.0**-50
 
 #: Path of a body that does not move.
@@ -50,8 +50,8 @@ class DiscArrays:
         velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
         radius_m: Radii, shape ``(n,)``, metres, above 0.
         mass_kg: Masses, shape ``(n,)``, kilograms, above 0; infinity is an immovable disc.
-        walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side. The outline of
-            each finite wall.
+        walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side. For a finite
+            wall, its outline.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, radians a second; None for 0.
@@ -179,7 +179,7 @@ class DiscArrays:
 
     @classmethod
     def of_valid(cls, **fields: Any) -> DiscArrays:
-        """Return the start of a scene as read-only arrays. The scene has already checked its fields."""
+        """Return the initial state of a scene as read-only arrays. The scene has already checked its fields."""
         start = object.__new__(cls)
         start.__dict__.update(fields)
         for array in fields.values():
@@ -317,7 +317,7 @@ class DiscArrays:
         return find_overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:
-        """Refuse a start in which two discs, or a disc and a wall, overlap by more than rounding can explain.
+        """Refuse an initial state in which two discs, or a disc and a wall, overlap by more than rounding can explain.
 
         Raises:
             InputError: Bodies overlap; the message names the first ten pairs of each kind.

@@ -71,12 +71,13 @@ def _divide_fields(fields: Any, names: tuple[str, ...], by: float) -> Any:
 def _divide_value(value: Any, by: float) -> Any:
     if isinstance(value, list):
         points = bool(value) and isinstance(value[0], list)
-        return [_divide_value(one, by) for one in value] if points or len(value) <= 2 else value  # a vector has two
+        # A vector has two numbers.
+        return [_divide_value(one, by) for one in value] if points or len(value) <= 2 else value
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
     try:
         return value / by
-    except OverflowError:  # an integer too large for a float
+    except OverflowError:  # the integer is too large for a float
         return value
 
 

@@ -16,10 +16,12 @@ from carom.support.equality import ByValue
 
 @dataclass(frozen=True, eq=False)
 class Flight(ByValue):
-    """A disc's path between two of its impacts or modes, with the trace's velocities. Start and end count as impacts.
+    """A disc's path between two of its impacts or modes, with the trace's velocities.
+
+    The start and the end of the run count as impacts here.
 
     Attributes:
-        disc: The disc.
+        disc: Number of the disc.
         impact: Index of the impact at the path's end; the number of impacts if a mode or the run ends the path.
         begin_s: Start of the path, seconds.
         end_s: End of the path, seconds.

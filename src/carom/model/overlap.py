@@ -1,6 +1,7 @@
 """Search for overlaps at the start.
 
-Bodies never move into an overlap, so a run that starts with one has no unique answer.
+Bodies that are apart never begin to overlap. So an overlap at the start has no physical meaning, and the run has no
+unique answer.
 
 The same rule applies to scenes and to arrays. Two immovable bodies may overlap, since that has no effect.
 """
@@ -25,7 +26,7 @@ Numbers = NDArray[np.intp]
 NAMED = 10
 
 #: With reaches that are larger by this factor, the search misses no overlap because of rounding. The factor adds 16
-#: units of relative rounding (2^-52): a gap needs 4 of them, and the comparison of the search 8.
+#: units of relative rounding (2^-52): the rounding of a gap needs 4 units, and the search's comparison needs 8 units.
 _ROUNDED_UP = 1.0 + 2.0**-48
 
 
@@ -35,7 +36,7 @@ class Overlap(NamedTuple):
     Attributes:
         disc: Number of the disc; the higher number if both bodies are discs.
         other: Number of the other disc, or number of the wall.
-        message: Message: what is wrong, and what to do. The message is printed after the name of the disc's position.
+        message: What is wrong, and what to do. The text is printed after the name of the disc's position.
     """
 
     disc: int
@@ -77,7 +78,7 @@ def find_overlaps(
 
     Returns:
         The overlaps: first overlaps between discs, then overlaps with walls. Both are ordered by disc, then by the
-            other body. Also whether there are more.
+            other body. The second value is whether there are more overlaps.
     """
     size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
     found: list[Overlap] = []

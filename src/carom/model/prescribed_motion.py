@@ -39,7 +39,7 @@ class Drive(NamedTuple):
     """The path of a driven body, starting from its position at time 0.
 
     Attributes:
-        legs: The legs of the path. The first begins at 0.
+        legs: The legs of the path. The first leg begins at 0.
     """
 
     legs: tuple[Course, ...]

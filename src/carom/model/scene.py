@@ -217,7 +217,7 @@ class Scene(Drawn, Model):
         if self.wall_rolling_resistance:
             why = "" if falls else "without gravity, because only gravity presses discs to walls"
             if self.wall_tangential_restitution:
-                why = "with wall_tangential_restitution, which returns what rolling resistance removes"
+                why = "with wall_tangential_restitution, which returns the energy that rolling resistance removes"
             if why:
                 said = f"must be 0 in a scene {why}, got {self.wall_rolling_resistance}"
                 yield Problem(("wall_rolling_resistance",), said)
@@ -234,7 +234,7 @@ class Scene(Drawn, Model):
 
     @cached_property
     def arrays(self) -> DiscArrays:
-        """The start of the scene as read-only arrays, the input of every solver. Gravity is not included."""
+        """The initial state of the scene as read-only arrays, the input of every solver. Gravity is not included."""
         discs = self.discs
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
@@ -295,7 +295,7 @@ class Scene(Drawn, Model):
         if not self.damping_per_s:
             return self
         undamped = self.model_copy(update={"damping_per_s": 0.0})
-        undamped.__dict__["arrays"] = self.arrays  # which do not include damping
+        undamped.__dict__["arrays"] = self.arrays  # the arrays do not include damping
         return undamped
 
     @property

@@ -22,7 +22,7 @@ def build_scene_schema() -> dict[str, Any]:
     schema = Scene.model_json_schema()
     for name, most in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = most
-    for part in (schema, *schema["$defs"].values()):  # the examples of docstrings are Python
+    for part in (schema, *schema["$defs"].values()):  # remove the examples of docstrings, which are Python
         if "description" in part:
             part["description"] = part["description"].partition("\n\nExamples:")[0]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **add_shorthand(schema)}

@@ -29,8 +29,8 @@ class Sizes(NamedTuple):
     Attributes:
         length: Greatest coordinate (of a disc or wall) or radius.
         radius: Smallest radius.
-        speed: Greatest velocity component or rim speed at the start; if larger, the speed that gravity gives a disc at
-            rest until the end.
+        speed: Greatest velocity component or rim speed at the start, or the speed that a disc at rest gains by gravity
+            until the end, if that is larger.
         duration: Duration of the scene.
         lightest: Least mass of a movable disc; 1 if there is none.
         heaviest: Greatest mass of a movable disc; 1 if there is none.

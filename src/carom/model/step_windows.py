@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 #: One window: successive steps of a few bodies, compared with PIC from their state at its start. Velocities and rim
-#: speeds (spin times radius) are in metres a second. NaN is a number that was not requested.
+#: speeds (spin times radius) are in metres a second. NaN marks a number that was not requested.
 #:
 #: - begin_s, end_s: times of its first and its last state.
 #: - due: number of PIC's impacts in the window. missed: pairs that passed through each other. pit_missed: how many of
@@ -137,13 +137,14 @@ class LocalTruth:
             outside of windows and of rest. A disc has at most one row of each kind, and no row if it moved freely.
         ahead: Number of velocity changes outside of windows that a contact margin explains: the engine reacted just
             before the pair met.
-        slip_counts: Numbers of steps of discs in which the velocity or spin changed, and in which the position did.
-        resting_steps: Number of steps of discs that belonged to a resting pair.
+        slip_counts: Two counts of steps, each summed over all discs: steps with a slip of velocity or spin, and steps
+            with a slip of position.
+        resting_steps: Number of steps, summed over all discs, in which a disc belonged to a resting pair.
         sunk_radii: Greatest depth to which a resting pair sank, over its contact distance; 0 if none did.
         sinks_s: First time at which a pair sank in a step by more than a free fall of that step; NaN if none did.
-        polygon: Whether the method's paths are polygons. For polygons, under gravity each step is off by up to half of
-            the fall in that step. With damping each step is off by up to half of the speed that the step removes, times
-            the step.
+        polygon: Whether the method's paths are polygons. Under gravity, the end of a polygon's step is wrong by up to
+            half of the fall in that step. With damping, it is wrong by up to half of the speed lost in the step, times
+            the length of the step.
         rests: Structured array of `REST_DTYPE`: steps outside of all windows in which a pair rests and a push is
             visible. None in journals of earlier versions.
     """
@@ -162,7 +163,7 @@ class LocalTruth:
     rests: NDArray[np.void] | None = None
 
     def clip_to(self, time_s: float) -> LocalTruth:
-        """Return the part up to a time: windows that end, turns that happen and rest that begins by then."""
+        """Return the part up to a time: windows that have ended, turns that have happened, and rest that has begun."""
         return replace(
             self,
             until_s=min(self.until_s, time_s),

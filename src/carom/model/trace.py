@@ -27,8 +27,8 @@ def format_setting(value: Setting) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-#: Aliases of the profiles of Carom's own methods. PIC has two forms, and PIT has one form, but the profile names of
-#: engines also work.
+#: Aliases of the profiles of Carom's own methods. PIC has two profiles, and PIT has one. Users may also give the
+#: profile names of engines.
 PROFILE_ALIASES: Mapping[str, Mapping[str, str]] = {
     "pic": {"default": "frame-by-frame", "tuned": "event-driven"},
     "pit": {"default": "tuned"},
@@ -43,7 +43,7 @@ def resolve_profile(method: str, profile: str) -> str:
 def format_profile(method: str, profile: str, tried: Mapping[str, Setting]) -> str:
     """Return the text shown for a profile: its name, and the settings that were changed.
 
-    PIT has one form, so its profile has no name.
+    PIT has only one profile, so the profile's name is not shown.
     """
     own = "" if method == "pit" else resolve_profile(method, profile)
     values = ", ".join(f"{name}={format_setting(value)}" for name, value in tried.items())
@@ -76,7 +76,7 @@ EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
 #: A disc's motion from the instant at which lasting contact begins, changes or ends: see `Mode`. `wall` is the body
-#: number of the wall, `impacts` the number of earlier impacts in the trace. The disc has this acceleration until its
+#: number of the wall, `impacts` the number of earlier impacts in the trace. The acceleration applies until the disc's
 #: next mode.
 MODE_DTYPE = np.dtype(
     [
@@ -129,7 +129,7 @@ NO_EDGE = (-1, -1)
 
 
 class ImpactRecord(NamedTuple):
-    """One impact: its rows in `Trace.impacts`, `Trace.spins` and `Trace.edges`. Seconds, metres a second."""
+    """One impact: its rows in `Trace.impacts`, `Trace.spins` and `Trace.edges`. Units: s, m/s, rad/s."""
 
     time_s: float
     first: int
@@ -144,7 +144,7 @@ class ImpactRecord(NamedTuple):
 
 
 class ModeRecord(NamedTuple):
-    """One row of `Trace.modes`, in the order of `MODE_DTYPE`. Seconds, metres, radians."""
+    """One row of `Trace.modes`, in the order of `MODE_DTYPE`. Units: s, m, rad."""
 
     time_s: float
     impacts: int
@@ -213,7 +213,8 @@ def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> N
 def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the rim speeds ``R w`` of both bodies of each impact, shape ``(2, m)``: first bodies, then second bodies.
 
-    In metres a second, counterclockwise. The speed of a wall is 0; all are 0 if the trace has no spins.
+    Rim speeds are in metres a second, positive if counterclockwise. Walls have rim speed 0. All rim speeds are 0 if the
+    trace has no spins.
     """
     speeds = np.zeros((2, len(trace.impacts)))
     if trace.spins is not None:
@@ -322,7 +323,7 @@ class Trace(ByValue, Tabular):
             scene without finite walls, or if the method does not report edges.
         modes: Structured array of `MODE_DTYPE`, in order of time: when discs begin to slide, roll or rest on a wall,
             and when they leave it. None if no disc does, or if the method does not report modes.
-        final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is.
+        final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None if `spins` is None.
         local_truth: Comparison of every step with PIC, from the method's own states; None if the states were not
             recorded.
         looks: States of a few discs that may come to rest, after evenly spaced steps; None if there are no such discs.
@@ -366,7 +367,7 @@ class Trace(ByValue, Tabular):
 
     @property
     def contact_s(self) -> float:
-        """Start of the first lasting contact, by the trace's modes and end; infinity if there is none."""
+        """Start of the first lasting contact, from the trace's modes and outcome; infinity if there is none."""
         if self.modes is not None and len(self.modes):
             return float(self.modes["time_s"][0])
         return self.end_time_s if self.outcome.in_contact else math.inf

@@ -296,7 +296,7 @@ Unit = Callable[[float], float]
 def convert_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
     """Return a wall with converted lengths, speeds and times.
 
-    Each of the three has its own function. The shape is not checked again.
+    `length`, `speed` and `time` each convert one number. The shape is not checked again.
     """
     changed: dict[str, Any] = {
         "velocity_m_s": _map_point(wall.velocity_m_s, speed),
@@ -311,7 +311,7 @@ def convert_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> Any
 
 
 def convert_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
-    """Return legs with converted velocities and times. Each of the two has its own function."""
+    """Return legs with converted velocities and times. `speed` and `time` each convert one number."""
     return tuple(
         leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _map_point(leg.velocity_m_s, speed)})
         for leg in legs

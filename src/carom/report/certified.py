@@ -33,7 +33,7 @@ def format_scene_file(entry: CatalogueScene) -> str:
 
 
 def build_certified_document(certified: CertifiedTrace, most: int) -> Document:
-    """Return a document of the first impacts, with digits right to one unit in the last, and the extent of the run."""
+    """Return a document of the first impacts, with their proven digits, and of the certified part of the run."""
     left_out = len(certified) - most
     table = Table(
         (

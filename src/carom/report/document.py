@@ -18,7 +18,7 @@ class Media(Flag):
     PAGE = auto()
     MARKDOWN = auto()
     TERMINAL = auto()
-    DETAIL = auto()  # a terminal, in full
+    DETAIL = auto()  # a terminal that shows the whole document
     ON_PAPER = PAGE | MARKDOWN  # files
     IN_FULL = ON_PAPER | DETAIL  # media that show the evidence for a result: all except the summary on a terminal
     EVERYWHERE = IN_FULL | TERMINAL

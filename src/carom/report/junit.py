@@ -15,12 +15,12 @@ from carom.report.results_file.lines_from_rows import build_line, list_reasons
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
-#: Characters that XML 1.0 can't contain, not even escaped, but that an engine's message may contain.
+#: Characters that are forbidden in XML 1.0, even as escapes. An engine's message may contain them.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def render_junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
-    """Return one test case per cell, and one suite per engine and profile.
+    """Return JUnit XML with one test case per row, and one suite per engine and profile.
 
     A case fails if its grade is `fail_on` or worse. With None, no grade fails.
     """

@@ -83,7 +83,7 @@ def _list_turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int
 
 
 def build_observed_paths(trace: Trace) -> Paths:
-    """Return lines through the sampled states, with impacts where they turn; without samples, return exact paths."""
+    """Return lines through the sampled states, with a corner at each impact. Without samples, return exact paths."""
     samples = trace.samples
     if samples is None or not len(samples.time_s):
         return build_exact_paths(trace)

@@ -257,7 +257,7 @@ def _draw_number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
 
 
 def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
-    """Set the limits of a picture, to one scale, draw its walls, and return the artists of each wall.
+    """Set the limits of a picture with equal scales of both axes, draw the walls, and return the artists of each.
 
     Walls are drawn at their initial position. With `ends`, driven walls are also drawn faintly at their final position.
     """

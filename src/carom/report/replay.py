@@ -1,7 +1,7 @@
 """Replay data: everything that a page needs to animate a run next to its reference, with evidence for each impact.
 
-The data of a scene and of all cells that ran it are one packed JSON block. The page's script unpacks the block when a
-reader opens one of the cells.
+The data of a scene and of all its runs are one packed JSON block. The page's script unpacks the block when a reader
+opens one of the runs.
 """
 
 from __future__ import annotations
@@ -193,7 +193,9 @@ def _build_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
 
 
 def find_pause_time(row: Json, overlap_s: float | None, trace: Trace) -> float:
-    """Return the instant at which a replay shows a fault, seconds: the reported time, or the best view of a miss.
+    """Return the instant at which a replay shows a fault, seconds.
+
+    This is the reported time or, for a missed impact, the instant at which the miss is seen best.
 
     A miss is best seen half-way through the overlap, when the overlap is deepest, but at most one step after the true
     instant, because a longer overlap does not cause a miss.

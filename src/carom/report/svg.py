@@ -37,7 +37,7 @@ _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Space above the axes, with and without a title.
 _HEAD_IN, _BARE_IN = 0.5, 0.15
-#: Fraction of an axis for errors within rounding. Two labels fit there. Then the largest number of ticks on a phone.
+#: Fraction of an axis for errors within rounding, in which two labels fit; and largest number of ticks on a phone.
 _STRIP, _MOST_TICKS = 0.14, 4
 #: Space for the numbers and the label of the y axis, and height of a line below the diagram.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
@@ -214,7 +214,7 @@ def finish(axes: Axes, below: Figure | None = None) -> None:
     """
     from matplotlib.ticker import NullFormatter
 
-    # On a short axis, matplotlib would label minor ticks as formulas, which `drawing` disables.
+    # On a short axis, matplotlib would label minor ticks as formulas, which `use_drawing_style` disables.
     for each in (axes, *axes.child_axes):
         each.xaxis.set_minor_formatter(NullFormatter())
         each.yaxis.set_minor_formatter(NullFormatter())

@@ -171,7 +171,7 @@ def _compute_knot_times(flight: Flight) -> list[float]:
 def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     """Return tracks through the recorded states.
 
-    If there are none, or if the impacts explain them, return tracks from the impacts.
+    If no states are recorded, or if the impacts explain all states, return tracks from the impacts.
 
     If a method advances to the instants of impacts, discs turn between two states. The impacts of such a method show
     more than its states.

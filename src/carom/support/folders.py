@@ -83,7 +83,7 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
 
 @contextmanager
 def claim_while_writing(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
-    """Mark a folder like `claim` while work writes into it. If the work writes nothing, remove the marker again."""
+    """Mark a folder like `claim`, and run a block that writes into it. Remove the marker if nothing was written."""
     new, marked = not folder.exists(), (folder / MARKER).exists()
     try:
         claim(folder, purpose, option)

@@ -25,14 +25,16 @@ if TYPE_CHECKING:
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
-#: A little less than the square of `ORDINARY`, because units are powers of two, which centre the sizes only roughly.
+#: A little less than the square of `ORDINARY`. Units are powers of two, so sizes in these units are centred only
+#: roughly.
 SPAN = 2.0**396
 
 #: Most steps or frames of a run. A larger number is most likely a mistaken unit.
 MOST_STEPS = 2**32
 
 #: Default limit of engine steps when searching for one method's step length. For an error of 1 degree, an engine that
-#: checks for overlap once per step needs 240,000 steps on `paper/missed`, and 430,000 in docs/how-to/which-step.md.
+#: checks for overlap once per step needs 240,000 steps on `paper/missed`, and 430,000 for the scene of
+#: docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
 #: Most discs and walls of a scene file. A file of this size loads in seconds and takes less than 500 MB of memory.
@@ -45,8 +47,8 @@ MOST_LEGS = 10_000
 MOST_DISCS_DRAWN = 64
 #: Most bytes and values of a file by its ending. `count_values` counts the values; lines of TOML also count as values.
 #: The largest scene fits into JSON easily. A value takes up to 100 bytes of memory. TOML has lower limits, because
-#: reading takes ten times as long. A .jsonl file contains results. Each line must also meet the limits of JSON; 1e5
-#: lines take 310 MB and half of the values.
+#: reading takes ten times as long. A .jsonl file contains results. Each line must also meet the limits of JSON. A file
+#: of 1e5 lines takes 310 MB and has half of the allowed values.
 MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20, ".jsonl": 512 * 2**20}
 MOST_VALUES = {".json": 2**21, ".toml": 2**19, ".jsonl": 2**25}
 #: Most parts of a dotted key of TOML. The time of reading grows with the square of this number. Scenes need only one

@@ -1,8 +1,8 @@
 """Declarations of options: type, default, bounds and help, shared by Python, command line and journal.
 
-A study's options are a frozen dataclass. Each field is an `option`. Python and the command line reject an invalid value
-with the same message, except for the option's name. The module imports neither NumPy nor Pydantic, so that `carom
---help` is fast.
+A study's options are a frozen dataclass. Each field is declared by `declare_option`. Python and the command line reject
+an invalid value with the same message, except for the option's name. The module imports neither NumPy nor Pydantic, so
+that `carom --help` is fast.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Option:
 def declare_option(
     default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
 ) -> Any:
-    """Declare a field of a study's options. A default of None means what `said` describes."""
+    """Declare a field of a study's options. If the default is None, `said` describes it for `--help`."""
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 
@@ -103,7 +103,7 @@ def list_declared_options(options: type[DeclaredOptions] | DeclaredOptions) -> d
 
 
 class DeclaredOptions:
-    """Base of a study's options: a frozen dataclass with an `option` as each field.
+    """Base of a study's options: a frozen dataclass whose fields are declared by `declare_option`.
 
     Raises:
         InputError: A value is invalid; the message names the field and the value.

@@ -1,1 +1,1 @@
-"""Play page: a web page that runs PIC and PIT in the browser, with the same bits as Carom in Python."""
+"""Play page: a web page that runs PIC and PIT in the browser, with results bit-identical to Carom in Python."""

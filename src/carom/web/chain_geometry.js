@@ -94,7 +94,7 @@ export class Outline {
       ? this.edges.map(Stretch.of)
       : [new Stretch({ a: start, b: start, bulge: 1 }, centre_m, radius_m)];
   }
-  // Returns the nearest point on some edges; of two equally near, that of the lower edge number.
+  // Returns the nearest point on some edges. If two points are equally near, returns that of the lower edge number.
   nearest(x, y, among = this.stretches.keys()) {
     let least = Infinity,
       found;

@@ -65,7 +65,7 @@ function give(arrays, numbers) {
   const all = floats(core.numbers(), NUMBERS.length);
   for (const [name, value] of Object.entries(numbers)) all[NUMBERS.indexOf(name)] = Number(value);
 }
-const IMPACT = 13, // size of a row in 8 bytes, as in carom_core.h and accelerated_state.h
+const IMPACT = 13, // size of a row in units of 8 bytes, as in carom_core.h and accelerated_state.h
   MODE = 14;
 function results() {
   const values = floats(core.results(), RESULTS.length);
@@ -127,7 +127,7 @@ function found(ended) {
   return { impacts: impactsOf(ended), modes: modesOf(ended), ambiguous };
 }
 
-// How a run of PIC ended, by `Ending` in pic/state.h.
+// The ways in which a run of PIC can end, in the order of `Ending` in pic/state.h.
 const NO_MEMORY = 4;
 const OUTCOMES = [
   ...["completed", "max_impacts", "standstill", "pause", "no_memory", "glides", "crushed", "outgrown"],

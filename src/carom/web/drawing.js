@@ -1,6 +1,6 @@
 // Shared by the play page and replays: positions of discs, and drawing of discs, walls, paths and marks.
-// A track is [times, xs, ys] of one disc, metres and seconds. Between two times it flies freely with its acceleration, or
-// with that in a fourth list, as in lasting contact.
+// A track is [times, xs, ys] of one disc, metres and seconds. Between two times the disc has a constant acceleration: that
+// of free flight or, if the track has a fourth list, that in this list (lasting contact).
 // Colours are CSS variables: --s0 to --s7 for discs, --wall, --ghost (the exact run), --wrong, --surface, --ink.
 export const make = (name, attributes = {}, ...children) => {
   const e = document.createElement(name);
@@ -44,7 +44,7 @@ export const spinAt = ([times, angles], t) => {
     d = times[k + 1] - times[k];
   return d > 0 ? (angles[k + 1] - angles[k]) / d : 0;
 };
-// Returns the displacement of a driven wall, from its legs: begin, displacement at the begin, velocity.
+// Returns the displacement of a driven wall. A leg is its start time, the displacement at that time, and a velocity.
 export const movedAt = ({ legs = [[0, 0, 0, 0, 0]] }, time) => {
   const [begin, x, y, u, v] = legs.findLast(([since]) => since <= time) ?? legs[0];
   return [x + u * (time - begin), y + v * (time - begin)];

@@ -1,5 +1,6 @@
-// Engines in the page. Each is a packed block of text that is unpacked when a reader chooses it: the adapter's engine.mjs,
-// its package, and shared functions of adapters (carom/web/engine_script.py). It passes its World class to this module.
+// Engines in the page. Each is a packed block of text that is unpacked when a reader chooses it: the adapter's
+// engine.mjs, its package, and shared functions of adapters (carom/web/engine_script.py). The adapter passes its World
+// class to this module.
 import { isFixed, advanced, bare } from "./scene.js";
 
 const INSTALLED = JSON.parse(globalThis.caromText(document.getElementById("engines")));

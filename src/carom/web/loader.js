@@ -1,7 +1,7 @@
-// Unpacks the blocks of the page and starts its script. A block is text of 91 characters, two for 13 bits: the length of the
-// content and its Adler-32 in four bytes each, and an LZMA stream without header. It is a fifth smaller than formats that
-// browsers can unpack. The stream is defined in Igor Pavlov, "LZMA specification" (2015). Its parameters are in
-// carom/web/page.py.
+// Unpacks the blocks of the page and starts its script. A block is text in an alphabet of 91 characters, in which two
+// characters encode 13 bits. It contains the length of the content and its Adler-32, in four bytes each, and an LZMA
+// stream without header. This form is a fifth smaller than formats that browsers can unpack. The stream is defined in
+// Igor Pavlov, "LZMA specification" (2015). Its parameters are in carom/web/page.py.
 const LITERAL_BITS = 3,
   PLACES = { match: 0, rep: 12, rep0: 24, rep1: 36, rep2: 48, long: 60, slot: 72, far: 328, align: 443, lengths: 459, repeats: 733, literals: 1007 };
 function bytesOf(text) {
@@ -37,7 +37,7 @@ function unpacked(bytes) {
     last = [0, 0, 0, 0]; // distances, less 1
   const narrow = () => {
     if (range >= 0x1000000) return;
-    if (at >= bytes.length) throw new RangeError(DAMAGED); // or it goes on for as long as its length says
+    if (at >= bytes.length) throw new RangeError(DAMAGED); // otherwise the loop would run for the stated length
     range = (range << 8) >>> 0;
     code = ((code << 8) | bytes[at++]) >>> 0;
   };

@@ -7,7 +7,7 @@ import { dot, over, plus, rational, times } from "./rational.js";
 
 export const wallBody = (k) => -1 - k;
 const [PLANE, FACE, VERTEX, OUTER_ARC, INNER_ARC] = [0, 1, 2, 3, 4];
-const PAIRS = 7; // numbers of pairs in a row
+const PAIRS = 7; // number of pairs of numbers in a row
 const exact = (x) => [x, 0];
 
 function row(kind, wall, feature, normal, pairs) {
@@ -33,7 +33,7 @@ function rowOf(feature, wall) {
 
 const SQUARES = [1n, 2n, 3n]; // squared cosines of 60, 45 and 30 degrees, times 4
 const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
-// Whether the order of two features that a disc meets at one instant does not matter, as `are_decidable` in
+// Whether the order of two features that a disc meets at one instant does not matter. Same as `are_decidable` in
 // carom/core/wall_features.py.
 function areOrderFree(one, other, elastic) {
   if (sameFeature(one, other)) return true;
@@ -68,8 +68,9 @@ export class Obstacles {
   isOrderFree(one, other, elastic) {
     return areOrderFree(this.features[one], this.features[other], elastic);
   }
-  // Returns for each row whether a disc can stay in contact with it, the numbers of the vertices at its two ends (-1 for
-  // none), and the number of features that a disc on it never meets; and the numbers of these features.
+  // Returns two arrays. The first has four numbers for each row: whether a disc can stay in contact with it, the
+  // vertices at its two ends (-1 for none), and the count of features that a disc on it never meets. The second lists
+  // these features.
   grounds() {
     const never = [],
       rows = this.rows.map(([, wall], number) => {

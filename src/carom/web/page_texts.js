@@ -75,7 +75,7 @@ function verdict(name, first) {
   if (!Number.isFinite(pair[1].effective_s)) return `${name} reports the impact ${describeLateness(reported)}.`;
   return `${name} lets the bodies bounce ${describeLateness(late)}, and reports the impact ${describeLateness(reported)}.`;
 }
-// Measures the cost of a frame. PIT's run is repeated until a coarse clock suffices.
+// Measures the cost of a frame. PIT's run is repeated until the total time is long enough for a coarse clock.
 const MEASURED_MS = 20;
 export function cost() {
   const { scene: s, seen } = state;

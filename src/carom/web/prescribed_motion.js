@@ -2,7 +2,7 @@
 import { less, nearest, plus, rational, times } from "./rational.js";
 
 const NO_WAY = [0, 0];
-// Returns the legs of a body: begin, end, displacement at the begin, and velocity.
+// Returns the legs of a body: start time, end time, displacement at the start time, and velocity.
 export function legsOf({ legs = [], velocity_m_s = NO_WAY }) {
   const given = legs.length ? legs : [{ from_s: 0, velocity_m_s }];
   let at = [0, 0].map(rational);

@@ -1,5 +1,6 @@
-// Exact instants at which a gap closes that is a polynomial in time, in integer arithmetic, as in
-// carom/core/exact_quartic.py. The core calls this if floats and pairs of floats do not decide; see polynomial.h.
+// Exact instants at which a gap closes, if the gap is a polynomial in time. The arithmetic uses integers, as in
+// carom/core/exact_quartic.py. The core calls this if floats and pairs of floats are not precise enough; see
+// polynomial.h.
 import { ldexp } from "./arithmetic.js";
 import { gcd, plus, rational, times } from "./rational.js";
 

@@ -1,5 +1,5 @@
-// Rational numbers without rounding: numerator and denominator in lowest terms, like Python's Fraction; and conversion to
-// the nearest float or pair of floats, as in carom/core/wall_features.py.
+// Rational numbers without rounding: numerator and denominator in lowest terms, like Python's Fraction. They can be
+// converted to the nearest float or pair of floats, as in carom/core/wall_features.py.
 import { ldexp } from "./arithmetic.js";
 
 export const gcd = (a, b) => {

@@ -1,4 +1,4 @@
-// PIC and PIT for a scene, by the core; and checks for unsupported fields of a scene.
+// Runs a scene with PIC and PIT on the core, and checks a scene for unsupported fields.
 import { num } from "./arithmetic.js";
 import { damped, kept, latestUndamped, runPic, runPit, timesPower, whenAsked } from "./core.js";
 import { isDriven, legsOf } from "./prescribed_motion.js";
@@ -65,7 +65,7 @@ function whole(scene) {
   return { ...scene, walls: scene.walls ?? [], gravity_m_s2: scene.gravity_m_s2 ?? [0, 0] };
 }
 
-// As `compute_standstill_limit` in carom/solvers/event_driven/run.py.
+// Same as `compute_standstill_limit` in carom/solvers/event_driven/run.py.
 const standstillImpacts = (bodies) => Math.min(100 * bodies ** 2, 10_000_000 + Math.floor(bodies ** 2 / 2));
 const materialsOf = ({ walls, wall_restitution, wall_friction }) =>
   walls.map((wall) => [wall.restitution ?? num(wall_restitution, 1), wall.friction ?? num(wall_friction, 0)]);
@@ -162,7 +162,7 @@ function framesBefore(duration, dt) {
   if (off < 0n) off = -off;
   return Number(nearest > 0n && off * (1n << 52n) <= all ? nearest : (all + part - 1n) / part);
 }
-// PIT: checks for overlap at frame k at k / rate, for a number of frames or up to the end.
+// Runs PIT, which checks for overlap at the times k / rate, for a number of frames or up to the end.
 export function pit(given, frameRate = num(given.frame_rate_hz, 60), frames = null) {
   return inOrdinaryUnits(whole(given), frameRate, (scene, rate) => {
     const { arrays, numbers, obstacles } = inputOf(scene),

@@ -213,7 +213,8 @@ export function ofLink(text) {
   return { scene: asPageScene(scene, phase), method };
 }
 
-// Advances discs by free flight, and driven walls, to the phase. Whole frames from there are the frames of the phase.
+// Advances discs by free flight, and driven walls, to the phase. Frames that are counted from there are the frames at
+// this phase.
 const legsAfter = (legs, by) =>
   legsFrom(legs, by).map(({ begin, velocity }, k) => ({ from_s: k ? begin - by : 0, velocity_m_s: velocity }));
 function wallOn(wall, by) {

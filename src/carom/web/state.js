@@ -1,4 +1,4 @@
-// State of the page: the scene, the method, and both runs; and the listeners for changes.
+// State of the page: the scene, the method, both runs, and the listeners for changes.
 export const MOST_IMPACTS = 5000; // largest number of impacts of the exact run
 export const GALLERY = JSON.parse(globalThis.caromText(document.getElementById("scenes")));
 const SLOWEST = 5,

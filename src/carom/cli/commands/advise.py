@@ -43,7 +43,7 @@ def advise(
         raise InputError(f"{scene!r} matches {len(found)} scenes: name one")
     page = None
     with claim_while_writing(out, PURPOSE, "--out") if out is not None else nullcontext():
-        if out is not None:  # fail before the search, which takes minutes
+        if out is not None:  # errors must come before the search, which takes minutes
             require_report_extra()
         with options.open_pool() as pool, common.show_progress_bar() as progress:
             advice = find(found[0], options, pool, progress=progress, command=get_command_line())

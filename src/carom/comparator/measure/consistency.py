@@ -27,8 +27,8 @@ class Deviation:
     """The largest deviation of one kind, and the disc and time at which it was found.
 
     Attributes:
-        size: Over the scene's speed or length.
-        disc: The disc.
+        size: The deviation, over the scene's speed or length.
+        disc: Number of the disc.
         since_s: Time of the impact, or of the start, that began the flight, seconds.
     """
 
@@ -39,25 +39,26 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True)
 class Consistency:
-    """Deviations of a run from the consequences of its own impacts and states; 0 if nothing can be checked.
+    """Contradictions between a run's own impacts and states, in numbers; 0 if nothing can be checked.
 
     Attributes:
         velocity: Largest change of a velocity between impacts, or after the last one, over the scene's speed.
         spin: Largest change of a spin times its radius between impacts, over the scene's rim speed; 0 if no disc spins.
         position: Largest distance of a disc from the position that its own velocities imply, over the scene's length.
-        excess: The part of `position` that is not explained by the overlap gained in a step at the impacts before and
-            after it.
-        stamp_s: Largest time by which an impact's time stamp is outside of the step that reported it, or of the run,
-            seconds.
+        excess: The part of `position` that the overlap gained in a step does not explain, for the impacts at both ends
+            of the flight.
+        stamp_s: Largest time, seconds, by which the time stamp of an impact is outside of the run or of the step that
+            reported the impact.
         across: Largest part of a velocity change at an impact that is perpendicular to the impact's normal, over the
             scene's speed. If the change points away from the normal, all of it counts.
-        normal_rad: Angle between that normal and the change, radians.
+        normal_rad: Largest angle between the normal of an impact and its velocity change, radians.
         normal_length: Difference of a normal's length from 1.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
             radius and the scene's rim speed; 0 if no disc spins.
         angular_excess: The part of `angular` that is not explained by the overlap gained in a step.
-        arm: The lever arm of friction at the impact of `angular`, over the disc's radius; NaN if there was no friction.
+        arm: The lever arm of friction at the impact with the change `angular`, over the disc's radius; NaN if there was
+            no friction.
         strayed: The largest distance, as in `position`, over the rounding scale of the disc's own positions.
         strayed_excess: The largest `excess` on the same scale.
         unchecked: Number of free flights that can't be followed because a disc had several contacts in one step.
@@ -83,7 +84,7 @@ class Consistency:
 def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
     """Measure how far a run's impacts and states contradict each other, over the run's scales.
 
-    Only times up to `until_s` count, because free flight ends when a disc comes to rest.
+    Only times up to `until_s` are checked, because there is no free flight after a disc comes to rest.
     """
     disc, since_s, turned, spun, moved, allowed = np.concatenate(list(_iterate_flights(trace, until_s)), axis=1)
     reach = compute_own_scales(trace).reach_m[disc.astype(np.intp)]
@@ -117,9 +118,9 @@ def measure_consistency(trace: Trace, scales: Scales, until_s: float = math.inf)
 def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     """Yield the free flights of each disc, from impact to impact and from the last to the end, shape ``(6, k)``.
 
-    The rows are the disc, the begin of the flight, and the deviations of velocity, rim speed and position at its end
-    (NaN if the flight can't be followed). The last row is the distance by which a contact at either end may have moved
-    the disc.
+    The rows are the disc, the time at which the flight begins, and the deviations of velocity, rim speed and position
+    at its end (NaN if the flight can't be followed). The last row is the distance by which a contact at either end may
+    have moved the disc.
     """
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -159,14 +160,15 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
         pull = math.hypot(gx, gy)
         if pull > 0.0:
             along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
-            # Velocities belong to step boundaries, so gravity acts for whole steps: at most from the step that reported
-            # one contact to the step that ended the next.
+            # Velocities are known at step boundaries only. So gravity acts for whole steps, at most from the step that
+            # reported one contact to the step that ended the next.
             most = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begun[own]]))
             beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most), 0.0)
             turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
         else:
             turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
-            # A straight step deviates from the path of a slowed disc by up to half of the speed lost in it.
+            # A step at constant speed ends away from the path of a slowed disc, by up to half of the lost speed times
+            # the step.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
         followed = np.isfinite(lasted) & (time[1:] <= until_s)
         deviations = (np.where(followed, of, math.nan) for of in (turned, spun, distance))
@@ -174,7 +176,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
 
 
 def _compute_slowing(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the part of each speed left after some seconds, and the time in which unslowed discs would move as far."""
+    """Return the part of each speed left after some seconds, and the time in which an unslowed disc moves as far."""
     if not slowing:
         return np.ones_like(lasted), lasted
     flights = list(zip(lasted.tolist(), speed.tolist(), strict=True))
@@ -192,7 +194,7 @@ def _find_turn_times(trace: Trace) -> Array:
 
 
 def _compute_turn_places(trace: Trace, turning: Array) -> Array:
-    """Return positions of the bodies of impacts when their paths turned, shape ``(2, m, 2)``; NaN if unknown."""
+    """Return the positions at which the paths of the bodies of impacts turned, shape ``(2, m, 2)``; NaN if unknown."""
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
@@ -234,7 +236,7 @@ def _compute_path_errors(place: Array, flown: Array) -> Array:
 
 
 def _measure_stamp_error(trace: Trace) -> float:
-    """Return the largest time by which a stamp is outside of the step that reported its contact, or of the run."""
+    """Return the largest time by which a time stamp is outside of the run or of the step that reported the impact."""
     stamp = trace.impacts["time_s"]
     outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
     if trace.state_before is not None:
@@ -244,12 +246,12 @@ def _measure_stamp_error(trace: Trace) -> float:
 
 
 def _measure_normal_error(trace: Trace, scales: Scales) -> tuple[float, float]:
-    """Return the largest velocity change perpendicular to the normal, over the speed, and its angle to the normal.
+    """Return the largest velocity change perpendicular to the normal, over the scene's speed, and the largest angle.
 
     The normal of a half-plane is known. For a finite wall and for two discs, the normal is the direction of the change
-    of relative velocity, except for two parts. Friction adds at most its coefficient times the normal part. Gravity
-    adds its part if it acts on only one of the bodies. If several contacts of one step share a disc, their changes
-    can't be separated.
+    of relative velocity, but two causes may add other parts to this change. Friction adds at most its coefficient times
+    the normal part. Gravity adds its part if it acts on only one of the bodies. If several contacts of one step share a
+    disc, their changes can't be separated.
     """
     impacts, movable = trace.impacts, trace.scene.arrays.movable
     first, second = velocities(impacts, "after") - velocities(impacts, "before")
@@ -294,7 +296,7 @@ def _measure_momentum_error(trace: Trace) -> float:
     asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_find_turn_times(trace))
     changes = velocities(impacts, "after") - velocities(impacts, "before")
     with np.errstate(invalid="ignore"):  # immovable discs are excluded
-        share = 1.0 / (1.0 + second / first)  # the first mass over the sum
+        share = 1.0 / (1.0 + second / first)  # the first mass, divided by the sum of both masses
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
     off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _compute_contact_durations(trace)
     return find_largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)

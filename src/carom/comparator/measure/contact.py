@@ -2,9 +2,9 @@
 
 Observed states are compared with the reference's at the same instants. PIT has no lasting contact and lets discs bounce
 at its frames; its errors are the cost of sampling. Three further errors are allowed. An integrator that moves a disc at
-a constant speed for a whole step has a position error of ``dt / 2`` times the change of that speed. Its velocities
-differ by the change that gravity and friction cause in a step, ``g dt (1 + f)``. In addition, an impact may be late by
-a step.
+a constant speed for a whole step has a position error of ``dt / 2`` times the change of that speed. The velocities of
+such an integrator differ by the change that gravity and friction cause in a step, ``g dt (1 + f)``. In addition, an
+impact may be late by a step.
 """
 
 from __future__ import annotations
@@ -58,16 +58,16 @@ class ContactScore:
         own: The run's errors.
         pit: Errors of PIT at the same step; None for a run without steps.
         allowed: Errors that sampling and an integrator's step explain.
-        beyond_m: The position error except for ``dt / 2`` times the change of velocity since the first state. That part
-            is the error of an integrator that moves a disc a whole step at one speed.
+        beyond_m: The position error without its part of ``dt / 2`` times the change of velocity since the first state.
+            An integrator that moves a disc at one speed for a whole step causes that part.
         momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius. Friction does not
             change it. NaN if a disc meets other discs, or several walls.
-        rest_m_s: Mean speed at the end of discs that should rest; NaN if none should.
+        rest_m_s: Mean final speed of the discs that should rest; NaN if no disc should.
         frozen: Whether a disc stands still at the end although it should move.
-        kept: How well discs are kept on their walls.
+        kept: How well the run keeps discs on their walls.
         late: How late bounces and slips end.
-        late_allowed: How late or early sampling lets them end. A method whose last hops are shorter than its step is
-            early by at most ``dt / (1 - e)``. Also, compared states may be several steps apart.
+        late_allowed: How late or early bounces and slips may end because of sampling. A method whose last hops are
+            shorter than its step is early by at most ``dt / (1 - e)``. Compared states may also be several steps apart.
         grade: The grade of the contact.
     """
 
@@ -93,7 +93,7 @@ class ContactScore:
 
 
 def score_contact(run: AlignedRun) -> ContactScore | None:
-    """Score a run while the reference is in contact; None if it never is, or if states were not kept."""
+    """Score a run while the reference is in contact; None if there is no contact, or if states were not kept."""
     reference, observed, scales = run.reference, run.observed, run.scales
     looks, begin_s = observed.looks, reference.contact_s
     if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
@@ -130,7 +130,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
         pit, pit_rest_m_s, _, pit_quality, pit_late = measure_states(hopping)
         allowed = _compute_allowed_errors(reference.scene, truth, dt_s, pit, len(struck_s))
         late_allowed = _compute_allowed_lateness(reference, pit_late, looks.time_s, dt_s)
-        # PIT never rests: its hops are higher on a wall with larger restitution.
+        # In PIT no disc rests. Discs hop, and hop higher on a wall with larger restitution.
         fast = float(np.fmax.reduce([slow, pit_rest_m_s, pit_quality.hop_m_s]))
         # The limit of rounding is a hundredth of a step's displacement. A disc that never moves is not rounded at each
         # step.
@@ -160,7 +160,7 @@ def score_contact(run: AlignedRun) -> ContactScore | None:
 
 
 def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
-    """Return how late or early sampling lets bounces and slips end, in addition to PIT's own lateness.
+    """Return how late or early bounces and slips may end because of sampling, in addition to PIT's own lateness.
 
     The smallest hop that counts takes `RESTING_STEPS` steps to rise, and as many to fall. Compared states may be
     several steps apart.
@@ -174,7 +174,10 @@ def _compute_allowed_lateness(reference: Trace, pit: Ends, looks_s: Array, dt_s:
 
 
 def _measure_error_beyond_half_step(truth: States, seen: States, dt_s: float) -> float:
-    """Return the position error without an integrator's half step, with the sign that makes the error smallest."""
+    """Return the position error without an integrator's half step.
+
+    The half step has the sign that makes the error smaller.
+    """
     half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
     off = seen.position_m - truth.position_m
     return min(_find_greatest_length(off - sign * half) for sign in (1.0, -1.0))
@@ -187,7 +190,8 @@ def _compute_allowed_errors(
     arrays = scene.arrays
     speed = _find_greatest_length(truth.velocity_m_s)
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
-    # With a coefficient above 1 a slip ends within the step, and then friction is no larger than needed.
+    # With a coefficient of friction above 1, a slip ends within the step. After that, friction is only as large as
+    # needed.
     rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
     rims = (rubs + fall * min(1.0, scene.wall_rolling_resistance)) / float(np.min(arrays.inertia))
     place = (speed + fall) * dt_s * (1 + impacts)
@@ -199,7 +203,7 @@ def compute_states_at(trace: Trace, times_s: Array) -> States:
     count = len(trace.scene.discs)
     place, velocity = np.zeros((2, len(times_s), count, 2))
     for flight in free_flights(trace):
-        since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact: the flight after it
+        since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact, the flight after it counts
         for row in np.flatnonzero(since).tolist():
             passed = float(times_s[row]) - flight.begin_s
             place[row, flight.disc] = flight.position_at(float(times_s[row]))
@@ -251,7 +255,7 @@ def _compute_pit_states(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -
     places, velocities, spins = [], [], []
     for time_s in times_s:
         run.advance_frames(round(time_s / dt_s) + 1 - run.frames)
-        at_s = run.time_s  # of the next frame
+        at_s = run.time_s  # time of the next frame
         places.append(run.positions())
         velocities.append(run.velocities())
         spins.append(np.zeros(len(scene.discs)) if (turned := run.spins()) is None else turned)

@@ -36,8 +36,8 @@ class ContactQuality(NamedTuple):
             overlap.
         overlap_m: The deepest overlap in contact.
         hop_m_s: Root mean square of the normal speed of a disc at the end.
-        take_offs: Fraction of the states in which a disc leaves its wall fast: at more than half of the speed that a
-            step of falling adds.
+        take_offs: Fraction of the states in which a disc leaves its wall at more than half of the speed gained by
+            falling for a step.
     """
 
     gap_m: float
@@ -47,11 +47,11 @@ class ContactQuality(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """How late a run ends bounces and slips, seconds; negative if early, NaN if unknown.
+    """How late the bounces and slips of a run end, seconds; negative if early, NaN if unknown.
 
     Attributes:
-        bounces_s: Lateness of the last normal speed above the speed gained by falling for a few steps.
-        slips_s: Lateness of the last slip faster than the change that friction causes in a few steps.
+        bounces_s: Lateness of the last state whose normal speed is above the speed gained by falling for a few steps.
+        slips_s: Lateness of the last state whose slip is faster than the change that friction causes in a few steps.
     """
 
     bounces_s: float
@@ -95,7 +95,7 @@ def measure_contact_quality(reference: Trace, truth: States, seen: States, dt_s:
 
 
 def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:
-    """Measure how late a run ends bounces and slips, from states of both runs at the same instants.
+    """Measure how late the bounces and slips of a run end, from states of both runs at the same instants.
 
     Bounces or slips end with the last state that is faster than the speed gained in `RESTING_STEPS` steps. So hops and
     slips that are too small for a step to show are ignored in both runs.
@@ -126,7 +126,7 @@ def measure_late_ends(reference: Trace, truth: States, seen: States, dt_s: float
 
 
 def _find_largest_known(values: list[float]) -> float:
-    """Return the value of the largest magnitude; NaN where all are NaN."""
+    """Return the value of the largest magnitude; NaN if all are NaN."""
     return max(values, key=lambda value: -1.0 if math.isnan(value) else abs(value))
 
 

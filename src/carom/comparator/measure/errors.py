@@ -34,7 +34,7 @@ AT_REST = 1e-12
 class ImpactError:
     """Errors of one matched impact: observed minus reference.
 
-    A velocity that is not known has no error (see `unknown_velocities`).
+    An unknown velocity has no error (see `unknown_velocities`).
 
     Attributes:
         reference: Index in the reference's impacts.
@@ -43,7 +43,8 @@ class ImpactError:
         effective_time_s: Error of the instant at which the path turned, seconds; NaN if that instant is not known.
         along_normal: Velocity error along the reference's normal, for the worse of the two bodies, over the scene's
             speed.
-        across_normal: Velocity error perpendicular to that normal, likewise.
+        across_normal: Velocity error perpendicular to that normal, for the worse of the two bodies, over the scene's
+            speed.
         velocity: Length of the velocity error, for the worse of the two bodies, over the scene's speed.
         spin: Error of the spin times the radius, for the worse of the two bodies, over the scene's rim speed; NaN if no
             disc spins.
@@ -73,7 +74,7 @@ class ImpactError:
         return self.reported_time_s if math.isnan(self.effective_time_s) else self.effective_time_s
 
 
-#: Names of the errors of an impact.
+#: Names of the fields of `ImpactError` that are errors.
 _IMPACT_ERRORS = tuple(one.name for one in fields(ImpactError) if one.name not in {"reference", "observed"})
 
 
@@ -88,13 +89,13 @@ class Errors:
     """For each kind of error, the largest error of one trace against another; NaN if there is none.
 
     Each field is a metric, which is explained in `docs/theory/scoring.md` and appears in all tables and JSON lines. The
-    first eight are the largest errors of the impacts (see `ImpactError`) in magnitude, with their signs. Final states
-    are not measured beyond a horizon, or if the two runs end at different times. Spins are not measured if no disc
-    spins.
+    first eight fields are errors of impacts (see `ImpactError`). Each is the error of largest magnitude, with its sign.
+    Final states are not measured beyond a horizon, or if the two runs end at different times. Spins are not measured if
+    no disc spins.
 
     Attributes:
-        energy: Error of the final kinetic energy, with its sign, over the energy at the start or, if that is larger,
-            over the work of driven bodies in the reference; 0 if both are 0.
+        energy: Error of the final kinetic energy, with its sign, divided by the larger of two energies: the energy at
+            the start, and the work of driven bodies in the reference. 0 if both are 0.
         momentum: Length of the error of the movable discs' final momentum, over their mass and the scene's speed.
         final_position: Largest error of a disc's final position, over the scene's length.
         final_velocity: Largest error of a disc's final velocity, over the scene's speed.
@@ -194,8 +195,8 @@ def compute_restitutions(before: Array, after: Array, normal: Array) -> Array:
 
     Args:
         before: Velocities of both bodies before, shape ``(2, m, 2)``.
-        after: The same after.
-        normal: From first to second, shape ``(m, 2)``.
+        after: Velocities of both bodies after, shape ``(2, m, 2)``.
+        normal: Unit vectors from the first to the second body, shape ``(m, 2)``.
     """
     approach = ((before[1] - before[0]) * normal).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -223,7 +224,7 @@ def _replace_nan_by_infinity(error: float) -> float:
 
 
 def _measure_end_errors(reference: Trace, observed: Trace) -> Array:
-    """Return errors of each disc's final position, velocity and rim speed, shape ``(3, n)``; NaN if no disc spins."""
+    """Return errors of each disc's final position, velocity and rim speed (NaN if no disc spins), shape ``(3, n)``."""
     place = np.hypot(*(observed.final_position_m - reference.final_position_m).T)
     velocity = np.hypot(*(observed.final_velocity_m_s - reference.final_velocity_m_s).T)
     rim = np.full(len(place), math.nan)

@@ -50,7 +50,7 @@ def find_wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongB
     both = compute_branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
     holds = np.abs(both.sticking) < np.abs(both.sliding)
     other = np.where(holds, both.sliding, both.sticking)
-    # The limit as an impulse: a velocity change over the bodies' inverse masses.
+    # This limit is an impulse: a velocity change, divided by the inverse masses of the bodies.
     least = rounding * scales.rim_m_s / lightness
     wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least)
     known = ~wall if trace.scene.wall_rolling_resistance else np.ones(len(impacts), dtype=np.bool_)

@@ -36,7 +36,7 @@ Vector = tuple[float, float]
 
 @dataclass(frozen=True)
 class LocalErrors:
-    """Local errors of all observed impacts, one entry each; NaN if the state before the impact is not known.
+    """Local errors of all observed impacts, one entry per impact; NaN if the state before it is not known.
 
     Attributes:
         time_s: Effective time (the reported time if that is unknown) minus the analytic time, seconds.
@@ -52,7 +52,7 @@ class LocalErrors:
         solver_velocity: Velocity error against PIT from the same state, over the scene's speed.
         sampling_spin: Spin error of PIT from the same state.
         solver_spin: Spin error of the method relative to PIT.
-        spurious: Indices of impacts that PIC does not have from the method's own state.
+        spurious: Indices of observed impacts that do not happen in PIC from the method's own state.
     """
 
     time_s: Array
@@ -113,7 +113,7 @@ class _Bodies:
         self.bodies, self.contacts = build_impact_bodies(trace, rim_speeds(trace, "before") + _find_belt_speeds(trace))
 
     def compute_after(self, at: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
-        """Return the velocities and rims after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
+        """Return velocities and rim speeds after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
         if not len(at):
             return np.zeros((2, 0, 2)), np.zeros((2, 0))
         one, two = (RoughBodies(*(numbers[at] for numbers in body)) for body in self.bodies)
@@ -147,7 +147,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _compute_time_to_contact(bodies, pairs)
     wait[walls], normal[walls] = _find_wall_meetings(trace, bodies, start, walls)
-    # Overlapping bodies have met in the past, but not before the impact after which they moved on these paths.
+    # Overlapping bodies have met in the past, but not before the impact at which their present paths began.
     wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_find_last_turn_times(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
     at = np.flatnonzero(happens & ~bodies.wall)
@@ -269,7 +269,7 @@ def _find_wall_meeting(
 def _predict_pit(
     trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
 ) -> tuple[Array, Array]:
-    """Return velocities and rim speeds after PIT's impact from the same states, with steps counted from them."""
+    """Return velocities and rim speeds after PIT's impact from the same states, at which the first step begins."""
     dt_s = trace.dt_s
     result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:

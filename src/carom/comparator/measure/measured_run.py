@@ -130,7 +130,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
 
 
 def _measure_pit(baseline: Baseline, scales: Scales, alignment: Alignment) -> Measured:
-    assert baseline.pit is not None  # noqa: S101 - it has an alignment
+    assert baseline.pit is not None  # noqa: S101 - PIT has an alignment
     return measure_errors(baseline.reference, baseline.pit, alignment, scales)
 
 

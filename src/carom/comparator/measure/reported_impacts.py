@@ -74,8 +74,9 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
         own = [(float(earliest[row]), float(latest[row]), row) for row in rows.get(bodies, ())]
         crowded = [span for span in own if not alone[span[2]]]
         lonely = [span for span in own if alone[span[2]]]
-        # Each report outside of entangled windows needs a window of its own, and a window may be matched with any
-        # report. If each of two such matchings exists, a matching that does both exists (Mendelsohn and Dulmage, 1958).
+        # The first matching gives each report outside of entangled windows a window of its own. The second matching
+        # gives a report to each window that requires one. If both exist, so does a matching that does both (Mendelsohn
+        # and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
         left, _ = _match_times(bound, lonely)

@@ -40,13 +40,14 @@ OWN_KEPT = 256
 class SamplingCost:
     """Errors of PIT at a step: at one phase of the step, or the largest over several phases.
 
-    Arrays have shape ``(2, m)``: the errors of velocities, over the scene's speed, and of spins times radii, over its
-    rim speed, after each reliable impact of the reference. The errors of spins are 0 if no disc spins.
+    Arrays have shape ``(2, m)``, with a column for each reliable impact of the reference. The first row has velocity
+    errors after the impact, over the scene's speed. The second row has errors of spin times radius, over the scene's
+    rim speed. The second row is 0 if no disc spins.
 
     Attributes:
         dt_s: The step, seconds.
-        errors: The errors. A missed impact has an error of its whole change. Over several phases, this is the largest
-            error up to each impact, because errors propagate from impact to impact.
+        errors: The errors. The error of a missed impact is the whole change that the impact causes. Over several
+            phases, this is the largest error up to each impact, because errors propagate from impact to impact.
         found: The largest errors over the phases at which the impact and all earlier ones are found; 0 if there is no
             such phase.
         found_off_s: The largest error of the impact's time at these phases, seconds, shape ``(m,)``.
@@ -58,7 +59,7 @@ class SamplingCost:
         final_spin: Largest error of a final spin times its radius, over the scene's rim speed; 0 if not measured.
         late_s: Largest error of a time over all phases, seconds; infinite if an impact is missed or spurious.
         phases: Number of phases at which PIT was run.
-        close_phases: Number of these phases at which all of PIT's impacts are close.
+        close_phases: Number of phases at which all of PIT's impacts are close.
     """
 
     dt_s: float
@@ -141,8 +142,8 @@ def _find_own_phases(own: Measured, cost: SamplingCost, known: float) -> tuple[f
         is_worse = error.velocity > velocity or error.spin > spin or abs(error.time_s) > cost.found_off_s[at]
         if is_worse and error.time_s > 0.0:
             steps = (float(own.reference.impacts["time_s"][at]) + error.time_s) / cost.dt_s
-            # If a frame finds an impact exactly a step late, the frame before has found it at once. So the phase is
-            # taken just before.
+            # If a frame would find an impact exactly a step late, the previous frame finds it at once. So the phase
+            # just before is returned.
             just_before = (steps - 0.1 * known) % 1.0
             # Merge phases that differ by rounding only.
             phases[round(just_before, 11)] = None

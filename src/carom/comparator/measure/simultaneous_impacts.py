@@ -1,10 +1,10 @@
 """Simultaneous impacts that share a disc: their admissible outcomes, and the outcome that a trace took.
 
-If several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique result.
-Each order of impacts, in which pairs collide one at a time until no contact approaches, leads to an admissible outcome.
-If all impulses act at once, they may lead to another outcome, in which each pushing contact separates at e times its
-approach speed, and each other contact at least as fast (D. Baraff, Analytical methods for dynamic simulation of
-non-penetrating rigid bodies, SIGGRAPH 1989).
+If several contacts that share a disc have impacts at one instant, the law of impact of two bodies gives no unique
+result. Such an instant is called *shared*. If pairs collide one at a time until no contact approaches, each order of
+impacts leads to an admissible outcome. If all impulses act at once, they may lead to another outcome. In that outcome,
+each pushing contact separates at e times its approach speed, and each other contact separates at least as fast (D.
+Baraff, Analytical methods for dynamic simulation of non-penetrating rigid bodies, SIGGRAPH 1989).
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from carom.model.flights import free_flights
 from carom.model.scene import Scene, Wall
 from carom.model.trace import Trace, Vector, body_name, rim_speeds, wall_body, wall_index
 
-#: Contacts count as simultaneous up to this difference: of times over the duration, of positions over the scene's
-#: extent, of velocities over the scene's speed.
+#: Largest difference between simultaneous contacts. Differences of times are divided by the duration, of positions by
+#: the scene's extent, and of velocities by the scene's speed.
 SAME = 1e-12
 
 #: Largest number of states that are followed. Thousands of outcomes would not help a reader.
@@ -138,7 +138,7 @@ def find_first_group(reference: Trace) -> Group | None:
     own = tuple(c for c in contacts if c.first in discs and (c.second < 0 or c.second in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     bodies = np.stack([impacts["first"], impacts["second"]], axis=1)[:begin].ravel()
-    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last write counts
+    rim[bodies[bodies >= 0]] = rim_speeds(reference, "after").T[:begin].ravel()[bodies >= 0]  # the last impact counts
     ended = [(flights[disc], rim[disc]) for disc in sorted(discs)]
     motion = [
         (*flight.velocity_at(time_s), r * flight.damping.compute_kept_fraction(time_s - flight.begin_s))
@@ -157,8 +157,8 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
     """
     row = {disc: k for k, disc in enumerate(group.discs)}
     tolerance = SAME * speed_m_s
-    # Larger than rounding by far, and smaller by far than any difference that matters. Bodies that close more slowly
-    # have come to rest, as after infinitely many impacts.
+    # The tolerance is far above rounding, and far below any difference that matters. Bodies that close more slowly have
+    # come to rest, as after infinitely many impacts.
     cell = 1e3 * tolerance
     found: list[AdmissibleOutcome] = []
     seen: set[bytes] = set()
@@ -175,7 +175,7 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
         if not active:
             impacts_text = ", then ".join(path[:MOST_LISTED]) or "no impact"
             found.append(AdmissibleOutcome(impacts_text + ", and so on" * (len(path) > MOST_LISTED), motion))
-        for contact in reversed(active):  # reversed, so that the stack returns low body numbers first
+        for contact in reversed(active):  # in reverse order, so that the stack returns low body numbers first
             struck = contact.second if contact.second >= 0 else body_name(contact.second)
             stack.append((_apply_impact(scene, contact, motion, row), (*path, f"{contact.first} on {struck}")))
     at_once = _solve_at_once(scene, group, row, tolerance)
@@ -185,7 +185,7 @@ def find_admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tu
 
 
 def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
-    """Return the admissible outcome that a trace took at the first shared instant; None if all impacts are unique."""
+    """Return the admissible outcome that a trace took at the first shared instant; None if there is none."""
     group = find_first_group(reference)
     if group is None:
         return None
@@ -193,7 +193,7 @@ def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, sca
     if not outcomes:
         return ConventionMatch(group, (), None, math.nan, matches=False)
     nearest, distance = _find_nearest_outcome(observed, group, outcomes, scales)
-    # Sampling changes normals, so the distance of PIT at the same step is allowed.
+    # Sampling changes normals, so a run may be as far from an outcome as PIT at the same step.
     allowed = 0.0 if sampling is None else _find_nearest_outcome(sampling, group, outcomes, scales)[1]
     return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
 
@@ -297,9 +297,10 @@ def _apply_impact(scene: Scene, contact: TouchingBodies, motion: Motions, row: d
 
 
 def _solve_at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
-    """Solve for all impulses at once by trying each set of pushing contacts; None without a result.
+    """Solve for all impulses at once by trying each set of pushing contacts; return None if there is no result.
 
-    There is no result for more than `MOST_AT_ONCE` contacts, or with friction, where it is not unique (Baraff 1989).
+    There is no result for more than `MOST_AT_ONCE` contacts. There is none with friction, because it would not be
+    unique (Baraff 1989).
     """
     if scene.arrays.rubs:
         return None

@@ -28,18 +28,19 @@ class LocalScore:
 
     Attributes:
         until_s: Time of the last state.
-        windows: Number of windows with a due impact.
+        windows: Number of windows in which PIC has an impact from the run's own state. Such an impact is *due*.
         due: Number of PIC's impacts in these windows.
-        missed: Number of pairs that passed through each other.
-        missed_by_pit: Number of these pairs that PIT also misses from the same state.
+        missed: Number of pairs of bodies that passed through each other.
+        missed_by_pit: Number of missed pairs that PIT also misses from the same state.
         missed_within: Number of the missed pairs within the horizon.
         first_missed: Description of the first missed pair; empty if there is none.
         first_missed_s: Time of the first missed pair; NaN if there is none.
-        invented: Number of steps in which bodies turned by more than a hundredth of their speed with nothing near.
+        invented: Number of steps in which a velocity changed by more than a hundredth of itself with no other body
+            near.
         first_invented: Description of the first invented turn; empty if there is none.
-        early: Number of windows in which the paths turned earlier than PIC's.
-        ahead: Number of turns more than two steps before the meeting that caused them, because of an engine's contact
-            margin.
+        early: Number of windows in which paths turned earlier than in PIC.
+        ahead: Number of changes of a velocity more than two steps before the impact that caused them, because of an
+            engine's contact margin.
         entangled: Number of windows with several pairs or impacts.
         late_steps: Median and worst lateness, steps; NaN if there is none.
         early_steps: Worst earliness, steps, as a positive number; 0 if no impact is early.
@@ -48,17 +49,18 @@ class LocalScore:
             bodies.
         spin: Worst error of rim speeds, over the greatest speed or rim speed of the window's own bodies; 0 if no disc
             spins.
-        ratio: Median and worst of the velocity or spin error over PIT's largest error from the same state, at the
-            phases of the step and at the run's own lateness; infinite if PIT has no error.
+        ratio: Median and worst ratio of the velocity or spin error to PIT's largest error from the same state. PIT's
+            errors are those at the phases of the step and at the run's lateness. Infinite if PIT has no error.
         worse_than_pit: Number of windows whose ratio is above 1.
         judged: Number of windows of one impact that were compared.
         restitution: Median and worst absolute error of the effective restitution; NaN if there is none.
-        energy: Energy gained or lost that PIT does not gain or lose from the same states, over the scene's energy.
-        slipped: Largest change of a velocity or rim speed with nothing near that is too small for an invented turn,
-            over the disc's own speed.
-        drifts: Number of steps of discs in which a position changed other than by the disc's velocity.
-        drift: The largest of these changes, over the scene's length.
-        resting_steps: Number of steps of discs that rested on something.
+        energy: Energy gained or lost beyond the gain or loss of PIT from the same states, over the scene's energy.
+        slipped: Largest change of a velocity or rim speed without a body near, over the disc's own speed. Only changes
+            too small for an invented turn count.
+        drifts: Number of steps, summed over all discs, in which a disc's position changed differently from its
+            velocity.
+        drift: The largest such change of a position, over the scene's length.
+        resting_steps: Number of steps, summed over all discs, in which a disc rested on another body.
         sunk_radii: The largest depth to which a resting pair sank, over its contact distance.
         sinks: Whether a pair sank faster than by falling from rest in each step.
         polygon: Whether falling discs move along polygons.
@@ -107,13 +109,13 @@ class LocalScore:
     def missed_own(self) -> int:
         """Number of missed impacts that sampling does not explain.
 
-        Beyond the horizon, only impacts that PIT finds count.
+        Beyond the horizon, an impact counts only if PIT finds it.
         """
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
     @property
     def rounding(self) -> float:
-        """Rounding error of a velocity, over its own size, and of a position at rest."""
+        """Relative rounding error of a velocity, and of the position of a resting disc."""
         return 10.0 * THRESHOLDS.rounding_of(self.float_bits)
 
     @property
@@ -144,7 +146,7 @@ class LocalScore:
             return Grade.EXACT
         # Without windows of one impact, it is not known how close the run is to PIC.
         far = self.ratio[1] > THRESHOLDS.close or self.late_steps[1] > THRESHOLDS.close
-        near = self.judged > 0 and not far  # either may be NaN
+        near = self.judged > 0 and not far  # both comparisons are false for NaN
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED
 
 
@@ -227,7 +229,7 @@ def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     )
 
 
-#: Accuracy of lateness in steps, by whether floats have 64 bits. A hundredth of a step counts as close.
+#: Rounding error of the lateness, steps. The key is whether floats have 64 bits. A hundredth of a step counts as close.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 

@@ -46,7 +46,7 @@ class Activity:
         due: The active pairs of each step, with the seconds from the step's start to the meeting; NaN for a pair that
             only pushes.
         follows: Steps and pairs whose meeting is a consequence of another meeting in the same step.
-        resting: Whether a body on which the disc rests holds it, for each step and disc, shape ``(k, n)``.
+        resting: Whether the disc rests on a body that holds it up, for each step and disc, shape ``(k, n)``.
         overlapping: Whether the disc begins the step in overlap, for each step and disc, shape ``(k, n)``.
     """
 
@@ -86,7 +86,7 @@ def _choose_steps_together(block: Block) -> int:
 
 
 def _enter_active_pairs(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
-    """Add the steps in which pairs are active to `found`, except for steps in which they rest."""
+    """Add to `found` the steps in which pairs are active, without the steps in which they rest."""
     begin, steps = relative.begin, len(relative.wait)
     h = block.step_s[begin : begin + steps, None]
     gap, wait = relative.gap, relative.wait
@@ -145,7 +145,7 @@ def _find_impacts(
     """Yield PIC's impacts in a step, beginning with due pairs: seconds from the step's start, pair and closing speed.
 
     After an impact, only the meetings of the struck discs are predicted again, because other pairs meet only if they
-    are due. In a collapse, infinitely many impacts are due at one instant. Its impacts end when all further impacts
+    are due. In a collapse, infinitely many impacts are due at one instant. The search ends when all further impacts
     must be slower than `slow`.
     """
     bodies, seconds, begun_s = block.bodies, float(block.step_s[step]), float(block.states.time_s[step])

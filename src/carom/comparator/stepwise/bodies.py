@@ -1,7 +1,7 @@
 """States of a few bodies in plain floats, which can be advanced from any state of a run.
 
-The solvers need discs that do not overlap at the start. A window can start in any state of the run. So here, bodies
-that overlap and approach each other meet at once. Times of impact and impact laws come from the core.
+The solvers require that discs do not overlap at the start, but a window can start in any state of the run. So here,
+bodies that overlap and approach each other meet at once. Times of impact and impact laws come from the core.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class BodyStates:
         self.xy[disc], self.velocity[disc] = (x + now[0] - was[0], y + now[1] - was[1]), leg.velocity
 
     def measure_separation(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
-        """Return the separation of the bodies of a pair; for a finite wall at a feature, if given."""
+        """Return the separation of the bodies of a pair. `feature` is the feature of a finite wall to measure to."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= bodies.n:
@@ -178,7 +178,7 @@ class BodyStates:
         return self._compute_wait_on_table(pair, NO_FEATURE, max(0.0, -self.measure_separation(pair).closing))
 
     def _compute_wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
-        """Compute `wait` on a table, from one stop to the next. `leaving` is the separation speed after a meeting."""
+        """Return the result of `compute_wait` for a scene with a table. `leaving` is the speed of separation."""
         (i, j), bodies, there, passed = pair, self.bodies, self.select_discs(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
         # The two bodies stop before they meet. The margin of a hundredth is far above rounding.
@@ -212,7 +212,7 @@ class BodyStates:
             passed, leaving, last = passed + stops, None, NO_FEATURE
 
     def compute_undamped_wait(self, pair: Pair, last: int) -> float:
-        """Compute `wait` without damping, as if a driven body of the pair kept its present velocity."""
+        """Return what `compute_wait` returns without damping, as if a driven body kept its present velocity."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], bodies.radius[i]
         if j >= bodies.n:
@@ -254,7 +254,7 @@ class BodyStates:
         return wait
 
     def apply_impact(self, pair: Pair, feature: int = NO_FEATURE) -> None:
-        """Apply an impact of the bodies of a pair at their present positions. `feature` is as in `contact`."""
+        """Apply an impact of a pair's bodies at their present positions. `feature` is as in `measure_separation`."""
         (i, j), bodies = pair, self.bodies
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         w_i = bodies.inverse_mass[i]

@@ -1,8 +1,8 @@
 """Comparison of one window with PIC and with the cost of sampling, from the run's own state at the window's start.
 
 At the end of a window, a late run may not have had all of PIC's impacts. So PIC's run is also stopped after j impacts
-and continued in free flight, for each j after which the other impacts are still ahead in the run's own state. The run
-is compared with the nearest of these.
+and continued in free flight. This is done for each j after which PIC's other impacts are still ahead in the run's own
+state. The run is compared with the nearest of these results.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def _compute_energy_gain(window: Window, found: Difference, *, entangled: bool) 
     now = window.now.compute_energy()
     if not entangled:
         return now - found.truth.compute_energy()
-    if window.bodies.driven or window.bodies.slowing.table_m_s2:  # on a table, another path loses another energy
+    if window.bodies.driven or window.bodies.slowing.table_m_s2:  # on a table, the loss of energy depends on the path
         return 0.0
     gained = now - window.free.compute_energy()
     bodies = window.bodies
@@ -185,7 +185,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     if not own:
         return False
     last = own[-1]
-    while last + 1 in steps:  # pairs still push while they separate: late, but not missed
+    while last + 1 in steps:  # a pair that still pushes while it separates is late, but not missed
         last += 1
     i, j = pair
     discs = (i, j) if j < bodies.n else (i,)
@@ -198,7 +198,7 @@ def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     if size <= (RESTING_STEPS + 0.5) * bodies.pull * block.dt_s + window.still:
         return False  # the pair is so slow that it may rest
     if before.closing <= PASSED * speed_before:
-        return False  # a rest of an impact, from a cut chain, counts as a velocity error
+        return False  # the remainder of an impact from a cut chain counts as a velocity error
     closed = before.closing * bodies.slowing.damping.compute_kept_fraction(lasted)
     unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
@@ -226,7 +226,7 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
 
 
 def _is_due_at_next_frame(window: Window, pair: Pair) -> bool:
-    """Whether a pair was due in the run's last step, so that a frame after the end would find it."""
+    """Whether a pair was due in the run's last step, so that only a frame after the end would find the impact."""
     own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own == [window.chain.end - 1] and _is_closing(window, pair)
 
@@ -249,8 +249,8 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     first, bodies, dt_s = window.truth[0], window.bodies, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
-    # A run checks for contact at the end of a step. A polygon reaches the contact later than a bent path, by half of
-    # the bend in a step.
+    # A run checks for contact at the end of a step. A disc on a polygon reaches the contact later than on the bent
+    # path, because it lags by up to half of the bend in a step.
     bends = bodies.pull + bodies.slowing.compute_deceleration(window.speed)
     judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:
@@ -268,7 +268,7 @@ def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, 
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
-        normal = (change[0] / size, change[1] / size)  # the run's own normal
+        normal = (change[0] / size, change[1] / size)  # normal of the run's own impact
         closed = was[0] * normal[0] + was[1] * normal[1]
         if closed != 0.0:  # 0 for a disc that turned before a driven wall met it
             judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - bodies.restitution_of(first.pair)
@@ -289,8 +289,8 @@ def _find_turn_time(window: Window, pair: Pair) -> float:
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
-    # The time before the window's end is the distance of the two paths there, over their relative velocity. With
-    # damping, paths are straight in undamped time.
+    # The paths are nearest at some time before the window's end. This time is the distance of the two paths at the end,
+    # divided by their relative velocity. With damping, paths are straight in undamped time.
     there, here = compute_offset(window.free), compute_offset(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
     return lasts + window.bodies.slowing.damping.to_damped(-ago_s)
@@ -316,7 +316,7 @@ def _compute_relative_motion(state: BodyStates, pair: Pair) -> tuple[Array, Arra
 
 
 def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference) -> None:
-    """Measure PIT's largest errors from the same state over the phases of the step and the run's own lateness."""
+    """Measure PIT's largest errors from the same state, over the phases of the step and at the run's lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
     looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
@@ -339,7 +339,8 @@ def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference
         off = window.find_nearest_difference(end, until_there, measured_s, None, flown)
         cost = (off.velocity * kept, off.spin * kept, abs(end.compute_energy() - off.truth.compute_energy()) * kept**2)
         costs[len(met) >= min(need, len(until_there))].append(cost)
-    columns = zip(*(costs[True] or costs[False]), strict=True)  # only phases that find the impacts, if there are any
+    # Use only phases that find the impacts, if there are any.
+    columns = zip(*(costs[True] or costs[False]), strict=True)
     judged.price_velocity, judged.price_spin, judged.energy_price_j = map(max, columns)
 
 

@@ -68,7 +68,7 @@ class NearPairs:
 def find_pairs_near_in_step(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
     """Return, for each movable body, the pairs that are so near at the start of a step that they may meet in it.
 
-    A third body may strike one of them and pass on its speed within the step.
+    The near distance is large enough for the case that a third body strikes one of the two in this step.
     """
     bodies, h = block.bodies, float(block.step_s[step])
     own = block.own_speed[step] + bodies.fastest_wall
@@ -213,7 +213,7 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
     own_speed = block.own_speed[begin:end] + drive.fastest
     low, high = np.min(p, axis=0), np.max(p, axis=0)
     longest = float(np.max(block.step_s[begin:end]))
-    # A third body may pass on its speed within the step.
+    # A third body may strike one of the two within the step and pass on its speed.
     fastest = float(np.max(own_speed)) + block.bodies.pull * longest
     ahead = 2.0 * fastest * longest
     own = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
@@ -223,7 +223,7 @@ def _bound_paths(block: Block, begin: int, end: int, drive: Drive = STANDS) -> t
 
 
 def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -> None:
-    """Compute waits of near pairs with bent paths: discs that fall onto immovable bodies, all pairs on a table."""
+    """Compute waits of near pairs on bent paths: discs that fall onto immovable bodies, and all pairs on a table."""
     steps = slice(near.begin, near.begin + len(near.wait))
     for column in columns:
         i, j = near.pairs[column]

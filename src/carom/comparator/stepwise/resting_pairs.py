@@ -48,7 +48,7 @@ class RestHistory:
         """Add steps in order of time. Steps that were already added are ignored."""
         times = block.states.time_s
         allowed = 0.5 * block.bodies.pull * block.dt_s**2
-        # A hopping pair may be as deep as it moves in a step at the largest speed that counts as rest.
+        # A hopping pair may overlap by the distance that it moves in a step at the largest speed that counts as rest.
         hop_m = RESTING_STEPS * 2.0 * allowed
         for row, column in np.argwhere(resting).tolist():
             pair, step = relative.pairs[column], relative.begin + row

@@ -18,13 +18,13 @@ from carom.model.step_windows import States
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: An engine with a contact margin may turn a disc many fine steps before a meeting (Box2D `default`: 1 cm before a
-#: wall, a tenth of the smallest discs of the catalogue). A turn counts as a response to a body within a margin if the
-#: disc closes on a body within this fraction of the contact distance, and then separates. Otherwise the disc turned
-#: without a cause.
+#: An engine with a contact margin may change a disc's velocity many fine steps before an impact (Box2D `default`: 1 cm
+#: before a wall, a tenth of the smallest discs of the catalogue). A turn counts as a response to a body within a margin
+#: if the disc closes on a body within this fraction of the contact distance, and then separates. Otherwise the disc
+#: turned without a cause.
 _AHEAD_GAP = 0.25
 
-#: Rounding of a step's length: each of its two instants is right to half a unit in the last place.
+#: Rounding error of a step's length. The two ends of a step are each rounded by up to half a unit in the last place.
 _CLOCK = 2.0**-51
 
 
@@ -124,7 +124,7 @@ class Block:
         return len(self.step_s)
 
     def state(self, step: int, discs: tuple[int, ...] | list[int]) -> BodyStates:
-        """Return the state of some discs at the start of a step. The number of steps is the index of the last state."""
+        """Return the state of some discs at the start of a step. For the number of steps, return the last state."""
         p, v, spins = self.states.position_m[step], self.states.velocity_m_s[step], self.states.spin_rad_s
         return BodyStates(
             self.bodies,
@@ -150,9 +150,9 @@ class Block:
     def is_possible(self, step: int, pairs: Collection[Pair]) -> bool:
         """Whether every disc has room at the start of a step between each two opposite bodies.
 
-        Only driven bodies leave a disc less room than its diameter. From such a state, infinitely many ever faster
-        impacts follow at one instant, and no impact makes room. Bodies count as opposite within the rounding of
-        positions.
+        Only driven bodies can leave a disc less room than its diameter. From such a state, infinitely many impacts
+        follow at one instant, with ever higher speeds, and none of them makes room. Bodies count as opposite within the
+        rounding of positions.
 
         Args:
             step: The step.

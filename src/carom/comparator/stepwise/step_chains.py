@@ -3,7 +3,7 @@
 A node is a pair that is active in a step. Two nodes are joined if they share a movable disc in one step, or are the
 same pair in successive steps. Chains that share a disc at one time are one chain, so each disc is in one window at a
 time. A chain that would be longer than `LONGEST` steps is cut: it ends there, and the pairs that are still active begin
-a new chain. So a chain is settled at most `LONGEST` steps later, however long a crowd stays entangled.
+a new chain. So a chain is settled at most `LONGEST` steps later, even if many discs stay entangled for longer.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 from carom.comparator.stepwise.scene_bodies import Pair, SceneBodies
 
 #: Largest number of steps of a chain. Later steps form a new chain, which starts from the run's own state there. If a
-#: contact lasts longer, its lateness can't be explained by sampling. In crowds, soft contacts form chains that do not
-#: end.
+#: contact lasts longer, its lateness can't be explained by sampling. In dense groups of discs, soft contacts form
+#: chains that do not end.
 LONGEST = 8
 
 
@@ -24,8 +24,8 @@ LONGEST = 8
 class StepChain:
     """A chain: steps `begin` to `end` (exclusive), its discs, and the steps in which each of its pairs is active.
 
-    A chain that `continues` is the rest of a chain that was cut at `begin`. A chain that `goes_on` was cut at `end` and
-    gets no more steps.
+    If `continues` is set, the chain is the remainder of a chain that was cut at `begin`. If `goes_on` is set, the chain
+    was cut at `end` and gets no more steps.
     """
 
     begin: int
@@ -78,7 +78,7 @@ class Chains:
         return max(self._next + 1 - LONGEST, 0)
 
     def list_open_chains(self) -> list[StepChain]:
-        """Return the chains that may still grow, as they are."""
+        """Return the chains that may still grow, in their present form."""
         return list(self._held)
 
     def skip_to(self, step: int) -> None:
@@ -183,7 +183,7 @@ class _Group:
     def build_chain(self, bodies: SceneBodies, *, continues: bool) -> StepChain:
         """Return the joined chain.
 
-        A joined chain continues a cut chain if `continues` is set or its first chain does so.
+        The joined chain continues a cut chain if `continues` is set, or if its first chain continues a cut chain.
         """
         pairs: dict[Pair, tuple[int, ...]] = defaultdict(tuple)
         for chain in self.chains:

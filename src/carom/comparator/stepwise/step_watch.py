@@ -68,8 +68,8 @@ class StepWatch:
         self._scene, self._dt_s, self._bodies = scene, dt_s, SceneBodies(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
         unit = max(place_unit, ROUNDING_OF_VELOCITIES)
-        # The last limit is at most the rounding of the score, because the cost of sampling is not needed if velocities
-        # agree.
+        # The last number is at most the rounding of the score, because no cost of sampling is computed if velocities
+        # agree to this number.
         self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         spins = arrays.spins[None] if self._bodies.turns else None
@@ -77,8 +77,8 @@ class StepWatch:
         self._states = [States(np.zeros(1), arrays.position_m[None], arrays.velocity_m_s[None], spins)]
         self._max_states = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
         self._chains = Chains(self._bodies)
-        #: Three numbers of steps: steps whose states are deleted, whose pairs are known, and whose free flight is
-        #: checked.
+        #: Three counts of steps: steps whose states are deleted, steps whose pairs are known, and steps whose free
+        #: flight is checked.
         self._gone = self._taken = self._flown = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
@@ -159,7 +159,8 @@ class StepWatch:
             self._taken = self._gone + len(block)
             self._chains.skip_to(self._taken)
             finished = [chain.shift_steps(-self._gone) for chain in self._chains.take_settled(ends=ends)]
-            # If a disc is slow after a window by cancellation, it still has the rounding of the speeds in the window.
+            # If a disc is slow after a window because speeds cancelled, its velocity still has the rounding error of
+            # those speeds.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
                 discs = list(chain.discs)

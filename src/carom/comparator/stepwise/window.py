@@ -21,7 +21,7 @@ _RESTING = 1e-3
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of a state from PIC's after some impacts: in velocities, rim speeds and positions; and PIC's state."""
+    """Differences in velocities, rim speeds and positions from PIC's state after some impacts, and PIC's state."""
 
     velocity: float
     spin: float
@@ -76,7 +76,9 @@ class Window:
         resting: Pair | None,
         flown: dict[int, BodyStates] | None = None,
     ) -> Difference:
-        """Return the difference of a state from PIC's after the number of impacts that the state has reached.
+        """Return the smallest difference of a state from PIC's state after some impacts.
+
+        PIC's other impacts must still be ahead in the state.
 
         `flown` caches PIC's states by number of impacts, for several calls with the same other arguments.
         """
@@ -84,7 +86,7 @@ class Window:
         flown = {} if flown is None else flown
         for count in range(len(truth), -1, -1):
             if count < len(truth) and not self.is_ahead(state, truth[count]):
-                break  # nor with fewer impacts
+                break  # this impact is not ahead for smaller counts either
             if count not in flown:
                 begun, since_s = (truth[count - 1].after, truth[count - 1].time_s) if count else (self.start, 0.0)
                 flown[count] = begun.compute_later_state(seconds - since_s, resting if count == len(truth) else None)

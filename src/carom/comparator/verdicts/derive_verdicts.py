@@ -28,7 +28,7 @@ from carom.comparator.verdicts.stepwise_verdicts import (
 from carom.model.trace import Outcome, pair_name
 from carom.support.formatting import format_instant, format_metres, format_number, format_seconds
 
-#: What a disc does in the end if it neither rests nor slides nor rolls, by outcome of the reference.
+#: Final motion of a disc that neither rests nor slides nor rolls, by outcome of the reference.
 _OTHER_ENDINGS = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
 
 

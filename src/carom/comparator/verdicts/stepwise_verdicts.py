@@ -54,7 +54,7 @@ def report_misreports(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
-    """Report how deep discs sink into what they rest on."""
+    """Report how deep discs sink into the bodies on which they rest."""
     local = judged.local_truth
     if local is not None and (local.sinks or local.sunk_radii > judged.rounding):
         held = f"{'faster than' if local.sinks else 'as'} a fall from rest in each step explains"
@@ -62,7 +62,7 @@ def report_sinking(judged: JudgedRun) -> Iterator[Finding]:
 
 
 def report_polygons(judged: JudgedRun) -> Iterator[Finding]:
-    """Report straight steps of constant speed on paths that bend or slow: an effect of the integrator."""
+    """Report an integrator that moves discs at constant velocity in each step, although their paths bend or slow."""
     local, dt_s, scene = judged.local_truth, judged.observed.dt_s, judged.reference.scene
     if local is None or not local.polygon:
         return

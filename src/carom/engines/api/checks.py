@@ -22,7 +22,7 @@ MANTISSA_BITS = {32: 23, 64: 52}
 
 #: Rules by which an engine combines the coefficients of two bodies, each from 0 to a largest value. Given the
 #: coefficient of two discs, each function returns the smallest and largest possible coefficient of a wall. "pair" means
-#: that pairs have independent coefficients: all are possible.
+#: that pairs have independent coefficients, so every coefficient is possible.
 COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
     "pair": lambda _, most: (0.0, most),
     "one": lambda pair, _: (pair, pair),

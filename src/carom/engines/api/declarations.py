@@ -94,8 +94,8 @@ class Capabilities:
         max_radius_m: Largest radius of a disc.
         min_mass_kg: Smallest mass of a disc.
         max_mass_kg: Largest mass of a movable disc.
-        float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 for narrower ones.
-        dimensions: 2, or 3 if discs are bodies in space, whether or not they are kept in a plane.
+        float_bits: Width of the engine's floating-point numbers, 32 or 64. Declare 32 for narrower numbers.
+        dimensions: 2, or 3 if discs are bodies in space, even if the engine keeps them in a plane.
         deterministic: Whether two runs in one process are identical to the bit.
     """
 
@@ -172,8 +172,8 @@ class Profile:
         located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
             return a `CuttableWorld`.
         capabilities: Capabilities with these settings, if they differ from the adapter's.
-        changed: For a profile of the engine's default settings: every setting that differs from the engine's default,
-            by the engine's own name, with the reason.
+        changed: For a profile of default settings: the reason for each setting that differs from the engine's default,
+            by the engine's own name of the setting.
     """
 
     description: str

@@ -103,8 +103,8 @@ def _factor(pair: float, wall: float) -> tuple[float, float]:
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     """Return the middle of a scene, and the largest distance from the middle that a point of a disc can reach, metres.
 
-    Engines without half-planes choose the size of their walls by this distance. No impact adds energy, so the speed of
-    a disc is limited by the total energy of the scene, including the energy of spins, and by gravity. A driven body
+    Engines without half-planes choose the size of their walls by this distance. No impact adds energy. So the speed of
+    a disc is limited by the total energy of the scene, which includes the energy of spins and of falling. A driven body
     adds up to twice its speed at each impact. `DRIVEN_IMPACTS` such impacts are included.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)

@@ -31,9 +31,9 @@ class Contact:
         velocities: Velocities just before and after, ``(first before, second before, first after, second after)``, if
             the method knows them. The contact is then an impact by itself. If None, the harness reads the velocities
             from the states around the contact.
-        tangential_impulse_n_s: Impulse of friction on `second` along the normal turned by +90 degrees, newton seconds;
-            `first` receives the opposite. The number does not depend on the order of the bodies. None if the engine
-            does not report it.
+        tangential_impulse_n_s: Impulse of friction on `second`, newton seconds, along the normal turned by +90 degrees.
+            `first` receives the opposite impulse. The number does not depend on the order of the bodies. None if the
+            engine does not report it.
         spins_rad_s: Spins of the two bodies, in the order of `velocities`; 0 for a wall. None if no disc turns.
     """
 

@@ -46,7 +46,7 @@ def one_coefficient(what: str, values: Sequence[float], most: float, dropped: li
     if not values:
         return 0.0
     found = max(values)
-    if found - min(values) > 2.0**-50 * found:  # more than the rounding of a product and of two roots
+    if found - min(values) > 2.0**-50 * found:  # a difference above the rounding of a product and of two roots
         dropped.append(f"{what}: values from {min(values):g} to {found:g}; the greatest is used")
     # Rounded roots of 1 can have a product above 1, by a unit in the last place.
     if found > most * (1 + 2.0**-50):

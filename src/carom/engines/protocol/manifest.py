@@ -25,7 +25,7 @@ from carom.support.fields import describe_error
 MANIFEST = "engine.toml"
 #: Document that explains the fields to authors.
 PAGE = "see docs/reference/engine-protocol.md#the-manifest"
-#: If a setting has a wrong type, Pydantic appends the name of the first type that it tried to the location.
+#: If a setting has a wrong type, Pydantic appends a type's name to the location: that of the first type that it tried.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
 #: Larger files are refused. A manifest is a page of text, far below this limit.
 MOST_BYTES = 2**20
@@ -43,7 +43,7 @@ def _check_known_fields(kind: type[Any]) -> Any:
 
 
 def _read_enums(table: object) -> object:
-    """Read ``contact_times`` and ``stamp`` by their names in small letters; their values are sentences."""
+    """Read ``contact_times`` and ``stamp`` by their names in lower case, because their values are sentences."""
     if not isinstance(table, Mapping):
         return table
     found = dict(table)

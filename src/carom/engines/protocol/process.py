@@ -64,7 +64,7 @@ class Program:
         welcome = self.ask(Hello(), Welcome)
         if welcome.protocol != PROTOCOL:
             self.end()
-            message = f"{name} speaks version {welcome.protocol} of the protocol, and Carom version {PROTOCOL}"
+            message = f"{name} uses version {welcome.protocol} of the protocol, but Carom uses version {PROTOCOL}"
             raise AdapterError(message, hints=["see docs/reference/engine-protocol.md"])
         self.version = welcome.version
 
@@ -197,5 +197,5 @@ class Program:
 
 def _get_pipes(popen: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:
     if popen.stdin is None or popen.stdout is None or popen.stderr is None:
-        raise AdapterError("a program was started without pipes")  # impossible: all three were requested
+        raise AdapterError("a program was started without pipes")  # this can't happen: all three pipes were requested
     return popen.stdin, popen.stdout, popen.stderr

@@ -2,9 +2,9 @@
 
 The discs are split into halves again and again, along the longer side of the box around their centres. The halves form
 a tree. Each node stores the box of its discs, their largest reach and their lowest number. The search for one disc goes
-down the tree and skips every node that is out of reach or contains higher numbers only. So no arrangement of discs is
-slow, such as columns, lines, far outliers, or radii of all sizes. Immovable discs may overlap each other without cost:
-a movable disc that is near none of them visits only the root of their tree.
+down the tree and skips every node that is out of reach or contains higher numbers only. So the search is fast for every
+arrangement of discs, also for columns, lines, far outliers and radii of all sizes. Immovable discs may overlap each
+other without cost: a movable disc that is near none of them visits only the root of their tree.
 
 A single comparison of floats decides whether two discs are near. Rounding is monotone, so if a node fails the
 comparison, all of its discs fail it. So the result is exactly the pairs that a comparison of all pairs finds.

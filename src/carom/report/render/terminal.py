@@ -81,7 +81,7 @@ def _split_table(table: Table, medium: Media, width: int) -> Iterator[RichTable]
 
 
 class _Fitted(NamedTuple):
-    """A printed column, with the smallest width that cuts no word, and the smallest width that breaks no line."""
+    """A column to print, with two widths: `least` is wide enough for every word, and `most` for every line."""
 
     head: RichText
     cells: list[RichText]

@@ -50,7 +50,7 @@ def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
-    kind: Any = type(line)  # for mypy, a class whose objects have no hash has no hash itself
+    kind: Any = type(line)  # mypy assumes that a class has no hash if its objects have none
     return _JSON(_build_type_adapter(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
 
@@ -70,7 +70,7 @@ def read_summary(fields: Mapping[str, object], path: Path) -> Summary:
 
 
 def read_row(text: bytes, path: Path, number: int) -> RowLine:
-    """Parse another line of a file. A field that may be null may also be missing.
+    """Parse a line after the first. A field that may be null may also be missing.
 
     Raises:
         InputError: The line is not JSON, or a field is missing or has a wrong type. The message names file, line and

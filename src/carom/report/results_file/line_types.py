@@ -83,8 +83,8 @@ class RowLine:
         tried: Settings that replace the profile's own.
         reason: Reason why there is no score; empty if the run has a score.
         matched: Number of found impacts. In contrast, `missed`, `spurious` and `undecided` are indices.
-        price_paid: Velocity error over PIT's; "inf" if PIT has none.
-        local: Median and worst of the local errors, by kind, without kinds that no impact has.
+        price_paid: Velocity error divided by PIT's velocity error; "inf" if PIT has no error.
+        local: Median and largest local error of each kind. Kinds of error that no impact has are omitted.
         counts: Work counters that the method reports.
     """
 

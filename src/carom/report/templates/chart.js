@@ -50,7 +50,7 @@
     });
     drawing.addEventListener("pointerleave", hide);
     drawing.addEventListener("click", (event) => {
-      const link = event.detail && nearest(links, event.clientX, event.clientY); // from the pointer, not from the Enter key
+      const link = event.detail && nearest(links, event.clientX, event.clientY); // `detail` is 0 if the Enter key caused the event
       if (!link) return;
       event.preventDefault();
       location.hash = link.getAttribute("href");

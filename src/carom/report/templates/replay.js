@@ -5,7 +5,7 @@
   const MARKS = { missed: "✕", invented: "+", late: "▸", early: "◂", found: "•", undecided: "?", beyond: "·" };
   const WIDEST = 1.6; // largest size in extents of the reference: an engine may throw discs far away
   const FLATTEST = 0.3, TALLEST = 0.8; // height of a picture over its width
-  const ACROSS = 0.54, ABOVE = 0.25; // largest height over the window's, for pictures side by side or one above the other
+  const ACROSS = 0.54, ABOVE = 0.25; // largest height of a picture over the window's height, for pictures side by side or one above the other
   const LEAST_TALL = 120; // pixels
   const SECONDS_SHOWN = 6; // approximate duration of a replay at its initial speed
   const SLOWEST = 1 / 8, LEAD_S = 0.6, HOLD_S = 1.5; // a replay slows before the first fault and pauses there; seconds of real time
@@ -154,7 +154,8 @@
       const { frame } = this.scene, written = make("output", {});
       const write = () => { written.textContent = `${number(1000 * this.run.dt, 3)} ms, ${number(this.run.dt / frame, 3)} of a frame`; };
       this.step = make("input", {
-        // Slightly above a twentieth: at a round fraction of a frame, a frame may be exactly at the impact.
+        // The least step is slightly above a twentieth of a frame. At a round fraction, a frame may be exactly at the
+        // impact.
         type: "range", min: Math.log(frame / 20) + 0.01, max: Math.log(3 * frame), step: 0.02, value: Math.log(this.own.dt), "aria-label": "Step of PIT",
         oninput: () => {
           this.play(false);
@@ -542,7 +543,7 @@
     if (!dialog.open) { opened = document.activeElement; dialog.showModal(); }
     player = new Player(scene, run, body);
     body.append(...evidence(scene, run, player));
-    player.playButton.focus({ preventScroll: true }); // so that the player receives keys
+    player.playButton.focus({ preventScroll: true }); // with the focus, the player receives keys
     return true;
   };
   const follow = async (dialog) => {

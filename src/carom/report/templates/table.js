@@ -33,7 +33,7 @@
     return select;
   };
   choice("engine", distinct(columns.map(([engine]) => engine)));
-  const several = (engine) => columns.filter(([other]) => other === engine).length; // profiles are in the order of the engine with most of them
+  const several = (engine) => columns.filter(([other]) => other === engine).length; // profiles have the order in which the engine with most profiles has them
   const inOrder = [...columns].sort(([a], [b]) => several(b) - several(a));
   const only = (engine) => several(engine) === 1; // an engine with one profile, such as PIT, is shown with every profile
   const profiles = distinct(inOrder.map(([, profile]) => profile).filter(Boolean)), select = choice("profile", profiles);

@@ -1,4 +1,4 @@
-// Unpacks data of the page that carom.report.files.packed wrote: base64, gzip, JSON.
+// Unpacks the page's data, which carom.report.files.pack_data wrote: base64, gzip, JSON.
 "use strict";
 const unpack = async (text) => {
   const bytes = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
