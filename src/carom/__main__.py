@@ -1,4 +1,4 @@
-"""The `carom` command, also as ``python -m carom``. A signal ends the command cleanly from its first moment on."""
+"""The `carom` command, also as ``python -m carom``. A signal ends it cleanly, even while Carom is being imported."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def observe_run(
         used = to_plain_settings(world.settings, "of a world")
         world.observe()  # some engines record contacts only after the first observation
         cutter = Cutter(world) if adapter.profiles[profile].located else None
-        run.drive(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
+        run.take_all_steps(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
         counting: Any = world  # `counts` is optional
         own_counts = to_plain_counts(counting.counts if has_part(counting, "counts") else {})
     finally:
@@ -123,7 +123,7 @@ def run_pit(scene: Scene, dt_s: float) -> Trace:
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
-def choose_look_steps(steps: int) -> frozenset[int]:
+def choose_kept_steps(steps: int) -> frozenset[int]:
     """Return the steps of a run after which the state is kept: all, or one from each of `MOST_LOOKS` equal intervals.
 
     The step within an interval is quasi-random, because at fixed intervals, a disc that hops every two steps could seem
@@ -160,7 +160,7 @@ class _Run:
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
         self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
-        self.look_at = frozenset[int]() if self.looks is None else choose_look_steps(self.steps)
+        self.look_at = frozenset[int]() if self.looks is None else choose_kept_steps(self.steps)
 
     @property
     def state(self) -> Observation:
@@ -175,7 +175,7 @@ class _Run:
             return self.before
         return float(self.rows.time_s[within[-1]]), self.rows.observation(int(within[-1]))
 
-    def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
+    def take_all_steps(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps until the end of the scene, or until only free flight is left."""
         self._take_steps(world, cutter, flight)
         self._pass_on_states()

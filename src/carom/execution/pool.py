@@ -251,7 +251,7 @@ class _PendingItems(Generic[Item]):
     """Items not yet worked on. A lane first gets items of engines that it has already started.
 
     Attributes:
-        engines: Names of the engines that all items need.
+        engines: Names of the engines that any of the items needs.
         count: Number of all items.
     """
 

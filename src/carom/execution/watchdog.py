@@ -96,7 +96,10 @@ def _wait_and_clean_up(worker: int, woken: int, parent: int) -> None:
             break
     while _has_children() if sys.platform == "linux" else status is None:
         # Usually only the worker is left, and the list of all processes of the system is long.
-        for child in [worker] if status is None else _find_children():
+        children = [worker] if status is None else _find_children()
+        if not children:  # the list of processes does not show the ones that remain
+            break
+        for child in children:
             _kill(child)
         worker_status = _reap_children(worker, wait=True)
         status = worker_status if status is None else status

@@ -78,7 +78,7 @@ def _parse_file(path: Path) -> dict[str, Any]:
 
 
 def _limit_problems(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a file with only as many invalid entries as a message shows.
+    """Return the content of a file, without the invalid entries that a message has no room for.
 
     Each problem takes a kilobyte, and a file can have millions of problems.
     """

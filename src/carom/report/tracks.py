@@ -190,10 +190,12 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     near = SHARPNESS * extent_m
     if all(_does_pass_through(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
         return flown
-    return tuple(_thin_track(times, places[:, disc], _pull_of(trace, disc), near) for disc, track in enumerate(flown))
+    return tuple(
+        _thin_track(times, places[:, disc], _acceleration_of(trace, disc), near) for disc, track in enumerate(flown)
+    )
 
 
-def _pull_of(trace: Trace, disc: int) -> Array:
+def _acceleration_of(trace: Trace, disc: int) -> Array:
     return np.zeros(2) if trace.scene.discs[disc].immovable else np.array(trace.scene.gravity_m_s2)
 
 

@@ -12,7 +12,7 @@ from tests.scene_builders import altered, disc_at, line, staged, sure, wall_at
 import carom
 from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic
 from carom.catalogue import catalogue
-from carom.comparator import Grade, compute_horizon
+from carom.comparator import Grade, Verdict, compute_horizon
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
 from carom.studies.bench.gas import build_gas_scene
@@ -142,6 +142,19 @@ def test_bad_horizons_are_refused(certified: CertifiedTrace, pic: Trace) -> None
         compute_horizon(certified, pic, tolerance=0)
     with pytest.raises(InputError, match="but the trace is not"):
         compute_horizon(certified, solve_pic(SCENE.model_copy(update={"name": "other"}), max_impacts=0))
+
+
+def test_what_lies_beyond_the_horizon_is_not_held_against_anybody() -> None:
+    """An impact dropped within the horizon is missed; impacts dropped beyond it, from 40 on, have no effect."""
+    reference = solve_pic(catalogue()["classics/gas"].scene)
+    early = dataclasses.replace(reference, impacts=np.delete(reference.impacts, 5))
+    late = replayed(reference, reference.impacts[:40].copy())
+    assert compare(reference, early, horizon=20).missed == (5,)
+    score = compare(reference, late, horizon=20)
+    assert score.verdicts == (Verdict.CONFORMS,)
+    assert (score.expected, score.beyond_horizon) == (20, len(reference.impacts) - 20)
+    assert len(score.errors) == 20
+    assert compare(reference, late).missed[0] == 40
 
 
 def test_a_time_and_a_number_of_impacts_are_one_horizon() -> None:

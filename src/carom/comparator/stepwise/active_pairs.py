@@ -157,9 +157,9 @@ def _find_impacts(
         for body in pair:
             if body < bodies.n:
                 since_s, alone = flown.get(body) or (0.0, block.state(step, (body,)))
-                alone.fly(time_s - since_s)
+                alone.move_freely(time_s - since_s)
                 flown[body] = (time_s, alone)
-                both.take(alone)
+                both.merge_discs(alone)
         return both
 
     events = [(time_s, pair, (0, 0)) for time_s, pair in due]

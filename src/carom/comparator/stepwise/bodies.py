@@ -45,7 +45,7 @@ class BodyStates:
         """Return a copy of the state."""
         return BodyStates(self.bodies, dict(self.xy), dict(self.velocity), dict(self.spin), self.time_s)
 
-    def take(self, other: BodyStates) -> None:
+    def merge_discs(self, other: BodyStates) -> None:
         """Add the discs of another state."""
         self.xy |= other.xy
         self.velocity |= other.velocity
@@ -73,7 +73,7 @@ class BodyStates:
             place, self.velocity[disc], self.bodies.radius[disc], self.bodies.wall_velocity(wall, self.time_s)
         )
 
-    def fly(self, seconds: float, resting: Pair | None = None) -> None:
+    def move_freely(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths. Gravity does not pull the resting pair together."""
         bodies, half = self.bodies, 0.5 * seconds * seconds
         # A scene has either gravity or slowing, so only one of them bends a path.
@@ -102,7 +102,7 @@ class BodyStates:
     def compute_later_state(self, seconds: float, resting: Pair | None = None) -> BodyStates:
         """Return the state some seconds later, moved by `fly`."""
         state = self.copy()
-        state.fly(seconds, resting)
+        state.move_freely(seconds, resting)
         return state
 
     def _advance_driven(self, disc: int, drive: Drive, seconds: float) -> None:
@@ -208,7 +208,7 @@ class BodyStates:
                 return passed + wait
             if stops == math.inf:
                 return math.inf
-            there.fly(stops)
+            there.move_freely(stops)
             passed, leaving, last = passed + stops, None, NO_FEATURE
 
     def compute_undamped_wait(self, pair: Pair, last: int) -> float:

@@ -39,7 +39,7 @@ def simulate_pic(
         at_s = waits[pair]
         if not at_s <= seconds:
             break
-        state.fly(max(at_s - now_s, 0.0))
+        state.move_freely(max(at_s - now_s, 0.0))
         now_s = max(at_s, now_s)
         feature, bodies = state.met.get(pair, NO_FEATURE), state.bodies
         contact = state.measure_separation(pair, feature)
@@ -64,7 +64,7 @@ def simulate_pit(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s:
     state, now_s, met = start.copy(), 0.0, list[Met]()
     looks = math.floor((seconds - first_s) / dt_s * TOUCH) + 1 if first_s <= seconds else 0
     for look in range(looks):
-        state.fly(first_s + look * dt_s - now_s)
+        state.move_freely(first_s + look * dt_s - now_s)
         now_s = first_s + look * dt_s
         for pair in pairs:
             if state.are_overlapping(pair) and (contact := state.measure_separation(pair)).closing > 0.0:

@@ -52,7 +52,14 @@ def derive_verdicts(run: MeasuredRun, grade_before_tie: Grade | None) -> JudgedR
         trajectory_rules = (
             (report_divergence, report_misreports)
             if judged.has_diverged_before_miss
-            else (_report_hits, _report_order, _report_timing, _report_velocities, _report_spins, _report_end_state)
+            else (
+                _report_missed_and_spurious,
+                _report_order,
+                _report_timing,
+                _report_velocities,
+                _report_spins,
+                _report_end_state,
+            )
         )
         found += [finding for rule in trajectory_rules for finding in rule(judged)]
     found += [*judged.drifts, *judged.contradictions, *report_sinking(judged)]
@@ -143,7 +150,7 @@ def _report_ending(judged: JudgedRun) -> Iterator[Finding]:
         yield Finding(Verdict.WENT_ON, f"{reference.outcome.value}, at {format_instant(reference.end_time_s)}")
 
 
-def _report_hits(judged: JudgedRun) -> Iterator[Finding]:
+def _report_missed_and_spurious(judged: JudgedRun) -> Iterator[Finding]:
     alignment, reliable_impacts = judged.alignment, judged.compared.impacts
     expected, found = judged.reference.impacts, judged.observed.impacts
     if missed := alignment.missed:

@@ -53,21 +53,23 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
     """
     rows = sorted(
         advice.answers,
-        key=lambda one: (_is_cut(advice, one), _compute_sort_key(one.demand), _compute_sort_key(one.never_misses)),
+        key=lambda one: (_is_step_cut(advice, one), _compute_sort_key(one.demand), _compute_sort_key(one.never_misses)),
     )
     frame = f"{formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
     table = Table(
         (
-            Column("", lambda answer: _label(advice, answer.method)),
-            Column("no miss", lambda answer: _passing(answer, answer.never_misses), "steps/s", number=True),
-            Column("per", lambda answer: _per_frame(advice, answer.never_misses), "frame", number=True),
+            Column("", lambda answer: _format_label(advice, answer.method)),
+            Column(
+                "no miss", lambda answer: _describe_passing_step(answer, answer.never_misses), "steps/s", number=True
+            ),
+            Column("per", lambda answer: _format_steps_per_frame(advice, answer.never_misses), "frame", number=True),
             Column(
                 f"≤ {_format_target_angle(advice)}",
-                lambda answer: _passing(answer, answer.demand),
+                lambda answer: _describe_passing_step(answer, answer.demand),
                 "steps/s",
                 number=True,
             ),
-            Column("per", lambda answer: _per_frame(advice, answer.demand), "frame", number=True),
+            Column("per", lambda answer: _format_steps_per_frame(advice, answer.demand), "frame", number=True),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
         rows,
@@ -86,20 +88,22 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
     )
     title = "Steps per second that pass, from the largest step to the finest tested:"
     evidence = Table(columns, rows, title=title, only=Media.IN_FULL)
-    answer, *more = _headline(advice)
+    answer, *more = _build_headline(advice)
     caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
     figure = Figure(partial(render_advice_svg, advice), caption)
-    sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_notes(advice)))))]
+    sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_build_notes(advice)))))]
     if rows:
         sections += [
             Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
-            Section("Code to paste", tuple(_code_blocks(advice, rows, asked or advice.scene.name))),
+            Section("Code to paste", tuple(_build_code_blocks(advice, rows, asked or advice.scene.name))),
             Section(
                 "All tested steps",
                 (
                     evidence,
-                    Lines((*_describe_endings(rows), *_describe_refusals(rows), _tests(advice)), Media.IN_FULL),
-                    *map(_trials, rows),
+                    Lines(
+                        (*_describe_endings(rows), *_describe_refusals(rows), _describe_tests(advice)), Media.IN_FULL
+                    ),
+                    *map(_build_trials_table, rows),
                 ),
                 only=Media.IN_FULL,
             ),
@@ -119,21 +123,22 @@ def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
     return write_files(folder, PURPOSE, {"index.html": render_html(build_advice_document(advice, asked))})
 
 
-def _headline(advice: Advice) -> Iterator[str]:
+def _build_headline(advice: Advice) -> Iterator[str]:
     """Yield the two recommended steps, the steps that PIT needs, and the methods that were not searched."""
     if advice.answers:
-        yield f"{advice.scene.name}: to miss no impact, {_longest(advice, lambda answer: answer.never_misses)}."
-        yield f"{_target(advice)}, {_longest(advice, lambda answer: answer.demand)}."
+        without_miss = _describe_longest_step(advice, lambda answer: answer.never_misses)
+        yield f"{advice.scene.name}: to miss no impact, {without_miss}."
+        yield f"{_describe_target(advice)}, {_describe_longest_step(advice, lambda answer: answer.demand)}."
     else:
         yield f"{advice.scene.name}: no engine was searched."
-    if needed := _pit_steps(advice):
+    if needed := _describe_pit_steps(advice):
         yield f"Checking once per step (PIT) needs {needed}."
     reasons = formatting.group_by((unable.reason, unable.method.label) for unable in advice.unable)
     for reason, names in reasons.items():
         yield f"Not run: {formatting.join_words(names)} ({reason})."
 
 
-def _target(advice: Advice) -> str:
+def _describe_target(advice: Advice) -> str:
     demanded = f"For a direction error of at most {_format_target_angle(advice)}"
     if advice.demand.miss_probability > 0:
         return (
@@ -148,13 +153,13 @@ def _format_target_angle(advice: Advice) -> str:
     return _format_degrees(advice.demand.direction_error_rad)
 
 
-def _longest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
+def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     """Describe the largest step that passes, and its method.
 
     A method whose steps Carom cuts is named only if no other method passes, because an engine has no setting that cuts
     steps.
     """
-    able = [one for one in advice.answers if not _is_cut(advice, one)] or list(advice.answers)
+    able = [one for one in advice.answers if not _is_step_cut(advice, one)] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
     if not passing:
         return "no tested step of any engine suffices"
@@ -162,19 +167,19 @@ def _longest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = [answer.method.label for _, answer in best]
     who = formatting.join_words(names, "or")
-    any_step = all(_any_step(answer, found) for found, answer in best)
+    any_step = all(_passes_at_any_step(answer, found) for found, answer in best)
     steps = "any tested step ({} or more per second)" if any_step else "{} steps/s"
     return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {who}"
 
 
-def _any_step(answer: Advised, found: StepRange) -> bool:
+def _passes_at_any_step(answer: Advised, found: StepRange) -> bool:
     """Whether every step of the grid passes, including the whole run in one step."""
     return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
 def _describe_substeps(advice: Advice, found: StepRange) -> str:
     """Describe the number of steps per frame at the largest passing step that divides a frame."""
-    if (times := _in_frame(advice, found)) is None:
+    if (times := _count_steps_per_frame(advice, found)) is None:
         return ""
     steps = (
         f"{formatting.format_count(times, 'step')} per frame at "
@@ -185,29 +190,29 @@ def _describe_substeps(advice: Advice, found: StepRange) -> str:
     return f" ({steps} {'is' if times == 1 else 'are'} enough)"
 
 
-def _in_frame(advice: Advice, found: StepRange) -> int | None:
+def _count_steps_per_frame(advice: Advice, found: StepRange) -> int | None:
     return None if found.in_frame is None else count_steps_per_frame(found.in_frame.dt_s, advice.scene.frame_rate_hz)
 
 
-def _per_frame(advice: Advice, found: StepRange) -> str:
-    times = _in_frame(advice, found)
+def _format_steps_per_frame(advice: Advice, found: StepRange) -> str:
+    times = _count_steps_per_frame(advice, found)
     return "" if times is None else str(times)
 
 
-def _code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
+def _build_code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
     """Yield the engine's code for one frame. A terminal shows only the code of the first method."""
     shown = Media.EVERYWHERE
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
-        method, trial, times = answer.method, found.in_frame, _in_frame(advice, found)
-        if trial is None or times is None or _is_cut(advice, answer):
+        method, trial, times = answer.method, found.in_frame, _count_steps_per_frame(advice, found)
+        if trial is None or times is None or _is_step_cut(advice, answer):
             continue
         kept = (
             f"direction error at most {_format_target_angle(advice)}" if found is answer.demand else "no missed impact"
         )
         code = advice.code.get(method, "")
         of = ", as code:" if code else "."
-        fewer = _in_frame(advice, answer.never_misses)
+        fewer = _count_steps_per_frame(advice, answer.never_misses)
         alone = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
         yield Text(f"{method.label}, {kept}: {formatting.format_count(times, 'step')} per frame{alone}{of}", shown)
         if code:
@@ -218,18 +223,18 @@ def _code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterato
         shown = Media.IN_FULL
 
 
-def _is_cut(advice: Advice, answer: Advised) -> bool:
+def _is_step_cut(advice: Advice, answer: Advised) -> bool:
     return answer.method in advice.located
 
 
-def _label(advice: Advice, method: Method) -> str:
+def _format_label(advice: Advice, method: Method) -> str:
     return f"{method.label}{' +CCD' if method in advice.swept else ''}"
 
 
-def _passing(answer: Advised, found: StepRange) -> str:
+def _describe_passing_step(answer: Advised, found: StepRange) -> str:
     if found.passes is None:
         return _format_rate_range(found)
-    return "any tried" if _any_step(answer, found) else _format_rate(found.passes.dt_s)
+    return "any tried" if _passes_at_any_step(answer, found) else _format_rate(found.passes.dt_s)
 
 
 def _format_frame_step_result(advice: Advice, answer: Advised) -> str:
@@ -245,7 +250,7 @@ def _format_frame_step_result(advice: Advice, answer: Advised) -> str:
     return f"found, {_format_degrees(trial.direction_error_rad)} error"
 
 
-def _pit_steps(advice: Advice) -> str:
+def _describe_pit_steps(advice: Advice) -> str:
     if (closed := advice.closed_form) is not None:
         steps = (closed.never_misses_s, closed.demand_s)
         one, other = (_format_rate(dt_s) if math.isfinite(dt_s) else "any number" for dt_s in steps)
@@ -256,7 +261,7 @@ def _pit_steps(advice: Advice) -> str:
     return f"{one} and {other} steps/s, by search"
 
 
-def _notes(advice: Advice) -> Iterator[str]:
+def _build_notes(advice: Advice) -> Iterator[str]:
     """Yield notes on methods that fail at a smaller step, on searches that stopped early, and on the tested starts."""
     for answer in advice.answers:
         never_misses = answer.never_misses
@@ -280,10 +285,12 @@ def _notes(advice: Advice) -> Iterator[str]:
     if advice.cut is not None:
         until = formatting.format_seconds(advice.scene.duration_s)
         yield f"Only the time up to {until} was searched, because from the next impact on, {advice.cut.value}."
-    yield _deciding(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
+    yield _describe_hardest_impact(
+        advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs
+    )
 
 
-def _tests(advice: Advice) -> str:
+def _describe_tests(advice: Advice) -> str:
     return (
         f"Each step was tested at {formatting.format_count(advice.phases, 'start position')} that are spread evenly "
         "over "
@@ -292,7 +299,7 @@ def _tests(advice: Advice) -> str:
     )
 
 
-def _trials(answer: Advised) -> Table:
+def _build_trials_table(answer: Advised) -> Table:
     columns = (
         Column("steps/s", lambda trial: _format_rate(trial.dt_s), number=True),
         Column("step, s", lambda trial: formatting.format_number(trial.dt_s, 4), number=True),
@@ -363,7 +370,7 @@ def _format_degrees(angle_rad: float) -> str:
     return formatting.ABSENT if math.isnan(angle_rad) else f"{formatting.format_number(math.degrees(angle_rad), 3)}°"
 
 
-def _deciding(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
+def _describe_hardest_impact(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
     where = (
         f"between {body_name(impact.first)} and {body_name(impact.second)} at "
         f"{formatting.format_number(impact.time_s, 4)} s"

@@ -179,7 +179,7 @@ def advise(
         code={
             method: code
             for method, answer in found.items()
-            if method not in located and (code := _frame_code(scene, answer, pool))
+            if method not in located and (code := _write_frame_code(scene, answer, pool))
         },
         environment=describe_environment(infos),
         command=command,
@@ -193,7 +193,7 @@ def _has_continuous_detection(info: EngineInfo, profile: str) -> bool:
     return able is not None and able.continuous_detection
 
 
-def _frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
+def _write_frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
     """Return the engine's code for one frame. If no step meets the target, the step is one that misses no impact."""
     trial = answer.demand.in_frame or answer.never_misses.in_frame
     return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)

@@ -85,7 +85,7 @@ def compute_direction_limit(
     centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
     course = math.atan2(uy, ux)
     start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - course
-    turn = _turning_angle(window)
+    turn = _compute_turning_angle(window)
     if radius == 0.0 or turn == 0.0:
         return math.inf
 
@@ -108,7 +108,7 @@ def compute_direction_limit(
     return _delay_of_angle(window, math.copysign(min(within), turn)) if within else math.inf
 
 
-def _turning_angle(window: ContactWindow) -> float:
+def _compute_turning_angle(window: ContactWindow) -> float:
     """Return the signed angle, in radians, by which w turns until the closest approach; 0 for a head-on impact."""
     share = min(1.0, window.share)
     return math.copysign(2.0 * math.acos(share), window.miss_m) if share > 0.0 else 0.0
@@ -224,11 +224,11 @@ class HardImpact:
 
 def rank_hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
     """Return the largest steps for each impact of a reference, beginning with the hardest impact."""
-    found = [_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
+    found = [_build_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 
 
-def _hard_impact(reference: Trace, number: int, demand: Demand) -> HardImpact:
+def _build_hard_impact(reference: Trace, number: int, demand: Demand) -> HardImpact:
     impact, scene = reference.impacts[number], reference.scene
     first, second, at = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
     if second < 0:

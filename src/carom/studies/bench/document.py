@@ -51,7 +51,11 @@ def build_bench_document(
     return Document(
         "Carom bench",
         Headline.of(
-            (*(describe_baseline(baseline) if baseline is not None else ()), *describe_bench(bench), *_coverage(bench))
+            (
+                *(describe_baseline(baseline) if baseline is not None else ()),
+                *describe_bench(bench),
+                *_describe_coverage(bench),
+            )
         ),
         (
             *((build_baseline_section(baseline, bench.plan.error),) if baseline else ()),
@@ -116,7 +120,7 @@ def _build_scene_sections(
     yield Section(
         scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], build_point_table(scene, bench.plan))
     )
-    left_out = tuple(_missing(scene))
+    left_out = tuple(_describe_missing_points(scene))
     yield Section("Omitted points", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:
         how = (
@@ -127,7 +131,7 @@ def _build_scene_sections(
         yield Section("How it was timed", (Text(how, Media.IN_FULL),), level=3)
 
 
-def _coverage(bench: Bench) -> Iterator[str]:
+def _describe_coverage(bench: Bench) -> Iterator[str]:
     """Yield a sentence on points that were not scored or not timed, if there are any."""
     points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
@@ -138,7 +142,7 @@ def _coverage(bench: Bench) -> Iterator[str]:
         yield f"{formatting.capitalise(formatting.join_words(left))} of {len(points)} points{why}."
 
 
-def _missing(bench: SceneBench) -> Iterator[str]:
+def _describe_missing_points(bench: SceneBench) -> Iterator[str]:
     """Yield a line for each reason why points were not scored or not timed."""
     steps: dict[tuple[str, str], dict[str, list[str]]] = {}
     for curve in bench.curves:

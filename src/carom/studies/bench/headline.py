@@ -34,7 +34,7 @@ def describe_bench(bench: Bench) -> Iterator[str]:
     unreached = [scene for scene, point in zip(bench.scenes, found, strict=True) if point is None]
     lossy = [scene for scene in unreached if not any(curve.best and curve.best.sound for curve in scene.engines)]
     if lossy:
-        parts.append(f"every engine misses or invents impacts on {_names(lossy, bench)}")
+        parts.append(f"every engine misses or invents impacts on {_format_scenes(lossy, bench)}")
     if len(unreached) > len(lossy):
         parts.append(f"no engine reaches {wanted} on {len(unreached) - len(lossy) if tally or lossy else 'any'}")
     yield formatting.capitalise(f"{'; '.join(parts)}.")
@@ -55,10 +55,12 @@ def _format_time_range(points: list[Point]) -> str:
 def _scenes_of(name: str, cheapest: list[Point | None], bench: Bench) -> str:
     """Return the scenes on which a method is the cheapest."""
     pairs = zip(bench.scenes, cheapest, strict=True)
-    return _names([scene for scene, point in pairs if point is not None and _format_method(point) == name], bench)
+    return _format_scenes(
+        [scene for scene, point in pairs if point is not None and _format_method(point) == name], bench
+    )
 
 
-def _names(scenes: list[SceneBench], bench: Bench) -> str:
+def _format_scenes(scenes: list[SceneBench], bench: Bench) -> str:
     """Return the names of scenes if a terminal shows each scene, otherwise the number of scenes."""
     if len(scenes) == len(bench.scenes):
         return "every scene"
@@ -71,7 +73,7 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
     """Describe a scene: PIC, the fastest engine within the target, the most accurate engine, and the next engine."""
     exact, parts = scene.exact, list[str]()
     if exact is not None:
-        parts.append(f"PIC is exact{_ms(exact)}")
+        parts.append(f"PIC is exact{_format_run_time(exact)}")
     ranked = [(curve, curve.best) for curve in scene.engines]
     sound = [(curve, best) for curve, best in ranked if best is not None and best.sound]
     if sound:
@@ -83,7 +85,7 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
         if best.lost:
             parts.append(
                 f"every engine misses or invents impacts at every step; the best is {_format_method(best)}, which "
-                f"{format_losses(best)}{_ms(best)} at steps of {formatting.format_step(best.dt_s)}"
+                f"{format_losses(best)}{_format_run_time(best)} at steps of {formatting.format_step(best.dt_s)}"
             )
         else:
             parts.append("the scene has no error to measure")
@@ -103,7 +105,7 @@ def _describe_engines(
             which = f"no engine reaches {wanted} at the tested steps. The most accurate"
         yield f"{which} is {_describe_point(best, kind)}"
     elif cheap.at == best.at:
-        described = f"{_describe_point(best, kind)}{_ratio(scene, best)}"
+        described = f"{_describe_point(best, kind)}{_format_pic_ratio(scene, best)}"
         yield f"the most accurate engine, and the fastest with at most {wanted}, is {described}"
     else:
         cost = ""
@@ -112,24 +114,26 @@ def _describe_engines(
                 f" with {format_milliseconds(cheap.timing.advance_s)} ms at steps of "
                 f"{formatting.format_step(cheap.dt_s)}"
             )
-        yield f"the fastest engine with at most {wanted} is {_format_method(cheap)}{cost}{_ratio(scene, cheap)}"
+        ratio = _format_pic_ratio(scene, cheap)
+        yield f"the fastest engine with at most {wanted} is {_format_method(cheap)}{cost}{ratio}"
         yield f"the most accurate is {_describe_point(best, kind)}"
 
 
 def _describe_point(point: Point, kind: ErrorKind) -> str:
     error = format_error(point.error, kind)
-    return f"{_format_method(point)}: {error} error{_ms(point)} at steps of {formatting.format_step(point.dt_s)}"
+    step = formatting.format_step(point.dt_s)
+    return f"{_format_method(point)}: {error} error{_format_run_time(point)} at steps of {step}"
 
 
 def _format_method(point: Point) -> str:
     return Method(point.engine, point.profile).phrase
 
 
-def _ms(point: Point) -> str:
+def _format_run_time(point: Point) -> str:
     return f" in {format_milliseconds(point.timing.advance_s)} ms" if point.timing else ""
 
 
-def _ratio(scene: SceneBench, point: Point) -> str:
+def _format_pic_ratio(scene: SceneBench, point: Point) -> str:
     exact = scene.exact
     if exact is None or exact.timing is None or point.timing is None:
         return ""

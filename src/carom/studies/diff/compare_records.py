@@ -202,7 +202,7 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
             f"{old} and {new} have no run in common: scenes, engines, profiles or steps differ, or an engine was "
             "not available; --engine OLD=NEW compares one engine with another"
         )
-    versions = _changed_versions(before.environment, after.environment)
+    versions = _find_changed_versions(before.environment, after.environment)
     changes = [change for a, b in ran if (change := _compare_cell(a, b, versions))]
     changes.sort(key=lambda change: change.badness, reverse=True)
     around = tuple(f"{name} {values}" for name, values in versions.items())
@@ -235,7 +235,7 @@ def _select_pairs(cells: Sequence[DiffCell], match: Sequence[tuple[str, str]], s
     ]
 
 
-def _changed_versions(old: Environment, new: Environment) -> dict[str, str]:
+def _find_changed_versions(old: Environment, new: Environment) -> dict[str, str]:
     """Return the differences in versions and machine: text of before and after, by name."""
     olds, news = (
         {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
@@ -266,17 +266,17 @@ def _compare_cell(old: DiffCell | None, new: DiffCell | None, versions: Mapping[
     if one is None:
         return None
     was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
-    measures = tuple(_changed_numbers(old, new)) if old and new and was.ran and now.ran else ()
+    measures = tuple(_list_changed_numbers(old, new)) if old and new and was.ran and now.ran else ()
     there = _has_run(old), _has_run(new)
     kind = _classify(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
     if kind is None:
         return None
     methods = dict.fromkeys(cell.method.label for cell in (old, new) if cell)
-    verdicts, changed = tuple(_changed_verdicts(old, new)), tuple(_causes(old, new, versions))
+    verdicts, changed = tuple(_list_changed_verdicts(old, new)), tuple(_list_causes(old, new, versions))
     return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, verdicts, changed)
 
 
-def _changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
+def _list_changed_numbers(old: DiffCell, new: DiffCell) -> Iterator[BeforeAfter]:
     """Yield the numbers that changed.
 
     If the runs declare different float widths, the smaller rounding error is used.
@@ -312,14 +312,14 @@ def _rank_of(mark: Mark) -> int:
     return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
 
 
-def _changed_verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:
+def _list_changed_verdicts(old: DiffCell | None, new: DiffCell | None) -> Iterator[str]:
     said, unsaid = (cell.verdicts if cell else () for cell in (new, old))
     yield from (verdict for verdict in said if verdict not in unsaid)
     if old is not None and new is not None and not old.mark.ran:
         yield from (f"before: {verdict}" for verdict in unsaid if verdict not in said)
 
 
-def _causes(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def _list_causes(old: DiffCell | None, new: DiffCell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     if old is None or new is None:
         return
     if new.mark.ran and old.mark.ran:

@@ -47,17 +47,19 @@ def build_diff_document(found: Diff, old: str, new: str) -> Document:
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=Media.MARKDOWN),
     )
     around = Text(f"These differ between the runs: {'; '.join(found.around)}.", Media.IN_FULL)
-    in_few = tuple(_summary_tables(changes))
+    in_few = tuple(_build_summary_tables(changes))
     sections = (
         *((Section("Summary", in_few, only=Media.TERMINAL),) if in_few else ()),
         *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
         *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if found.around else ()),
     )
-    first, *rest = _headline(found)
-    return Document(f"Carom diff: {old} → {new}", Headline(first, (*rest, *_setting_changes(changes))), sections)
+    first, *rest = _build_headline(found)
+    return Document(
+        f"Carom diff: {old} → {new}", Headline(first, (*rest, *_describe_setting_changes(changes))), sections
+    )
 
 
-def _summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
+def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
     """Yield tables with a row for each group of similar changes: worse or mixed, others, and not graded."""
     bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
     ungraded = [change for change in changes if not change.graded]
@@ -71,7 +73,7 @@ def _summary_tables(changes: Sequence[Change]) -> Iterator[Table]:
     columns = (
         Column("cells", lambda group: str(len(group)), number=True),
         Column("change", lambda group: Cell(_format_kind(group[0]), _format_marks(group[0]))),
-        Column("example", partial(_example_cell, several=len(methods) > 1)),
+        Column("example", partial(_build_example_cell, several=len(methods) > 1)),
     )
     if groups:
         title = "Changes, worst first" if len(methods) > 1 else f"{methods.pop()}, worst first"
@@ -92,7 +94,7 @@ def _group_changes(changes: Sequence[Change]) -> list[_Group]:
     return list(formatting.group_by((shared(change), change) for change in changes).values())
 
 
-def _headline(found: Diff) -> list[str]:
+def _build_headline(found: Diff) -> list[str]:
     tally = Counter(change.kind for change in found.changes if change.graded)
     counted = [f"{tally[kind]} {kind.value}" for kind in Kind if tally[kind]]
     apart = sum(not change.graded for change in found.changes)
@@ -109,7 +111,7 @@ def _headline(found: Diff) -> list[str]:
     return lead
 
 
-def _setting_changes(changes: Sequence[Change]) -> Iterator[str]:
+def _describe_setting_changes(changes: Sequence[Change]) -> Iterator[str]:
     """Yield one sentence on changed settings and versions."""
     values: dict[str, dict[str, None]] = {}
     cells = Counter[str]()
@@ -133,7 +135,7 @@ def _format_kind(change: Change) -> str:
     return change.kind.value if change.graded else "not graded"
 
 
-def _example_cell(group: _Group, *, several: bool) -> Cell:
+def _build_example_cell(group: _Group, *, several: bool) -> Cell:
     change = group[0]
     number = str(change.telling) if change.telling else next(iter(change.verdicts), "").partition(" (")[0]
     method = f"{change.method}: " if several else ""

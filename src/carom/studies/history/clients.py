@@ -177,11 +177,13 @@ def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str
             file.seek(0)
             texts.append(file.read(MOST_PRINTED_BYTES).decode(errors="replace"))
     if code:
-        raise ClientError(f"{client}: {_error_line(texts[1]) or _error_line(texts[0]) or f'exit code {code}'}")
+        raise ClientError(
+            f"{client}: {_find_error_line(texts[1]) or _find_error_line(texts[0]) or f'exit code {code}'}"
+        )
     return texts[0]
 
 
-def _error_line(text: str) -> str:
+def _find_error_line(text: str) -> str:
     lines = [line for line in text.splitlines() if not re.match(r"\s*(WARNING|npm warn|\[notice\])", line)]
     errors = [line for line in lines if line.startswith(("ERROR", "npm error"))]
     return find_last_message("\n".join(errors or lines))

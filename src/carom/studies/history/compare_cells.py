@@ -120,7 +120,7 @@ class HistoryTask(JobTask):
         )
 
 
-def _largest_error(off: Sequence[float]) -> float:
+def _compute_largest_error(off: Sequence[float]) -> float:
     """Return the length of the largest vector of some coordinates; infinite if it is unknown."""
     return max(map(math.hypot, off[::2], off[1::2]))
 
@@ -236,10 +236,12 @@ def _read_rounding(ran: ReleaseRun) -> float:
 _MOTION = (
     _Measure(
         "error of final velocities, divided by the greatest speed",
-        lambda run: _largest_error(run.off_m_s) / run.speed_m_s,
+        lambda run: _compute_largest_error(run.off_m_s) / run.speed_m_s,
         _read_rounding,
     ),
-    _Measure("error of positions in metres", lambda run: _largest_error(run.off_m), attrgetter("place_rounding_m")),
+    _Measure(
+        "error of positions in metres", lambda run: _compute_largest_error(run.off_m), attrgetter("place_rounding_m")
+    ),
 )
 #: Measures of the reported contacts.
 _CONTACTS = (
@@ -251,25 +253,25 @@ _CONTACTS = (
 
 def are_different(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Return whether two runs differ in grade, verdicts, numbers or motion by more than rounding."""
-    if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _same_motion(old, new):
+    if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _have_same_motion(old, new):
         return True
-    return any(_differ(one.of(old), one.of(new), _largest_rounding(one, [old, new])) for one in _CONTACTS)
+    return any(_do_differ(one.of(old), one.of(new), _compute_largest_rounding(one, [old, new])) for one in _CONTACTS)
 
 
-def _largest_rounding(measure: _Measure, runs: Sequence[ReleaseRun]) -> float:
+def _compute_largest_rounding(measure: _Measure, runs: Sequence[ReleaseRun]) -> float:
     return max(map(measure.rounding, runs))
 
 
-def _differ(a: float, b: float, rounding: float) -> bool:
+def _do_differ(a: float, b: float, rounding: float) -> bool:
     return math.isnan(a) is not math.isnan(b) or (a != b and abs(a - b) > rounding)
 
 
-def _same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
+def _have_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
     """Whether positions and final velocities are equal to rounding."""
     speed = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
     place = max(old.place_rounding_m, new.place_rounding_m)
     states = ((old.off_m, new.off_m, place), (old.off_m_s, new.off_m_s, speed))
-    return not any(_differ(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True))
+    return not any(_do_differ(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True))
 
 
 def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
@@ -288,7 +290,7 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     if a.digest == b.digest:
         return CellChange(ChangeKind.NOTHING)
     if a.settings != b.settings:
-        return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_changed_settings(a.settings, b.settings)))
+        return CellChange(ChangeKind.OTHER_SETTINGS, ", ".join(_describe_changed_settings(a.settings, b.settings)))
     if a.misses_contacts or b.misses_contacts:  # contacts that the adapter misses would count as changes of the engine
         return CellChange(ChangeKind.UNOBSERVED)
     if not are_different(a, b):
@@ -296,28 +298,32 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
     if min(len(old.ran), len(new.ran)) < FEWEST_PHASES:
         fewest = min(len(old.ran), len(new.ran))
         return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
-    separate = list(_separated(_MOTION, old.ran, new.ran))
-    if separate or (elsewhere := _coordinate(old.ran, new.ran)):
+    separate = list(_find_separated_measures(_MOTION, old.ran, new.ran))
+    if separate or (elsewhere := _describe_coordinate(old.ran, new.ran)):
         kinds = {kind for kind, _ in separate}
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is right
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
-    changes = [why for _, why in _separated(_CONTACTS, old.ran, new.ran)] + _verdict_changes(old.ran, new.ran)
-    alike = all(map(_same_motion, old.ran, new.ran))
+    changes = [why for _, why in _find_separated_measures(_CONTACTS, old.ran, new.ran)] + _find_verdict_changes(
+        old.ran, new.ran
+    )
+    alike = all(map(_have_same_motion, old.ran, new.ran))
     return CellChange(
         ChangeKind.OTHER_CONTACTS if changes or alike else ChangeKind.OVERLAP,
-        "; ".join(changes or _all_ranges(old.ran, new.ran)),
+        "; ".join(changes or _describe_all_ranges(old.ran, new.ran)),
     )
 
 
-def _separated(
+def _find_separated_measures(
     measures: Sequence[_Measure], old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]
 ) -> Iterator[tuple[ChangeKind, str]]:
     for measure in measures:
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if any(map(math.isnan, (*before, *after))):
             continue
-        more, less = _compute_range_gaps(np.array(before), np.array(after)) > _largest_rounding(measure, (*old, *new))
+        more, less = _compute_range_gaps(np.array(before), np.array(after)) > _compute_largest_rounding(
+            measure, (*old, *new)
+        )
         if more or less:
             yield ChangeKind.WORSE if more else ChangeKind.BETTER, measure.describe(before, after)
 
@@ -338,7 +344,7 @@ def _compute_range_gaps(before: NDArray[np.float64], after: NDArray[np.float64])
         return np.nan_to_num(np.stack([new_low - old_high, old_low - new_high]), nan=0.0, posinf=np.inf)
 
 
-def _coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
+def _describe_coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
     """Describe where and when the ranges of a coordinate differ most; an empty text if no ranges differ."""
     before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
     gaps = _compute_range_gaps(before, after).max(axis=0)
@@ -350,7 +356,7 @@ def _coordinate(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> str:
     return f"error of {'xy'[k % 2]} of disc {disc} after {instant + 1}/{PLACES} of the run: {ranges}"
 
 
-def _all_ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
+def _describe_all_ranges(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> Iterator[str]:
     for measure in (*_MOTION, *_CONTACTS):
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if sorted(map(repr, before)) != sorted(map(repr, after)):
@@ -365,14 +371,14 @@ def _format_range(values: Sequence[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _changed_settings(old: Sequence[tuple[str, str]], new: Sequence[tuple[str, str]]) -> Iterator[str]:
+def _describe_changed_settings(old: Sequence[tuple[str, str]], new: Sequence[tuple[str, str]]) -> Iterator[str]:
     a, b = dict(old), dict(new)
     for name in dict.fromkeys((*a, *b)):
         if a.get(name) != b.get(name):
             yield f"{name} {a.get(name, 'none')} → {b.get(name, 'none')}"
 
 
-def _verdict_changes(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
+def _find_verdict_changes(old: Sequence[ReleaseRun], new: Sequence[ReleaseRun]) -> list[str]:
     """Return the verdicts that hold at every phase of one release and at no phase of the other, as phrases."""
 
     def own(ones: Sequence[ReleaseRun], others: Sequence[ReleaseRun]) -> list[str]:

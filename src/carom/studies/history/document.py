@@ -73,12 +73,12 @@ def build_history_document(found: History) -> Document:
         for cell, change in sorted(step.real.items(), key=lambda item: (item[1].kind.name, item[0]))
     ]
     sections = (
-        Section("Releases", (Table(_build_release_columns(found), rows), *_setting_notes(found))),
+        Section("Releases", (Table(_build_release_columns(found), rows), *_describe_settings(found))),
         *((Section("Changed cells", (Table(_CHANGE_COLUMNS, changed),)),) if changed else ()),
         Section("How changes are detected", (Text(RULE.format(phases=found.options.phases)),), only=Media.ON_PAPER),
         *build_provenance(found.environment, found.command, found.elapsed_s),
     )
-    return Document(f"Carom: releases of {found.origin.engine}", Headline.of(_headline(found)), sections)
+    return Document(f"Carom: releases of {found.origin.engine}", Headline.of(_build_headline(found)), sections)
 
 
 def write_history(found: History, folder: Path) -> Path:
@@ -122,7 +122,7 @@ def describe_bisection(found: Bisection | None) -> Iterator[str]:
     yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
 
 
-def _headline(found: History) -> Iterator[str]:
+def _build_headline(found: History) -> Iterator[str]:
     ran, engine = found.ran, found.origin.engine
     moved = [step for step in found.transitions if step.real]
     if len(ran) >= 2 and not moved:
@@ -178,7 +178,7 @@ def _release_note(release: Release) -> str:
     return release.not_run
 
 
-def _setting_notes(found: History) -> Iterator[Lines]:
+def _describe_settings(found: History) -> Iterator[Lines]:
     """Yield the settings that differ between consecutive releases, and the cells that a release could not run."""
     asked: dict[str, None] = {}
     for step in found.transitions:

@@ -73,7 +73,7 @@ class ReleaseCache:
     def versions(self, registry: str, package: str) -> tuple[str, ...]:
         """Return the installed versions of a package."""
         parent = self._folder(registry, package, "0").parent
-        tag = f"-{_platform_tag(registry)}"
+        tag = f"-{_build_platform_tag(registry)}"
         found = [path.parent.name for path in parent.glob(f"*{tag}/{_NOTE}")] if parent.is_dir() else []
         return tuple(name.removesuffix(tag) for name in found)
 
@@ -89,10 +89,15 @@ class ReleaseCache:
                 shutil.rmtree(note.parent, ignore_errors=True)
 
     def _folder(self, registry: str, package: str, version: str) -> Path:
-        return self.root / registry / re.sub(r"[^A-Za-z0-9._-]+", "_", package) / f"{version}-{_platform_tag(registry)}"
+        return (
+            self.root
+            / registry
+            / re.sub(r"[^A-Za-z0-9._-]+", "_", package)
+            / f"{version}-{_build_platform_tag(registry)}"
+        )
 
 
-def _platform_tag(registry: str) -> str:
+def _build_platform_tag(registry: str) -> str:
     """Return a name that distinguishes installations by machine and interpreter."""
     machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
     return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine

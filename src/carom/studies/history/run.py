@@ -169,7 +169,7 @@ def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
     )
 
 
-def _installed_release(engine: str, origin: Origin) -> Release:
+def _build_installed_release(engine: str, origin: Origin) -> Release:
     """Return the installed engine as a release."""
     if not origin.installed:
         return Release("installed", reason="it is not installed")
@@ -244,7 +244,7 @@ def run_history(
     with asked.open_pool() as pool:
         origin, versions = _select_releases(engine, asked, kept, pool)
         with _install_releases(study, origin, versions, kept, pool) as made:
-            columns = (*made, *([_installed_release(engine, origin)] if asked.installed else ()))
+            columns = (*made, *([_build_installed_release(engine, origin)] if asked.installed else ()))
             names = [one.name for one in columns if one.name]
             seen = study.seen(names, study.cells, pool)
     releases = tuple(replace(one, seen=seen.get(one.name, {})) for one in columns)
@@ -335,11 +335,11 @@ def is_final(version: str) -> bool:
 def sort_versions(versions: Iterable[str]) -> tuple[str, ...]:
     """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
     return tuple(
-        sorted(set(versions), key=lambda one: (parse_release_numbers(one), is_final(one), _post_number(one), one))
+        sorted(set(versions), key=lambda one: (parse_release_numbers(one), is_final(one), _parse_post_number(one), one))
     )
 
 
-def _post_number(version: str) -> int:
+def _parse_post_number(version: str) -> int:
     found = re.search(r"\.post([0-9]+)$", version)
     return int(found[1]) if found else -1
 
@@ -365,7 +365,7 @@ def select_versions(listed: Sequence[str], asked: Sequence[str] | None, most: in
     named = [word for word in words if parse_version_condition(word) is None]
     for word in named:
         if require_version(word) not in listed:
-            hints = build_name_hints(word, listed, f"there are: {_shorten_list(listed)}")
+            hints = build_name_hints(word, listed, f"there are: {_format_short_list(listed)}")
             raise UnknownNameError(f"there is no release {word!r}", hints=hints)
     conditions = [found for word in words if (found := parse_version_condition(word)) is not None]
     able = [
@@ -376,6 +376,6 @@ def select_versions(listed: Sequence[str], asked: Sequence[str] | None, most: in
     return sort_versions([*named, *(able[-most:] if conditions or not named else ())])
 
 
-def _shorten_list(listed: Sequence[str]) -> str:
+def _format_short_list(listed: Sequence[str]) -> str:
     ordered = sort_versions(listed)
     return ", ".join(ordered if len(ordered) <= 20 else (*ordered[:3], "...", *ordered[-12:]))

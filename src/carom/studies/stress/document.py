@@ -87,8 +87,8 @@ def build_stress_document(results: StressResults) -> Document:
     """Return a document of results by method, a table for each kind of line, and the evidence for each cell."""
     kinds = {kind: _sort_worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
     sections = (
-        Section("Results by method", tuple(_method_blocks(results, kinds))),
-        *(section for kind, lines in kinds.items() if lines for section in _kind_sections(results, kind, lines)),
+        Section("Results by method", tuple(_build_method_blocks(results, kinds))),
+        *(section for kind, lines in kinds.items() if lines for section in _build_kind_sections(results, kind, lines)),
         *build_provenance(results.environment, results.command, results.elapsed_s),
     )
     return Document("Carom: stress", Headline.of(_describe_results(results, kinds)), sections)
@@ -105,7 +105,7 @@ def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[S
     return sorted(lines, key=compute_passed_part)
 
 
-def _method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
+def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
     """Yield a table with a row per method: a heat map of its stress tests, and numbers passed."""
 
     def counted(kind: str, head: str, ending: CellEnding) -> list[Column]:
@@ -118,11 +118,15 @@ def _method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
     for group, own in formatting.group_by((line.group, line) for line in attacks).items():
-        columns.append(Column(group or WORDS["attack"], partial(_heat_cell, results, own), f"of {len(own)}"))
+        columns.append(Column(group or WORDS["attack"], partial(_build_heat_cell, results, own), f"of {len(own)}"))
     columns += counted("attack", "passed", CellEnding.PASSES)
     columns += counted("relation", "hold", CellEnding.HOLDS)
     columns += counted("complaint", "seen", CellEnding.SEEN)
-    columns += [Column("fails first", partial(_first_failure, results, attacks), only=Media.PAGE)] if attacks else []
+    columns += (
+        [Column("fails first", partial(_build_first_failure_cell, results, attacks), only=Media.PAGE)]
+        if attacks
+        else []
+    )
     if attacks and len(results.methods) > SENTENCES:  # with fewer methods, the answer has these sentences
         yield Lines(
             tuple(_describe_method(results, attacks, method, short=True) for method in results.methods), Media.TERMINAL
@@ -137,7 +141,7 @@ def _method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]
     )
 
 
-def _heat_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
+def _build_heat_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return the number of tests of a group that a method passes. A terminal gets a character for each test."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
     ran = [result.ending for _, result in cells if result.ending is not CellEnding.NOT_RUN]
@@ -165,14 +169,14 @@ def _describe_method(results: StressResults, lines: list[StressTest], method: Me
         return f"{name}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
     unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) and not short else ""
     passes = f"{name}: passes {endings.count(CellEnding.PASSES)} of {ran}{unrun}"
-    first = _first_failure(results, lines, method).text
+    first = _build_first_failure_cell(results, lines, method).text
     if short:
         return f"{passes}; first failure: {first}." if first else f"{passes}."
     axis = next((line.axis for line in lines if first.startswith(f"{line.name} ")), "")
     return f"{passes}; first failure: {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
 
 
-def _first_failure(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
+def _build_first_failure_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return a cell with the stress test that a method fails after the smallest part of its axis."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
     fallen = [
@@ -187,7 +191,7 @@ def _first_failure(results: StressResults, lines: list[StressTest], method: Meth
     return Cell(f"{line.name} {said}", title=result.reason, link=f"#{_build_anchor(line, method)}")
 
 
-def _kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
+def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -> Iterator[Section]:
     """Yield the table of all lines of one kind, and the evidence for its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
@@ -202,7 +206,7 @@ def _kind_sections(results: StressResults, kind: str, lines: list[StressTest]) -
     yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
     why = tuple(said for line in lines for said in _list_reasons(results, line))
     yield Section(f"{HEADINGS[kind]}: reasons", (Lines(why, Media.DETAIL),), level=3)
-    yield Section(f"{HEADINGS[kind]}: evidence", tuple(_evidence_table(results, line) for line in lines), level=3)
+    yield Section(f"{HEADINGS[kind]}: evidence", tuple(_build_evidence_table(results, line) for line in lines), level=3)
 
 
 def _list_reasons(results: StressResults, line: StressTest) -> Iterator[str]:
@@ -211,7 +215,7 @@ def _list_reasons(results: StressResults, line: StressTest) -> Iterator[str]:
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
-def _evidence_table(results: StressResults, line: StressTest) -> Table:
+def _build_evidence_table(results: StressResults, line: StressTest) -> Table:
     """Return a table with the evidence for each cell of a line: result, scene, and command."""
     columns = (
         Column("method", lambda cell: Cell(cell[0].name, anchor=_build_anchor(line, cell[0]))),

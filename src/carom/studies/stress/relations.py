@@ -120,7 +120,7 @@ def _build_scene_at_state(base: Scene, state: State, duration_s: float) -> Scene
     return _build_variant(base, discs, duration_s=duration_s)
 
 
-def _deviation(base: Scene, found: State, expected: State) -> float:
+def _compute_deviation(base: Scene, found: State, expected: State) -> float:
     start = base.arrays
     rims = np.abs(start.surface_speed_m_s)
     speed = max(*np.hypot(*start.velocity_m_s.T), *rims)
@@ -130,41 +130,45 @@ def _deviation(base: Scene, found: State, expected: State) -> float:
     return math.inf if math.isnan(deviation) else deviation
 
 
-def _final(trace: Trace) -> State:
+def _final_state_of(trace: Trace) -> State:
     spin = trace.final_spin_rad_s
     if spin is None:  # the harness rejects a trace without spins if a disc turns
         spin = np.zeros(len(trace.scene.discs))
     return State(trace.final_position_m, trace.final_velocity_m_s, spin)
 
 
-def _invariance(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
+def _build_invariance(
+    name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]
+) -> Relation:
     """Return the relation that a scene and its changed copy have corresponding results.
 
     `undo` converts the final state of the changed scene back.
     """
 
     def deviation(base: Scene, run: Run) -> float:
-        first = _final(run(base))
-        return _deviation(base, undo(_final(run(change(base)))), first)
+        first = _final_state_of(run(base))
+        return _compute_deviation(base, undo(_final_state_of(run(change(base)))), first)
 
     return Relation(name, states, deviation, build_base_scene)
 
 
 def _measure_reversal_deviation(base: Scene, run: Run) -> float:
-    place, velocity, spin = _final(run(base))
-    back, velocity_back, spin_back = _final(
+    place, velocity, spin = _final_state_of(run(base))
+    back, velocity_back, spin_back = _final_state_of(
         run(_build_scene_at_state(base, State(place, -velocity, -spin), base.duration_s))
     )
     start = base.arrays
-    return _deviation(
+    return _compute_deviation(
         base, State(back, -velocity_back, -spin_back), State(start.position_m, start.velocity_m_s, start.spins)
     )
 
 
 def _measure_split_deviation(base: Scene, run: Run) -> float:
-    whole, at_s = _final(run(base)), 1.0
-    half = _final(run(_build_variant(base, base.discs, duration_s=at_s)))
-    return _deviation(base, _final(run(_build_scene_at_state(base, half, base.duration_s - at_s))), whole)
+    whole, at_s = _final_state_of(run(base)), 1.0
+    half = _final_state_of(run(_build_variant(base, base.discs, duration_s=at_s)))
+    return _compute_deviation(
+        base, _final_state_of(run(_build_scene_at_state(base, half, base.duration_s - at_s))), whole
+    )
 
 
 def _build_units_relation(
@@ -186,7 +190,7 @@ def _build_units_relation(
             frame_rate_hz=scene.frame_rate_hz / time,
         )
 
-    return _invariance(
+    return _build_invariance(
         name, states, change, lambda at: State(at.position / length, at.velocity / speed, at.spin * time)
     )
 
@@ -201,7 +205,7 @@ def _build_boost_relation(velocity: tuple[float, float]) -> Relation:
         return State(at.position - np.array(velocity) * build_base_scene().duration_s, at.velocity - velocity, at.spin)
 
     states = f"Adding a velocity of ({u:g}, {v:g}) m/s to all discs changes nothing else."
-    return _invariance("boost", states, lambda scene: _map_discs(scene, add_velocity), undo)
+    return _build_invariance("boost", states, lambda scene: _map_discs(scene, add_velocity), undo)
 
 
 def _build_rotation_relation(angle_rad: float) -> Relation:
@@ -219,7 +223,7 @@ def _build_rotation_relation(angle_rad: float) -> Relation:
         return State(rotate_back(at.position), rotate_back(at.velocity), at.spin)
 
     states = f"Turning the scene by {angle_rad:g} rad turns its result."
-    return _invariance("rotation", states, lambda scene: _map_discs(scene, rotate_disc), undo)
+    return _build_invariance("rotation", states, lambda scene: _map_discs(scene, rotate_disc), undo)
 
 
 def _mirror_disc(disc: Disc) -> dict[str, object]:
@@ -231,13 +235,13 @@ def _mirror_disc(disc: Disc) -> dict[str, object]:
 def list_relations() -> list[Relation]:
     """Return all relations in the order of the table: first relations of smooth discs, then of rough discs."""
     turned = np.array([1.0, -1.0])
-    mirror = _invariance(
+    mirror = _build_invariance(
         "mirror",
         "The mirror image of the scene has the mirror image of its result.",
         lambda scene: _map_discs(scene, _mirror_disc),
         lambda at: State(at.position * turned, at.velocity * turned, 0.0 - at.spin),
     )
-    relabelling = _invariance(
+    relabelling = _build_invariance(
         "relabelling",
         "Listing the discs in reverse order changes nothing.",
         lambda scene: _build_variant(scene, scene.discs[::-1]),
@@ -253,7 +257,7 @@ def list_relations() -> list[Relation]:
         of_runs=True,
     )
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
-    far_disc = _invariance(
+    far_disc = _build_invariance(
         "far-disc",
         "A disc at rest a kilometre away changes nothing.",
         lambda scene: _build_variant(scene, [*scene.discs, far]),

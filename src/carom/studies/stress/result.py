@@ -43,7 +43,7 @@ class CellEnding(StrEnum):
     @property
     def in_files(self) -> str:
         """Name in ``stress.json``, which does not change when a member is renamed."""
-        return _NAMES_IN_FILES.get(self, self.name.lower())
+        return _NAMES_IN_FILES[self]
 
     @classmethod
     def _missing_(cls, value: object) -> CellEnding | None:
@@ -58,6 +58,8 @@ _NAMES_IN_FILES = {
     CellEnding.VIOLATED: "fails",
     CellEnding.SEEN: "still_does",
     CellEnding.NOT_SEEN: "does_not",
+    CellEnding.HOLDS: "holds",
+    CellEnding.NOT_RUN: "not_run",
 }
 
 

@@ -64,12 +64,12 @@ def build_tune_document(found: Tuning, asked: Sequence[str]) -> Document:
     left_out = tuple(f"Not run: {name} ({reason})." for name, reason in found.left_out.items())
     sections = (
         _profile_section(found),
-        *((_setting_section(found),) if better else ()),
+        *((_build_setting_section(found),) if better else ()),
         Section("Results by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
-        *(_code_sections(found, asked) if better else ()),
+        *(_build_code_sections(found, asked) if better else ()),
         *build_provenance(found.environment, found.command, found.elapsed_s),
     )
-    return Document(f"Carom: settings of {found.engine}", Headline.of(_headline(found)), sections)
+    return Document(f"Carom: settings of {found.engine}", Headline.of(_build_headline(found)), sections)
 
 
 def write_tune(found: Tuning, asked: Sequence[str], folder: Path) -> Path:
@@ -87,20 +87,20 @@ def format_set_options(found: Found) -> str:
     return shlex.join([word for name, value in found.tried for word in ("--set", f"{name}={format_setting(value)}")])
 
 
-def _headline(found: Tuning) -> Iterator[str]:
+def _build_headline(found: Tuning) -> Iterator[str]:
     scenes = formatting.format_count(len(found.scenes), "scene")
     early = f", of which {found.given_up} were abandoned early" if found.given_up else ""
     tried = f"tried {formatting.format_count(found.trials, 'setting', 'different settings')}{early}"
     if found.best is found.first:
         yield f"No better settings than {found.options.profile} were found on {scenes}; {tried}."
-        yield f"With {found.options.profile}: {_grades(found.first)}."
-        yield from _equal_profiles(found)
+        yield f"With {found.options.profile}: {_format_grades(found.first)}."
+        yield from _describe_equal_profiles(found)
         return
     own = found.options.profile
-    grades = f"{_grades(found.best)}; {own} has {_grades(found.first)}"
+    grades = f"{_format_grades(found.best)}; {own} has {_format_grades(found.first)}"
     changed = formatting.format_count(len(found.best.tried), "setting")
     yield f"{found.engine}: {changed} changed from {own}, found in trial {found.best.trial}: {grades}."
-    yield from _equal_profiles(found)
+    yield from _describe_equal_profiles(found)
     yield f"Scenes: {scenes}, each at {_describe_step(found)}; {tried}."
     if not math.isnan(found.time_ratio):
         cost = formatting.format_number(found.time_ratio)
@@ -108,7 +108,7 @@ def _headline(found: Tuning) -> Iterator[str]:
     yield "This result is only valid for these scenes and steps."
 
 
-def _equal_profiles(found: Tuning) -> Iterator[str]:
+def _describe_equal_profiles(found: Tuning) -> Iterator[str]:
     """Yield a sentence on profiles that are equally good on these scenes, then one on better profiles.
 
     Profiles whose steps Carom cuts are omitted.
@@ -123,7 +123,7 @@ def _equal_profiles(found: Tuning) -> Iterator[str]:
         yield f"Existing profiles that are better: {formatting.join_words(better)}."
 
 
-def _grades(found: Found) -> str:
+def _format_grades(found: Found) -> str:
     grades = Counter(map(_grade_word, found.judged))
     return ", ".join(f"{count} {name}" for name, count in grades.most_common())
 
@@ -166,10 +166,12 @@ def _build_rows(found: Tuning) -> list[_Row]:
 def _profile_section(found: Tuning) -> Section:
     columns = (
         Column("", lambda row: row.name),
-        Column("wrong", lambda row: _number(one.grade is Grade.WRONG for one in row.found.judged), number=True),
-        Column("exact or close", lambda row: _number(not one.behind for one in row.found.judged), number=True),
-        Column("between", lambda row: _number(one.behind and not one.wrong for one in row.found.judged), number=True),
-        Column("not run", lambda row: _number(one.grade is None for one in row.found.judged), number=True),
+        Column("wrong", lambda row: _format_number(one.grade is Grade.WRONG for one in row.found.judged), number=True),
+        Column("exact or close", lambda row: _format_number(not one.behind for one in row.found.judged), number=True),
+        Column(
+            "between", lambda row: _format_number(one.behind and not one.wrong for one in row.found.judged), number=True
+        ),
+        Column("not run", lambda row: _format_number(one.grade is None for one in row.found.judged), number=True),
         Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
     )
     refused = formatting.group_by(
@@ -183,11 +185,11 @@ def _profile_section(found: Tuning) -> Section:
     )
 
 
-def _number(which: Iterable[bool]) -> str:
+def _format_number(which: Iterable[bool]) -> str:
     return str(sum(which) or "")
 
 
-def _setting_section(found: Tuning) -> Section:
+def _build_setting_section(found: Tuning) -> Section:
     before = {name: format_setting(value) for name, value in found.own.items()}
     columns = (
         Column("setting", lambda item: item[0]),
@@ -199,7 +201,7 @@ def _setting_section(found: Tuning) -> Section:
     return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
 
 
-def _code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
+def _build_code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
     """Yield the command that runs the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
     words = ("carom", "run", *asked, "-e", format_engine_argument(found.engine), "-p", found.options.profile, *step)
@@ -208,7 +210,9 @@ def _code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
         yield Section("Code for the engine", (Text(said), Code(found.code)))
     yield Section("Command with these settings", (Code(f"{shlex.join(words)} {format_set_options(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
-    said = f"Found by carom tune on {formatting.format_count(len(found.scenes), 'scene')}: {_grades(found.best)}."
+    said = (
+        f"Found by carom tune on {formatting.format_count(len(found.scenes), 'scene')}: {_format_grades(found.best)}."
+    )
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
     varying = [f"# {name} varies with the step: as in {method.profile}" for name in sorted(found.varying)]
     python = "\n".join(

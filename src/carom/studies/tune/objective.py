@@ -90,7 +90,7 @@ class Merit:
         return whole + self.cost / (1.0 + self.cost)
 
 
-def error_on_scale(judged: Judged) -> float:
+def compute_error_on_scale(judged: Judged) -> float:
     """Return a scene's error over PIT's on a logarithmic scale from 0 (rounding) over 1/2 (PIT's error) to 1.
 
     A wrong scene has 1. If there is no error to measure, an exact or close scene has 0, any other 1.
@@ -115,6 +115,6 @@ def compute_merit(judged: Sequence[Judged], first: Sequence[Judged] = ()) -> Mer
     return Merit(
         wrong=sum(one.wrong for one in judged),
         behind=sum(one.behind for one in judged),
-        error=round(_PARTS * statistics.fmean(map(error_on_scale, judged))),
+        error=round(_PARTS * statistics.fmean(map(compute_error_on_scale, judged))),
         cost=statistics.median(ratios) if ratios else 1.0,
     )

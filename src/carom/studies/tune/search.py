@@ -150,9 +150,9 @@ class KnobSearch:
 
         trial = study.ask()
         point = {
-            name: trial.suggest_int(_value_name(name), 0, len(values) - 1)
+            name: trial.suggest_int(_format_value_name(name), 0, len(values) - 1)
             for name, values in self.space.values.items()
-            if trial.suggest_categorical(_turned_name(name), (False, True))
+            if trial.suggest_categorical(_format_turned_name(name), (False, True))
         }
         merit, given_up = self.evaluate(point)
         number = merit.to_number(len(self.scenes))
@@ -230,15 +230,15 @@ def _split_order(order: Sequence[int]) -> list[Sequence[int]]:
     return [order[k : k + size] for k in range(0, len(order), size)]
 
 
-def _turned_name(name: str) -> str:
+def _format_turned_name(name: str) -> str:
     return f"{name} turned"
 
 
-def _value_name(name: str) -> str:
+def _format_value_name(name: str) -> str:
     return f"{name} value"
 
 
 def _build_parameters(point: Point, space: Space) -> dict[str, Any]:
     """Return a point as the optimiser's parameters."""
-    turned = {_turned_name(name): name in point for name in space.values}
-    return turned | {_value_name(name): k for name, k in point.items()}
+    turned = {_format_turned_name(name): name in point for name in space.values}
+    return turned | {_format_value_name(name): k for name, k in point.items()}

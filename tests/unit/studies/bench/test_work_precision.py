@@ -1,6 +1,11 @@
 import json
 import math
+import os
 import re
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +16,7 @@ import tomli_w
 from tests.cases import each
 from tests.command import carom_command
 from tests.fake_clock import Clock
+from tests.processes import PATIENT_S
 from tests.scene_builders import disc_at, staged, sure
 
 from carom import Scene
@@ -304,3 +310,36 @@ def test_duckdb_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
 def test_every_error_has_its_words() -> None:
     """Each kind of error says in words what it is, for an axis and in full."""
     assert len({kind.meaning for kind in ErrorKind}) == len({kind.label for kind in ErrorKind}) == len(ErrorKind)
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("hostile", "heard_interrupts")
+def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Path) -> None:
+    """Interrupted, a bench says where the finished cells are and how to go on, with exit code 130."""
+    path, out = tmp_path / "my-scene.toml", tmp_path / "out"
+    path.write_text(SCENE)
+    # While one of the engines hangs, the bench can't end before it is interrupted.
+    command = [sys.executable, "-m", "carom", "bench", str(path), "-e", "pit", "-e", "hangs", "-p", "tuned", "-j", "2"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
+    with subprocess.Popen(
+        [*command, "--out", str(out), "--time-limit", "1e6"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as process:
+        until = time.monotonic() + PATIENT_S
+        journal = out / "journal.jsonl"
+        while not (journal.exists() and journal.read_bytes().count(b"\n") > 1):
+            assert process.poll() is None
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        try:
+            _, errors = process.communicate(timeout=PATIENT_S)
+        finally:
+            process.kill()  # of no effect on one that has ended
+    assert process.returncode == 130
+    assert "--resume continues from them" in errors
+    assert "Traceback" not in errors
+    assert measured_in(journal), journal.read_text()

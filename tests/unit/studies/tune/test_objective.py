@@ -14,7 +14,7 @@ from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
 from carom.solvers.pic import solve_pic
 from carom.studies.tune.evaluate import judge_score
-from carom.studies.tune.objective import Judged, Merit, compute_merit, error_on_scale
+from carom.studies.tune.objective import Judged, Merit, compute_error_on_scale, compute_merit
 
 SCENES = 5
 MERITS = st.builds(
@@ -74,7 +74,7 @@ def test_the_cost_is_the_median_of_ratios_to_the_first_profile() -> None:
 )
 def test_an_error_is_a_part_of_a_scale_of_ratios(judged: Judged, part: float) -> None:
     """PIT's error is the middle, rounding the one end and anything the other; NaN is what the grade says."""
-    assert error_on_scale(judged) == pytest.approx(part, abs=1e-12)
+    assert compute_error_on_scale(judged) == pytest.approx(part, abs=1e-12)
 
 
 def test_what_was_not_run_counts_as_wrong() -> None:
