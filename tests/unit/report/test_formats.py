@@ -155,7 +155,7 @@ def test_html_defines_each_grade_at_the_pointer(page: _Page) -> None:
 def test_html_shows_the_papers_cases(source: str) -> None:
     """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
     section = source[source.index("What goes wrong</h2>") :]
-    assert "Dashed: frames around a missed impact" in section
+    assert "Dashed discs are the frames around a missed impact" in section
     section = section[section.index("The source paper") :]
     assert "paper/missed" in section
     assert "PIT: 0 impacts" in section
