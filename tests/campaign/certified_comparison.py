@@ -17,7 +17,7 @@ from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of, number
 
 from carom import CertifiedTrace, Outcome, Scene
 from carom.core.resolution import clock_resolution
-from carom.model.trace import Mode
+from carom.model.trace import EdgeKind, Mode, wall_index
 from carom.solvers.certified.result import Degenerate, Ending
 
 #: Ends of certified runs after which no run goes on.
@@ -130,9 +130,10 @@ class _Comparison:
     def _low_hop_from(self, start: int) -> list[Event] | None:
         """Return impact and landing of a certified hop that rounding decides; None if no such hop begins there.
 
-        An impact on a fixed body lifts a disc with a part of the velocity that it gives it. Rounding decides that part
-        where it is lower than the resolution of the normal: that of the gap over the radius. A hop by an impact of two
-        moving discs may be as high as the resolution of the gap: `docs/theory/contact.md`.
+        An impact on a fixed body lifts a disc with a part of the velocity that it gives it. The normal of a flat wall
+        is exact, so only a hop that the clock cannot resolve is dropped. On a curved body, rounding decides a part that
+        is lower than the resolution of the normal: that of the gap over the radius. A hop by an impact of two moving
+        discs may be as high as the resolution of the gap: `docs/theory/contact.md`.
         """
         takeoff, lift = self.theirs[start], self.theirs[start - 1]
         if takeoff.is_impact or takeoff.key[3] != Mode.FLIGHT or start == 0 or not lift.is_impact:
@@ -142,6 +143,9 @@ class _Comparison:
         if len(hop) < 2 or hop[0].key != takeoff.key[:2] or not hop[1].is_landing or hop[1].key[:2] != hop[0].key:
             return None
         closing_m_s = hop[0].closing_m_s
+        if self._is_on_flat_wall(lift):
+            is_unresolved = hop[0].time_s - takeoff.time_s <= 2.0 * clock_resolution(takeoff.time_s)
+            return hop if is_unresolved else None
         others = [self.scene.discs[body] for body in lift.key[:2] if body >= 0 and body != disc]
         if all(other.immovable and not other.driven for other in others):
             row = self.certified.trace.impacts[lift.number]
@@ -149,6 +153,14 @@ class _Comparison:
             given_m_s = math.dist(row[f"velocity_{side}_after"], row[f"velocity_{side}_before"])
             return hop if closing_m_s <= given_m_s * self._gap_m / self.scene.discs[disc].radius_m else None
         return hop if closing_m_s * (hop[0].time_s - takeoff.time_s) <= 4.0 * self._gap_m else None
+
+    def _is_on_flat_wall(self, impact: Event) -> bool:
+        """Whether a certified impact is on a half-plane, or on a face of a finite wall."""
+        edges = self.certified.trace.edges
+        if impact.key[1] >= 0:
+            return False
+        is_half_plane = isinstance(self.scene.arrays.walls[wall_index(impact.key[1])], tuple)
+        return is_half_plane or (edges is not None and edges["kind"][impact.number] == EdgeKind.FACE)
 
     def _is_in_landing(self, event: Event) -> bool:
         """Whether an event is one of the last bounces before a landing, of which each run resolves another number.
