@@ -122,7 +122,7 @@ def scene(name: str) -> Scene:
 
 
 def _find_scene(name: str) -> Scene:
-    """Return a scene of the catalogue. The model calls this for names, since it can't import the catalogue."""
+    """Return a scene of the catalogue. The model calls this function, since it can't import the catalogue."""
     from carom.catalogue import scene_named
 
     return scene_named(name)

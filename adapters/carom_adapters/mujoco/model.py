@@ -162,7 +162,7 @@ def parse_body(geom: str) -> int:
 
 
 def list_wall_names(scene: Scene, k: int) -> list[str]:
-    """Return the names of a wall's geoms: the wall's number, or the numbers of its pieces too."""
+    """Return the names of a wall's geoms: the wall's number, or ``number/piece`` if the wall has several pieces."""
     wall, number = scene.walls[k], str(wall_body(k))
     pieces = len(cut_chain(wall)) if isinstance(wall, Chain) else 1
     return [number] if pieces == 1 else [f"{number}/{piece}" for piece in range(pieces)]

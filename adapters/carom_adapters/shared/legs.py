@@ -85,7 +85,7 @@ def format_program_end(
     Args:
         scene: The scene.
         step: Code that takes a step.
-        state: Code for the state to print of a disc, `body`.
+        state: Code of the printed state of the disc `body`.
         legs: Result of `group_legs_by_step` for the bodies in the program's list `driven`.
         set_velocity: Code that sets the `velocity` of a driven body, `driven[k]`.
     """

@@ -26,7 +26,7 @@ def format_step(dt_s: float) -> str:
 
 
 def format_time_left(left_s: float) -> str:
-    """Format the rest of a budget for a progress line; empty if there is no limit, or if the budget is used up."""
+    """Format the rest of a budget for a progress line; an empty text without a limit, or if the budget is used up."""
     return f", at most {left_s:.0f} s left" if 0.5 < left_s < math.inf else ""
 
 

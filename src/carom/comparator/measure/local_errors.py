@@ -200,7 +200,7 @@ def _find_turn_times(trace: Trace) -> Array:
 
 
 def _find_last_turn_times(trace: Trace) -> Array:
-    """Return the time of either body's last impact before each impact, seconds; 0 if there is none."""
+    """Return for each impact the time of the latest earlier impact of its two bodies, seconds; 0 if there is none."""
     latest = np.zeros(len(trace.scene.discs))
     result = np.zeros(len(trace.impacts))
     for k, (time, *pair) in enumerate(

@@ -234,7 +234,7 @@ _LATE_KNOWN = {True: 1e-8, False: 0.01}
 
 
 def _compute_cost_ratio(error: Array, price: Array, rounding: float) -> Array:
-    """Return errors over costs of sampling: 0 for rounding errors, infinite if sampling costs nothing."""
+    """Return errors divided by the costs of sampling: 0 for rounding errors, infinite if sampling costs nothing."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(error <= rounding, 0.0, np.where(price <= rounding, math.inf, error / price))
 

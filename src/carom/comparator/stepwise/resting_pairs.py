@@ -31,7 +31,7 @@ class _Rested(NamedTuple):
 
 @dataclass
 class RestHistory:
-    """Depth of resting pairs so far, and the times in which they rest.
+    """Largest depth of resting pairs up to now, and the intervals in which they rest.
 
     Attributes:
         sunk_radii: Largest depth over the contact distance; 0 if no pair sank.

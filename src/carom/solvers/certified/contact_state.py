@@ -135,7 +135,7 @@ class Landing(NamedTuple):
 
 
 class Launch(NamedTuple):
-    """A disc that leaves the end of a face: the vertex, the time, and the coefficients of its squared gap.
+    """Launch of a disc from the end of a face: vertex, time, and coefficients of the squared gap of disc and vertex.
 
     The coefficients are those of t^2, t^3 and t^4, where t is the time since then. The coefficients of 1 and t are 0.
     """

@@ -167,7 +167,7 @@ def _link_side(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, b
 
 
 def _build_vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, thick: Fraction) -> Obstacle:
-    """Return the vertex between two runs, or at an end of an open chain."""
+    """Return the vertex between two joined edges, or at an end of an open chain."""
     numbers = [run.numbers[end] for run, end in ((one, -1), (other, 0)) if run]
     place = one.edge.b if one else other.edge.a if other else (0.0, 0.0)
     return Obstacle(k, Round(to_exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))

@@ -110,7 +110,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
 
 
 def _turns_back(bodies: BallBodies, i: int, k: int) -> bool:
-    """Return whether a disc on its initial path turns back exactly where it touches a half-plane at rest: no impact."""
+    """Return whether a disc on its initial path turns back exactly at a half-plane at rest. This is no impact."""
     obstacle = bodies.obstacles[k]
     asked = obstacle.kind is None and bodies.are_at_start(i) and not bodies.is_driven(k)
     return asked and does_graze_wall(bodies, i, k)

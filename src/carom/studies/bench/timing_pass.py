@@ -70,7 +70,7 @@ class Visit:
 
 @dataclass(frozen=True)
 class VisitTask:
-    """Times a scene with a method at a step, in a worker process that has already timed the scene."""
+    """Task that times a scene with one method and step size, in a worker process that has timed the scene before."""
 
     scene: Scene
     at: At
@@ -195,10 +195,10 @@ timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntr
 
 @dataclass(frozen=True)
 class TimeScene(DependentTasks[SceneTiming]):
-    """Times a scene with several methods at several steps. The caller ensures that nothing else is running.
+    """Task that times a scene with several methods and step sizes. The caller ensures that nothing else is running.
 
-    Each method and step is warmed up once. In each round, each method and step is visited once, in random order. PIT is
-    included at each step.
+    Each method is warmed up once with each step size. In each round, each method is visited once with each step size, in
+    random order. PIT is timed with each step size too.
 
     Attributes:
         scene: The scene.
