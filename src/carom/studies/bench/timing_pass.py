@@ -197,8 +197,8 @@ timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", JournalEntr
 class TimeScene(DependentTasks[SceneTiming]):
     """Task that times a scene with several methods and step sizes. The caller ensures that nothing else is running.
 
-    Each method is warmed up once with each step size. In each round, each method is visited once with each step size, in
-    random order. PIT is timed with each step size too.
+    Each method is warmed up once with each step size. In each round, each method is visited once with each step size,
+    in random order. PIT is timed with each step size too.
 
     Attributes:
         scene: The scene.
