@@ -102,7 +102,7 @@ def _build_headline(found: Diff) -> list[str]:
     same = formatting.format_count(found.unchanged, "cell")
     lead = [f"{formatting.capitalise(formatting.join_words(counted))}; {same} unchanged." if counted else ""]
     if not counted:
-        lead = [f"No change: all {same} are equal to rounding."]
+        lead = [f"No change: all {same} are equal, except for rounding."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = found.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""

@@ -267,7 +267,7 @@ def _do_differ(a: float, b: float, rounding: float) -> bool:
 
 
 def _have_same_motion(old: ReleaseRun, new: ReleaseRun) -> bool:
-    """Whether positions and final velocities are equal to rounding."""
+    """Whether positions and final velocities are equal, except for rounding."""
     speed = max(_read_rounding(old), _read_rounding(new)) * old.speed_m_s
     place = max(old.place_rounding_m, new.place_rounding_m)
     states = ((old.off_m, new.off_m, place), (old.off_m_s, new.off_m_s, speed))
