@@ -17,7 +17,7 @@ _PIECES_OF_A_PARABOLA = 24
 
 
 @dataclass(frozen=True)
-class Stand:
+class ImpactPosition:
     """A disc at the instant of one of its impacts."""
 
     disc: int
@@ -31,14 +31,14 @@ class Paths:
 
     Attributes:
         lines: For each disc its times and centres, shapes ``(k,)`` and ``(k, 2)``.
-        stands: Each disc at the instant of each of its impacts.
+        impact_positions: Each disc at the instant of each of its impacts.
         frame_positions: Centres at the recorded steps, shape ``(k, n, 2)``; None if the trace has no steps.
         frame_times: The times of these steps.
         turned: Rotation of each disc; empty if no disc turns.
     """
 
     lines: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
-    stands: tuple[Stand, ...]
+    impact_positions: tuple[ImpactPosition, ...]
     frame_positions: NDArray[np.float64] | None = None
     frame_times: NDArray[np.float64] | None = None
     turned: tuple[Turning, ...] = ()
@@ -65,8 +65,10 @@ def build_exact_paths(trace: Trace) -> Paths:
     """
     tracks = build_reference_tracks(trace)
     turns = _list_turns(trace, trace.impacts["time_s"])
-    stands = tuple(Stand(disc, time, tracks[disc].positions_at(np.array([time]))[0]) for disc, time in turns)
-    return Paths(tuple(map(_build_line, tracks)), stands, turned=compute_turnings(trace))
+    impact_positions = tuple(
+        ImpactPosition(disc, time, tracks[disc].positions_at(np.array([time]))[0]) for disc, time in turns
+    )
+    return Paths(tuple(map(_build_line, tracks)), impact_positions, turned=compute_turnings(trace))
 
 
 def _build_line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -101,7 +103,8 @@ def build_observed_paths(trace: Trace) -> Paths:
     reported = trace.impacts["time_s"]
     effective = reported if trace.effective_time_s is None else trace.effective_time_s
     turns = _list_turns(trace, np.where(np.isfinite(effective), effective, reported))
-    return replace(paths, stands=tuple(Stand(disc, time, paths.position_at(disc, time)) for disc, time in turns))
+    found = tuple(ImpactPosition(disc, time, paths.position_at(disc, time)) for disc, time in turns)
+    return replace(paths, impact_positions=found)
 
 
 def compute_extent(trace: Trace) -> float:

@@ -14,7 +14,7 @@ from carom.model.scene import Wall
 from carom.model.trace import Trace
 from carom.model.walls import move_wall
 from carom.report import formatting
-from carom.report.paths import Paths, Stand, build_exact_paths, build_observed_paths
+from carom.report.paths import ImpactPosition, Paths, build_exact_paths, build_observed_paths
 from carom.report.svg import INK, MUTED, SERIES, SURFACE, WALL, build_figure, render, use_drawing_style
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _MARGIN = 0.06
 #: not shrink the scene to a dot.
 _WIDEST = 1.6
 #: Largest number of impacts that are drawn as circles. More circles would hide the paths, so they are drawn as dots.
-_MOST_STANDS = 8
+_MOST_IMPACT_POSITIONS = 8
 #: Largest number of frames that are drawn as dots. More dots would merge into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
@@ -67,7 +67,7 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
         )
         return first, second
     misses = _find_missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
-    dotted = max(len(right.stands), len(found.stands)) > _MOST_STANDS
+    dotted = max(len(right.impact_positions), len(found.impact_positions)) > _MOST_IMPACT_POSITIONS
     return (
         _render_in_plane(scene, right, [], limits, labels[0], dotted=dotted),
         _render_in_plane(scene, found, misses, limits, labels[1], dotted=dotted),
@@ -85,7 +85,7 @@ def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
     corners = [compute_limits(scene, paths[0], other) for other in paths]
     limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
     axis = _find_axis_of_motion(paths[0], scene)
-    dotted = max(len(one.stands) for one in paths) > _MOST_STANDS
+    dotted = max(len(one.impact_positions) for one in paths) > _MOST_IMPACT_POSITIONS
     for axes, one in zip(several, paths, strict=True):
         if axis is not None:
             _draw_over_time(axes, scene, one, axis, limits)
@@ -221,22 +221,22 @@ def _draw_paths(
         for k, disc in enumerate(scene.discs):
             if not disc.immovable:
                 _draw_dots(axes, paths.frame_positions[:, k], k, marker=".", size=3.2)
-    for k, stands in _group_by_disc(scene, paths):
+    for k, impact_positions in _group_by_disc(scene, paths):
         if dotted:
-            _draw_dots(axes, np.array([stand.position_m for stand in stands]), k)
+            _draw_dots(axes, np.array([point.position_m for point in impact_positions]), k)
         else:
-            for stand in stands:
-                draw_circle(k, stand.position_m, 0.16, "-", 1.5, 3.5)
-                mark(k, stand.position_m, stand.time_s)
+            for point in impact_positions:
+                draw_circle(k, point.position_m, 0.16, "-", 1.5, 3.5)
+                mark(k, point.position_m, point.time_s)
     for disc_number, centre in misses:
         draw_circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
 
 
-def _group_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[Stand]]]:
+def _group_by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[ImpactPosition]]]:
     for k, disc in enumerate(scene.discs):
-        stands = [stand for stand in paths.stands if stand.disc == k]
-        if stands and not disc.immovable:
-            yield k, stands
+        impact_positions = [point for point in paths.impact_positions if point.disc == k]
+        if impact_positions and not disc.immovable:
+            yield k, impact_positions
 
 
 def _draw_dots(axes: Axes, points: NDArray[np.float64], disc: int, marker: str = "o", size: float = 2.8) -> None:
@@ -351,8 +351,8 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
                 axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **_SOLID)
             else:
                 axes.axvspan(begin, end, **_SOLID)
-    for k, stands in _group_by_disc(scene, paths):
-        _draw_dots(axes, np.array([(stand.position_m[axis], stand.time_s) for stand in stands]), k)
+    for k, impact_positions in _group_by_disc(scene, paths):
+        _draw_dots(axes, np.array([(point.position_m[axis], point.time_s) for point in impact_positions]), k)
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, scene.duration_s)
     axes.set_xlabel(f"{'xy'[axis]} in m")

@@ -42,11 +42,11 @@ def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
         trace = sure(solve_reference(scene)) if len(scene.discs) > 16 else solve_pic(scene, max_impacts=100)
         assert isinstance(trace, Trace)
         tracks, near = build_reference_tracks(trace), 1e-9 * compute_extent(trace)
-        stands = iter(build_exact_paths(trace).stands if len(scene.discs) <= 16 else ())
+        positions = iter(build_exact_paths(trace).impact_positions if len(scene.discs) <= 16 else ())
         for impact in trace.impacts:
             bodies = [body for body in (int(impact["first"]), int(impact["second"])) if body >= 0]
             played = [tracks[body].positions_at(np.array([impact["time_s"]]))[0] for body in bodies]
-            drawn = [next(stands).position_m for _ in bodies] if len(scene.discs) <= 16 else played
+            drawn = [next(positions).position_m for _ in bodies] if len(scene.discs) <= 16 else played
             assert max(abs(gap_of(scene, impact, places)) for places in (played, drawn)) <= near, scene.name
 
 

@@ -257,7 +257,7 @@ def test_reference_path_turns_at_the_impact_and_ends_at_the_final_state(results:
     (impact,) = trace.impacts
     a, b = (paths.position_at(disc, impact["time_s"]) for disc in (0, 1))
     assert np.hypot(*(b - a)) == pytest.approx(0.6, abs=1e-12)
-    assert len(paths.stands) == 2
+    assert len(paths.impact_positions) == 2
     for disc, (_, points) in enumerate(paths.lines):
         np.testing.assert_allclose(points[-1], trace.final_position_m[disc])
         assert len(points) == 3
