@@ -211,12 +211,15 @@ class _Comparison:
             yield Difference(Kind.MODE, float(row["time_s"]), text)
             return
         gap_m, speed_m_s = self.envelope.gap_m, event.speed_m_s
-        radius, friction = (
-            self.scene.discs[mode.disc].radius_m,
-            self.scene.arrays.materials[wall_index(mode.wall)].friction,
-        )
+        radius = self.scene.discs[mode.disc].radius_m
         # Friction and rolling resistance are in proportion to what presses the disc against the wall.
-        pull = math.hypot(*self.scene.gravity_m_s2) * (1.0 + friction + self.scene.wall_rolling_resistance)
+        friction = self.scene.arrays.materials[wall_index(mode.wall)].friction
+        resistances = {
+            Mode.SLIDE: friction,
+            Mode.BLOCK: friction,
+            Mode.ROLL: self.scene.wall_rolling_resistance,
+        }
+        pull = math.hypot(*self.scene.gravity_m_s2) * (1.0 + resistances.get(mode.after, 0.0))
         values = [
             *zip(("x", "y"), row["position"], mode.place, (gap_m, gap_m), strict=True),
             *zip(("vx", "vy"), row["velocity"], mode.velocity, (speed_m_s, speed_m_s), strict=True),
