@@ -50,6 +50,73 @@ def test_a_disc_that_moves_with_a_wall_does_not_meet_it_again_after_a_wall_acros
     assert trace.impacts["second"].tolist() == [-1, -2]
 
 
+@each("kind", ["half-plane", "edge"])
+@each("angle", ANGLES)
+@each("radii, floor_impacts", [((0.5, 0.5), 2), ((0.5, 0.6), 3)])
+@each("deceleration", [0.0, 1e-3])
+def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
+    kind: str, angle: float, radii: tuple[float, float], floor_impacts: int, deceleration: float
+) -> None:
+    """The floor has restitution 0. The larger of two unequal discs rises, and pushes the smaller one into the floor."""
+    normal = complex(math.cos(angle), math.sin(angle))
+    along = complex(-normal.imag, normal.real)
+    origin = 137.31 * along + 61.77 * normal
+    discs = []
+    for radius, height, place, speed in zip(radii, (0.7, 1.1), (-3.1, 3.3), (1.3, -0.9), strict=True):
+        centre, velocity = origin + (radius + height) * normal + place * along, -1.7 * normal + speed * along
+        discs.append(
+            Disc(
+                position_m=(centre.real, centre.imag),
+                velocity_m_s=(velocity.real, velocity.imag),
+                radius_m=radius,
+                mass_kg=1.0 + height,
+            )
+        )
+    sides = [
+        wall("half-plane", origin + side * 5.0 * along, -side * along, restitution=1.0)
+        for side in (1, -1)
+        if radii[0] == radii[1]
+    ]
+    scene = Scene(
+        name="along a floor",
+        discs=discs,
+        walls=[wall(kind, origin, normal, restitution=0.0), *sides],
+        table_deceleration_m_s2=deceleration,
+        duration_s=60.0 if sides else 4.0,
+    )
+    trace = carom.solve_pic(scene)
+    assert trace.impacts["second"].tolist().count(-1) == floor_impacts
+    assert trace.impacts["second"].tolist().count(1) >= (8 if sides else 1)
+    if sides:
+        heights = [(complex(*centre) - origin) / normal for centre in trace.final_position_m.tolist()]
+        assert [height.real for height in heights] == pytest.approx(radii, abs=1e-11)
+
+
+@each("kind", ["half-plane", "edge"])
+@each("angle", ANGLES)
+@each("mass_kg", [3.0, math.inf])
+def test_disc_does_not_hit_the_floor_again_after_an_impact_on_a_disc_of_the_same_height(
+    kind: str, angle: float, mass_kg: float
+) -> None:
+    """A disc lands on a floor with restitution 0, slides along it, and hits a disc that has been on it from the start."""
+    normal = complex(math.cos(angle), math.sin(angle))
+    along = complex(-normal.imag, normal.real)
+    origin = 137.31 * along + 61.77 * normal
+    place, velocity, other = origin + 1.6 * normal, 1.9 * along - 1.7 * normal, origin + 0.5 * normal + 7.3 * along
+    scene = Scene(
+        name="same height",
+        discs=[
+            Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5),
+            Disc(position_m=(other.real, other.imag), radius_m=0.5, mass_kg=mass_kg),
+        ],
+        walls=[wall(kind, origin, normal, restitution=0.0)],
+        duration_s=10.0,
+    )
+    impacts = carom.solve_pic(scene).impacts
+    own = impacts[impacts["first"] == 0]
+    assert own["second"].tolist() == [-1, 1]
+
+
 @each("driven", [False, True])
 def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_back(driven: bool) -> None:
     """Between two impacts on elastic walls a disc passes another one, whose normal velocity an impact has given it."""

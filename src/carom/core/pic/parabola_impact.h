@@ -154,6 +154,11 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
     Body first = body_of(s, i, true), second = body_of(s, j, true);
     Spins spins;
     collide_discs(&s->law, dx, dy, &first, &second, false, true, &spins);
+    if (s->touched != NULL) {
+        double before[] = {impact.first_before[0], impact.first_before[1], impact.second_before[0],
+                           impact.second_before[1]};
+        note_touching_discs(s, i, j, impact.normal[0], impact.normal[1], before, false);
+    }
     impact.first_after[0] = a->vx;
     impact.first_after[1] = a->vy;
     impact.second_after[0] = b->vx;
@@ -170,9 +175,6 @@ static inline bool apply_parabola_pair_impact(State *s, Index i, Index j, Instan
     a->impacts += 1;
     b->impacts += 1;
     s->counts.predictions += (Index)(a->inverse_mass > 0.0) + (Index)(b->inverse_mass > 0.0);
-    if (s->touched != NULL) {
-        note_touching_discs(s, i, j, impact.normal[0], impact.normal[1], false);
-    }
     if (s->accelerated.deceleration > 0.0) {
         slow_down(s, i);
         slow_down(s, j);

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "carom/core/impact_record.h"
 #include "carom/core/pic/driven_path.h"
 
 /* Return the disc that disc `i` hit last, if both are still on the paths that began at that impact. Otherwise return
@@ -37,9 +38,50 @@ static inline double driven_contact_end(const State *s, Index body, bool is_flat
     return contact_end(&s->driving.legs[leg_at(&s->driving, row, s->clock.now)], is_flat, nx, ny);
 }
 
-/* Store an impact of two discs that was just applied. The normal is the unit vector from one to the other. */
-static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, bool is_elastic) {
+/* Return a contact of disc `i` with a flat wall from which disc `j` has the same distance, or NULL.
+
+   The normal of an impact of both is then along the wall, although the roundings of their centres tilt it. Discs of the
+   same radius that touch the same wall have the same distance from it, however much roundings have added up. */
+static inline const Touched *find_wall_along(const State *s, Index i, Index j) {
+    const Disc *a = &s->discs[i], *b = &s->discs[j];
+    double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
+    for (int k = 0; k < s->touched[i].count; k++) {
+        Index body = s->touched[i].bodies[k].body;
+        const Touched *wall = find_touched(&s->touched[i], body, s->clock.reported);
+        bool is_flat = body < 0 && (s->feature_count == 0 || s->features[-1 - body].kind <= FACE);
+        if (!is_flat || wall == NULL)
+            continue;
+        double offset = (b->x - a->x) * wall->nx + (b->y - a->y) * wall->ny;
+        bool touch_same = a->radius == b->radius && find_touched(&s->touched[j], body, s->clock.reported) != NULL;
+        if (touch_same || fabs(offset) <= gap_resolution(sizes))
+            return wall;
+    }
+    return NULL;
+}
+
+/* Remove from the change of a disc's velocity the part along n. `before` is the velocity before the change. */
+static inline void keep_speed_along(Disc *a, const double *before, double nx, double ny) {
+    double change = (a->vx - before[0]) * nx + (a->vy - before[1]) * ny;
+    a->vx -= change * nx;
+    a->vy -= change * ny;
+}
+
+/* Store an impact of two discs that was just applied. The normal is the unit vector from one to the other. `before` has
+   the velocities of both before the impact.
+
+   Without friction, an impact along a wall does not change speeds along the wall's normal. */
+static CAROM_NOINLINE void note_touching_discs(State *s, Index i, Index j, double nx, double ny, const double *before,
+                                               bool is_elastic) {
     bool slides = can_rub(&s->law.contact) && !is_elastic, stops = s->law.restitution == 0.0 && !is_elastic;
+    const Touched *wall = find_wall_along(s, i, j);
+    if (wall == NULL)
+        wall = find_wall_along(s, j, i);
+    if (wall != NULL && !slides) {
+        keep_speed_along(&s->discs[i], before, wall->nx, wall->ny);
+        keep_speed_along(&s->discs[j], before + 2, wall->nx, wall->ny);
+        nx = wall->ny;
+        ny = -wall->nx;
+    }
     Index pair[2] = {i, j};
     for (int k = 0; k < 2; k++) {
         Index other = pair[1 - k];

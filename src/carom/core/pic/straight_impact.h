@@ -49,7 +49,8 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
     s->counts.too_far += !are_distinguishable(a->x, a->y, b->x, b->y, reach);
     s->counts.predictions += (Index)(a->inverse_mass > 0.0) + (Index)(b->inverse_mass > 0.0);
     if (CAROM_UNLIKELY(s->touched != NULL))
-        note_touching_discs(s, i, j, dx / sqrt(distance2), dy / sqrt(distance2), is_elastic);
+        note_touching_discs(s, i, j, dx / sqrt(distance2), dy / sqrt(distance2), (double[]){avx, avy, bvx, bvy},
+                            is_elastic);
     if (CAROM_UNLIKELY(is_wanted)) { /* the hint keeps this code apart from the code of runs without a record */
         double distance = sqrt(distance2);
         double nx = dx / distance;
