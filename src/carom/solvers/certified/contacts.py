@@ -121,6 +121,8 @@ class BallContacts:
         if gliding is None or gliding.end is None:
             raise TypeError(f"the mode of disc {i} does not end")
         end, state = gliding.end, gliding.state_after(gliding.end.wait)
+        if end.undecided:
+            raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, end.time))
         if end.over:
             return self._leave_face(i, gliding, state, at)
         slip, rim = (ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
@@ -244,37 +246,37 @@ class BallContacts:
 
     def _find_end(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
         """Return the earliest end of a contact mode without an impact; None for never."""
-        (_, _, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
+        (_, speed, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
+        turns_only = speed.is_zero() and gliding.rate.is_zero()  # the slip is the rim speed, so both end together
+        causes = [(slip, slips, End(ZERO, ZERO, slip=True, rim=turns_only))]
+        if resists and not turns_only:
+            causes.append((rim, gliding.rim_rate, End(ZERO, ZERO, rim=True)))
         found = []
-        for value, rate, ends in ((slip, slips, End(ZERO, ZERO, slip=True)), (rim, gliding.rim_rate, _RIM)):
-            if value.is_zero() or (ends is _RIM and not resists):
+        for value, rate, ends in causes:
+            if value.is_zero():
                 continue
             toward = value * rate
             if toward < 0:
                 found.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
             elif not toward >= 0:
                 raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since))
-        found += self._find_ends(i, gliding)
-        for end in found:
-            if all(end is other or end.wait < other.wait for other in found):
-                return end._replace(time=gliding.since + end.wait)
-        if found:
-            raise Undecided(
-                self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since + found[0].wait)
-            )
-        return None
+        found += self._find_ends(gliding)
+        first = [end for end in found if not any(other.wait < end.wait for other in found)]
+        if not first:
+            return None
+        end = first[0]
+        for other in first[1:]:  # the precision does not decide which end is first
+            end = end._replace(wait=end.wait.union(other.wait), undecided=True)
+        return end._replace(time=gliding.since + end.wait)
 
-    def _find_ends(self, i: int, gliding: Gliding) -> list[End]:
+    def _find_ends(self, gliding: Gliding) -> list[End]:
         """Return the times at which a disc reaches the ends of its face."""
         (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
         if span is None:
             return []
         ways = [place - span[0], speed, half], [span[1] - place, ZERO - speed, ZERO - half]
         falls = [fall for powers in ways if (fall := next(find_falls(powers), None)) is not None]
-        for wait, certain in falls:
-            if not certain:
-                raise Undecided(self._describe_degeneracy(Degenerate.MODE, i, gliding.ground, gliding.since + wait))
-        return [End(fall.time, ZERO, over=True) for fall in falls]
+        return [End(fall.time, ZERO, over=True, undecided=not fall.certain) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
         """Apply the arrival of disc `i` at an end of its face. If the disc is fast enough, it flies off."""
@@ -357,9 +359,6 @@ class BallContacts:
         self._states.landings[i] = Landing(bounce.time + window, ground, state)
         self._states.barred[i] = ground.never_met
         return True
-
-
-_RIM = End(ZERO, ZERO, rim=True)
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:

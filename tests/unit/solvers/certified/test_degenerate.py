@@ -8,8 +8,8 @@ import pytest
 from tests.cases import each
 from tests.scene_builders import sure
 
-from carom import Disc, Outcome, Scene, Wall, certify
-from carom.model.trace import ImpactRecord
+from carom import Chain, Disc, Outcome, Scene, Wall, certify, solve_pic
+from carom.model.trace import ImpactRecord, Mode
 from carom.solvers.certified.accumulation import _find_collapse
 from carom.solvers.certified.recording import RecordedImpact, Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate, Ending
@@ -282,3 +282,39 @@ def test_beside_what_no_precision_decides_all_is_decided(case: str, expected: li
     certified = certify(DECIDED[case][0])
     assert certified.ending is Ending.COMPLETED
     assert certified.trace.impacts["first"].tolist() == expected
+
+
+def test_disc_that_spins_in_place_comes_to_rest_when_rolling_resistance_has_stopped_its_spin() -> None:
+    """Slip and rim speed are equal, so they end at the same instant: after omega r k / (c g), k the inertia factor."""
+    scene = Scene(
+        name="spinning in place",
+        discs=[Disc(position_m=(0.0, 0.5), radius_m=0.5, inertia_factor=0.25, spin_rad_s=3.0)],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        gravity_m_s2=(0.0, -2.0),
+        wall_rolling_resistance=0.125,
+        duration_s=10.0,
+    )
+    for trace in (certify(scene).trace, solve_pic(scene)):
+        assert trace.modes is not None
+        assert [Mode(after) for after in trace.modes["after"]] == [Mode.SLIDE, Mode.REST]
+        assert trace.modes["time_s"].tolist() == [0.0, 3.0 * 0.5 * 0.25 / (0.125 * 2.0)]
+
+
+def test_an_undecidable_end_of_a_contact_mode_ends_the_run_only_when_it_comes() -> None:
+    """A disc slides at 2 m/s, is slowed by 1 m/s2, and stops exactly over the end of its wall, after 2 s and 2 m."""
+    scene = Scene(
+        name="stops over the end",
+        discs=[Disc(position_m=(0.0, 0.5), velocity_m_s=(2.0, 0.0), radius_m=0.5, inertia_factor=math.inf)],
+        walls=[Chain(points_m=[(2.0, 0.0), (-4.0, 0.0)])],
+        gravity_m_s2=(0.0, -2.0),
+        wall_friction=0.5,
+        duration_s=10.0,
+    )
+    certified = certify(scene)
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.earliest_s <= 2.0 <= certified.degeneracy.latest_s
+    assert certified.trace.modes is not None
+    assert [Mode(after) for after in certified.trace.modes["after"]] == [Mode.SLIDE]
+    before = certify(scene.model_copy(update={"duration_s": 1.0}))
+    assert before.ending is Ending.COMPLETED
+    assert before.trace.final_position_m.tolist() == [[1.5, 0.5]]
