@@ -98,7 +98,7 @@ def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
 def test_disc_does_not_hit_the_floor_again_after_an_impact_on_a_disc_of_the_same_height(
     kind: str, angle: float, mass_kg: float
 ) -> None:
-    """A disc lands on a floor with restitution 0, slides along it, and hits a disc that has been on it from the start."""
+    """A disc lands on a floor with restitution 0, slides along it, and hits a disc that was on it at the start."""
     normal = complex(math.cos(angle), math.sin(angle))
     along = complex(-normal.imag, normal.real)
     origin = 137.31 * along + 61.77 * normal

@@ -89,8 +89,8 @@ class BallMode(NamedTuple):
 class End(NamedTuple):
     """End of a mode without an impact: the wait until the end, the time, and the cause.
 
-    The slip becomes 0 (`slip`), the rim speed becomes 0 (`rim`), or the centre is over the end of its face (`over`). The
-    cause can be `undecided`: the run can then be certified up to that time.
+    The slip becomes 0 (`slip`), the rim speed becomes 0 (`rim`), or the centre is over the end of its face (`over`).
+    If the cause is `undecided`, the run can be certified up to that time.
     """
 
     wait: arb
