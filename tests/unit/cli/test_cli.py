@@ -296,7 +296,7 @@ def test_a_run_of_one_scene_ends_with_the_command_that_prints_the_settings() -> 
     assert command == "carom engines pymunk --show default --dt 1/24 --scene paper/late"
     assert "space.step(dt)" in carom_command(*command.split()[1:]).output
     alone = carom_command("run", "paper/late", "-e", "pit", "-p", "tuned", "--no-timing").output
-    assert "to paste" not in alone
+    assert "To print the settings" not in alone
 
 
 def test_the_list_names_every_kind_of_line() -> None:

@@ -133,10 +133,10 @@ def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyP
         cluster.ClusterPool("tcp://127.0.0.1:9")
 
 
-pytestmark = [
-    pytest.mark.long,
-    pytest.mark.skipif(shutil.which("openssl") is None, reason="the certificates are made by the command openssl"),
-]
+#: For tests with a certificate.
+needs_openssl = pytest.mark.skipif(
+    shutil.which("openssl") is None, reason="the certificates are made by the command openssl"
+)
 
 
 @pytest.fixture(scope="module")
@@ -177,6 +177,8 @@ def swept(pool: Pool, path: Path) -> list[bytes]:
     return read_canonical_lines(path)
 
 
+@pytest.mark.long
+@needs_openssl
 def test_a_cluster_with_tls_gives_the_same_journal(address: str, certificate: dict[str, str], tmp_path: Path) -> None:
     """Over TLS, with the certificates of Dask's configuration, a sweep yields what it yields in this process."""
     dask: Any = importlib.import_module("dask")
@@ -185,6 +187,8 @@ def test_a_cluster_with_tls_gives_the_same_journal(address: str, certificate: di
         assert swept(pool, tmp_path / "tls.jsonl") == swept(InProcessPool(), tmp_path / "here.jsonl")
 
 
+@pytest.mark.long
+@needs_openssl
 @pytest.mark.usefixtures("certificate")
 @pytest.mark.parametrize("protocol", ["tls", "tcp"])
 def test_without_a_certificate_nobody_gets_in(address: str, protocol: str) -> None:

@@ -132,11 +132,9 @@ def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_
         wall_restitution=1.0,
         duration_s=14.0,
     )
-    trace = carom.solve_pic(scene)
-    first = trace.impacts[0]
-    assert (first["first"], first["second"]) == (0, 1)
-    assert abs(float(first["normal"][0])) <= 0.2
-    assert set(trace.impacts["second"][1:].tolist()) <= {-1, -2, 1}
+    impacts = carom.solve_pic(scene).impacts
+    assert impacts[["first", "second"]].tolist() == [(0, 1), (1, -1)]
+    assert abs(float(impacts["normal"][0][0])) <= 0.2
 
 
 @each("solve", [carom.solve_pic, partial(carom.solve_pit, frame_rate_hz=240.0)])

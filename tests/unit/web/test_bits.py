@@ -101,9 +101,9 @@ def _unlike(jobs: Sequence[Job], folder: Path = SOURCES) -> list[str]:
 
 def _differ(jobs: Sequence[Job], found: Sequence[dict[str, Any]]) -> list[str]:
     return [
-        f"{scene.name} by {method}: {sorted(key for key in want if got.get(key) != want[key])}"
+        f"{scene.name} by {method}: {got.get('refused') or sorted(key for key in want if got.get(key) != want[key])}"
         for (scene, method), got in zip(jobs, found, strict=True)
-        if "refused" not in got and got != (want := _of_carom(scene, method))
+        if got != (want := _of_carom(scene, method))
     ]
 
 
