@@ -18,8 +18,11 @@ def not_raised(_: str) -> None:
 
 
 @pytest.mark.parametrize("fails", [wrong, not_raised])
-def test_two_each_run_every_row(fails: Callable[[str], None]) -> None:
-    """A group of failures of the inner rows, `pytest.fail` among them, does not hide the next outer row."""
+def test_nested_each_runs_every_row(fails: Callable[[str], None]) -> None:
+    r"""With two nested `each` all rows run, and failures of inner rows do not hide the next outer row.
+
+    Each failure carries a note with its arguments.
+    """
     tried = []
 
     @each("first", [1, 2, 3])

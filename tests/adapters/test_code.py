@@ -139,10 +139,13 @@ def models_end(text: str, scene: Scene, steps: int) -> State:
 @each("scene_name", release_after(1, SCENES))
 @each("profile", release_after(1, ["tuned", "default"]))
 @each("name", ["pymunk", *long_until(3, ["pybullet", "mujoco", "box2d"])])
-def test_what_is_pasted_gives_the_adapters_digits(
+def test_printed_code_reproduces_the_adapter_bits(
     named: Named, name: str, profile: str, scene_name: str, tmp_path: Path
 ) -> None:
-    """The printed code, run without Carom, ends with every digit of the adapter's own run; a model has no legs."""
+    r"""The printed settings code, run without Carom, ends with every digit of the adapter's own run.
+
+    Legs that begin between steps are refused for MuJoCo, whose code is a model.
+    """
     adapter, scene = named(name), SCENES[scene_name]
     assert isinstance(adapter, CodedAdapter)
     dt_s = 1 / scene.frame_rate_hz
@@ -176,8 +179,8 @@ SMOOTH = [
 
 @pytest.mark.engines
 @each("name", OTHERS)
-def test_what_is_pasted_gives_the_digits_of_an_engine_of_ones_own(named: Named, name: str, tmp_path: Path) -> None:
-    """The program of each profile, run without Carom, ends with every digit of the adapter, on three scenes or more."""
+def test_printed_code_of_optional_engines_reproduces_the_adapter_bits(named: Named, name: str, tmp_path: Path) -> None:
+    """The code of each profile of an optional engine ends with every digit of the adapter, on 3 scenes or more."""
     adapter, node = named(name), name not in PYTHON
     assert isinstance(adapter, CodedAdapter)
     if node:  # a module of node finds its engine next to it
@@ -206,8 +209,11 @@ def assert_same_end(adapter: CodedAdapter, scene: Scene, profile: str, text: str
 
 
 @each("name", OTHERS)
-def test_an_engine_that_is_not_installed_has_its_settings_to_paste(name: str) -> None:
-    """Its adapter writes a program of the engine's alone, in Python or as a module of node, without the engine."""
+def test_code_is_printed_for_engines_that_are_not_installed(name: str) -> None:
+    r"""An adapter prints its settings code, in Python or as a node module, without its engine installed.
+
+    The code does not mention Carom.
+    """
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
     for profile in (one for one in adapter.profiles if not adapter.profiles[one].located):
@@ -221,15 +227,18 @@ def test_an_engine_that_is_not_installed_has_its_settings_to_paste(name: str) ->
             assert {"Clock", "contactOf", "pairOf", "wallBody"} <= defined
 
 
-def test_every_engine_that_comes_with_carom_writes_code() -> None:
-    """None is left out; Carom's own methods have no settings to paste."""
+def test_every_registered_engine_is_tested_for_settings_code() -> None:
+    """The engines tested here are exactly those that Carom registers, except pic and pit, which have no settings."""
     own = {name for name, point in list_adapter_points().items() if point.distribution == "carom"} - {"pic", "pit"}
     assert own == {*WRITING, *OTHERS}
 
 
 @each("name", [*WRITING, *OTHERS])
-def test_the_lines_of_a_step_are_all_that_a_steps_length_changes(name: str) -> None:
-    """If they replace those of another step, the program is that of this step, to the letter."""
+def test_step_lines_are_the_only_lines_that_depend_on_the_step(name: str) -> None:
+    r"""Replacing the step lines of one step by those of another turns one program into the other.
+
+    Node modules have no such lines.
+    """
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
     slow = staged("slow", disc_at(0, 0, 0.1, r=1.0), duration_s=1 / 60)

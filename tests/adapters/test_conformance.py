@@ -39,8 +39,8 @@ PROFILES = {
         *(pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if name not in NAMES),
     ],
 )
-def test_adapter_conforms_but_for_its_known_failures(name: str, named: Named, tmp_path: Path) -> None:
-    """`pytest --carom-engine` passes in a folder without tests: what fails is listed, with its reason."""
+def test_adapter_passes_the_suite_except_for_known_failures(name: str, named: Named, tmp_path: Path) -> None:
+    """`pytest --carom-engine` passes in an empty folder, with the known failures of the engine listed."""
     named(name)
     known = KNOWN_FAILURES if name in NAMES else OF_ENGINES / f"{name}-known-failures.toml"
     command = [sys.executable, "-m", "pytest", "--carom-engine", name]
@@ -96,8 +96,8 @@ def _moved(scene: Scene, by_m: float) -> Scene:
 
 @pytest.mark.long
 @each("name", ["mujoco", "pybullet"])
-def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: Named, name: str) -> None:
-    """A scene after others of its sweep, in what they left, gives the bits that it gives in a process of its own."""
+def test_reused_world_is_bit_identical_to_a_fresh_process(named: Named, name: str) -> None:
+    """A scene that runs in a reused world has the bits of the same scene in a process of its own."""
     adapter = named(name)
     done = subprocess.run([sys.executable, "-c", FRESH, name], capture_output=True, text=True, check=True)
     fresh = [line.split()[1:] for line in done.stdout.splitlines() if line.startswith("bits")]
@@ -109,8 +109,8 @@ def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: N
         assert run(adapter, scene, profile) == bytes.fromhex(bits), (profile, scene_name)
 
 
-def test_the_world_of_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(pybullet: Adapter) -> None:
-    """For one pair of spheres only the start state is reset; with more bodies Bullet keeps an order that cannot be."""
+def test_pybullet_reuses_its_client_across_scenes(pybullet: Adapter) -> None:
+    """The PyBullet client of a pair of discs is reused for the next pair and for a scene with a wall."""
     import carom_adapters.pybullet.world as module
 
     run(pybullet, _pair(), "tuned")
@@ -123,8 +123,11 @@ def test_the_world_of_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing
     assert after[0] == again[0]
 
 
-def test_a_pybullet_client_that_is_emptied_is_that_of_the_closed_world_and_no_other(pybullet: Adapter) -> None:
-    """With an open world, and with another client, a world after another equals a first one."""
+def test_pybullet_empties_only_clients_of_closed_worlds(pybullet: Adapter) -> None:
+    r"""Emptying a client for reuse leaves an open world and a client of the user as they are.
+
+    The reused client gives the bits of a first run.
+    """
     import carom_adapters.pybullet.world as module
 
     bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
@@ -147,8 +150,8 @@ def test_a_pybullet_client_that_is_emptied_is_that_of_the_closed_world_and_no_ot
         bullet.disconnect(own)
 
 
-def test_a_mujoco_model_is_compiled_once_for_a_sweep(mujoco: Adapter) -> None:
-    """Scenes that differ in their start states alone have one model, and a world that cuts its steps has a copy."""
+def test_mujoco_model_is_compiled_once_per_sweep(mujoco: Adapter) -> None:
+    """Five scenes that differ only in their start states compile one MuJoCo model."""
     import carom_adapters.mujoco.world as module
 
     module._compile.cache_clear()  # noqa: SLF001 - whether a model was compiled shows nowhere else

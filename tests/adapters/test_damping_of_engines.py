@@ -39,10 +39,10 @@ def _slowed(profile: str, engine: str, rate: float, speed: float) -> Iterator[fl
 
 @each("profile", ["default", "tuned", "located"])
 @each("rate, speed, spin", STARTS)
-def test_a_damped_disc_is_slowed_by_the_engines_own_integrator(
+def test_damping_follows_the_documented_integrator(
     engine: Adapter, finish: Finish, profile: str, rate: float, speed: float, spin: float
 ) -> None:
-    """After n steps velocity, spin and place are those of the engine's own meaning of damping."""
+    """After 64 steps velocity, spin and position are those of the engine's documented damping, to rounding."""
     assert engine.capabilities.damping
     disc = Disc(position_m=(0.25, 0.5), velocity_m_s=(speed, 0.0), radius_m=0.5, mass_kg=3.0, spin_rad_s=spin)
     scene = Scene(name="slows", discs=[disc], damping_per_s=rate, duration_s=STEPS * DT_S)
@@ -57,8 +57,8 @@ def test_a_damped_disc_is_slowed_by_the_engines_own_integrator(
 
 
 @each("phase", range(8))
-def test_the_step_of_a_bounce_is_damped_as_the_page_tells(engine: Adapter, finish: Finish, phase: int) -> None:
-    """A disc leaves with e of its speed by pymunk, (e - c h)/(1 + c h) by MuJoCo, and e of the damped by others."""
+def test_bounce_step_is_damped_as_documented(engine: Adapter, finish: Finish, phase: int) -> None:
+    """In the step of a bounce pymunk keeps e of the speed, MuJoCo (e - c h)/(1 + c h), others e times damping."""
     rate, speed, e = 1.0, 2.0, 0.75
     disc = Disc(position_m=(1.0 + phase / 8 * speed * DT_S, 0.0), velocity_m_s=(-speed, 0.0), radius_m=0.5)
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
@@ -93,10 +93,13 @@ def _off(place: tuple[float, float], speed: float, degrees: float) -> tuple[floa
 
 @each("profile", ["default", "tuned"])
 @each("name, side", [("pymunk", 1.0), ("box2d", -1.0)])
-def test_a_disc_stops_half_a_step_s_way_off_and_on_its_line(
+def test_table_stops_a_disc_half_a_step_off_on_its_line(
     named: Named, finish: Finish, name: str, side: float, profile: str
 ) -> None:
-    """Chipmunk moves discs before it slows them down, and stops them v dt/2 too late; Box2D as much too early."""
+    r"""Chipmunk stops a disc v dt/2 too far, since it moves discs before slowing them; Box2D as much too early.
+
+    Both keep the disc on its line.
+    """
     for k, (speed, degrees) in enumerate(TABLE_STARTS):
         end = finish(named(name), _thrown(speed, degrees, mass_kg=0.5 + k), 1 / RATE_HZ, profile)
         beyond, aside = _off(tuple(end.position_m[0]), speed, degrees)
@@ -107,8 +110,8 @@ def test_a_disc_stops_half_a_step_s_way_off_and_on_its_line(
 
 @pytest.mark.long
 @each("name", ["pymunk", "box2d"])
-def test_two_discs_that_meet_on_a_table_hand_over_what_is_left_of_a_speed(named: Named, name: str) -> None:
-    """From eight speeds one impact is found, late by a step and a half at most, its velocities to 2 a dt."""
+def test_impact_on_a_table_has_the_reduced_speed(named: Named, name: str) -> None:
+    """Two discs on a table have one impact, at most 1.5 steps late, with the remaining speed to 2 a dt."""
     for start, _ in TABLE_STARTS:
         speed, way = 1.5 + start, 0.5
         discs = [disc_at(0, 0, speed, r=0.25), disc_at(2 * 0.25 + way, 0, r=0.25, m=2.0)]
@@ -120,8 +123,8 @@ def test_two_discs_that_meet_on_a_table_hand_over_what_is_left_of_a_speed(named:
         assert after == pytest.approx((-left / 3.0, 2.0 * left / 3.0), abs=2.0 * SLOWER / RATE_HZ)
 
 
-def test_a_table_s_force_that_32_bits_can_t_hold_is_refused(named: Named) -> None:
-    """A mass times a deceleration times the square of the clock's scale; pymunk's floats hold it."""
+def test_table_force_beyond_32_bits_is_refused(named: Named) -> None:
+    """Box2D's adapter refuses a table force that overflows 32-bit floats; pymunk's adapter accepts it."""
     scene = _thrown(1.0, 0.0, mass_kg=1e20).model_copy(update={"table_deceleration_m_s2": 1e10})
     settings = {name: named(name).profiles["tuned"].settings(1 / RATE_HZ) for name in ("box2d", "pymunk")}
     with pytest.raises(AdapterError, match="the table's force on 1e\\+20 kg"):
@@ -177,10 +180,10 @@ def _bare_mujoco(speed: float, degrees: float) -> tuple[float, float]:
 
 @pytest.mark.long
 @each("alone, side", [(_bare_pymunk, 1.0), (_bare_box2d, -1.0)])
-def test_alone_engines_stop_as_their_adapters_do(
+def test_bare_engines_stop_like_their_adapters(
     alone: Callable[[float, float], tuple[float, float]], side: float
 ) -> None:
-    """A `velocity_func` and a friction joint: half a step's way off, and on the line."""
+    """Bare pymunk with a `velocity_func` and bare Box2D with a friction joint stop half a step off, on the line."""
     for speed, degrees in TABLE_STARTS:
         beyond, aside = _off(alone(speed, degrees), speed, degrees)
         assert beyond == pytest.approx(side * 0.5 * speed / RATE_HZ, rel=0.01)
@@ -188,8 +191,11 @@ def test_alone_engines_stop_as_their_adapters_do(
 
 
 @pytest.mark.long
-def test_alone_mujoco_brakes_each_axis_by_itself() -> None:
-    """Each component falls by the deceleration: a disc leaves its line, by decimetres, as (u^2, v^2)/(2 a) says."""
+def test_bare_mujoco_brakes_each_axis_separately() -> None:
+    r"""MuJoCo's `frictionloss` decelerates each component, so a disc leaves its line by more than 0.3 m.
+
+    It stops at (u^2, v^2)/(2 a).
+    """
     worst = 0.0
     for speed, degrees in TABLE_STARTS:
         place, angle = _bare_mujoco(speed, degrees), math.radians(degrees)
@@ -200,8 +206,11 @@ def test_alone_mujoco_brakes_each_axis_by_itself() -> None:
 
 
 @pytest.mark.long
-def test_alone_pybullet_keeps_a_rolling_ball_on_its_line() -> None:
-    """What bullet3 #2117 reports, a ball that curves under rolling friction, is not seen from eight directions."""
+def test_bare_pybullet_keeps_a_rolling_ball_on_its_line() -> None:
+    r"""A ball with rolling friction keeps its direction to 1e-6 degrees, so bullet3 #2117 is not reproduced.
+
+    The issue reports a ball that curves. Eight directions are tried.
+    """
     engine: Any = importlib.import_module("pybullet")
     radius, friction, slower = 0.028575, 0.5, 0.02 * 9.81 / 1.4
     for degrees in (10.0, 20.0, 30.0, 36.87, 45.0, 60.0, 75.0, 80.0):

@@ -63,16 +63,19 @@ def _skip_unsupported(engine: Adapter, scene: Scene, dt_s: float) -> None:
 
 @each("dt_s", release_after(1, STEPS_S))
 @each("scene", SCENES.values())
-def test_tuned_engine_is_pit_at_the_same_step(engine: Adapter, finish: Finish, scene: Scene, dt_s: float) -> None:
-    """With its tuned profile, every engine ends where PIT with a frame a step ends, in velocity and position."""
+def test_tuned_engines_equal_pit_at_the_same_step(engine: Adapter, finish: Finish, scene: Scene, dt_s: float) -> None:
+    r"""Every tuned engine ends where PIT with one frame a step ends, to 1e-12 in velocity and position.
+
+    Engines with 32-bit floats have a tolerance of as many of their roundings.
+    """
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))
     assert velocity < width(engine, AGREEMENT)
     assert position < width(engine, AGREEMENT)
 
 
 @each("scale", [{"length": 1e-6}, {"length": 1e5}, {"mass": 1e-14}, {"mass": 1e10}, {"time": 1e-9}, {"time": 1e4}])
-def test_tuned_engine_knows_no_unit(engine: Adapter, finish: Finish, scale: dict[str, float]) -> None:
-    """Inside the declared limits, the tuned engine is PIT for tiny, huge, light, heavy, fast and slow scenes alike."""
+def test_tuned_engines_equal_pit_in_any_units(engine: Adapter, finish: Finish, scale: dict[str, float]) -> None:
+    """Within declared limits the tuned engine equals PIT for tiny, huge, light, heavy, fast and slow scenes."""
     length, time = scale.get("length", 1.0), scale.get("time", 1.0)
     scene, dt_s = oblique(**scale), time / 240
     _skip_unsupported(engine, scene, dt_s)
@@ -83,8 +86,8 @@ def test_tuned_engine_knows_no_unit(engine: Adapter, finish: Finish, scale: dict
     assert position / length < tolerance
 
 
-def test_tuned_engine_stands_far_from_the_origin(engine: Adapter, finish: Finish) -> None:
-    """A million metres out (64 with 32-bit floats), an engine is PIT except for the rounding of such coordinates."""
+def test_tuned_engines_equal_pit_far_from_the_origin(engine: Adapter, finish: Finish) -> None:
+    """At 1e6 m (64 m with 32-bit floats) an engine equals PIT except for the rounding of such coordinates."""
     x_m, dt_s = 1e6 if engine.capabilities.float_bits == 64 else 64.0, 1 / 240
     scene = oblique(x_m=x_m)
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))
@@ -95,8 +98,8 @@ def test_tuned_engine_stands_far_from_the_origin(engine: Adapter, finish: Finish
 
 
 @each("x_m", [0.0, 1e6])
-def test_no_disc_passes_through_a_wall(engine: Adapter, finish: Finish, x_m: float) -> None:
-    """A wall is a half-plane: a disc that is 60 radii deep in it after one step still bounces, along its normal."""
+def test_fast_discs_bounce_off_half_planes(engine: Adapter, finish: Finish, x_m: float) -> None:
+    """A wall is a half-plane: a disc that is up to 60 radii deep in it after one step still bounces exactly."""
     rng = np.random.default_rng(7)
     for _ in range(8):
         angle = rng.uniform(0, 2 * math.pi)
@@ -123,10 +126,10 @@ def test_no_disc_passes_through_a_wall(engine: Adapter, finish: Finish, x_m: flo
         ("pymunk", 1 / 60, "default", {}),  # leaves overlaps of 0.1 m alone; closing at 4 m/s they are 0.07 m deep
     ],
 )
-def test_others_are_pit_as_well(
+def test_two_more_settings_equal_pit(
     name: str, dt_s: float, profile: str, settings: dict[str, Setting], named: Named, finish: Finish
 ) -> None:
-    """MuJoCo with free joints, and pymunk as shipped where no step is longer than the overlap that it leaves."""
+    """MuJoCo with free joints equals PIT, and default pymunk does if overlaps stay below its slop of 0.1 m."""
     scene = oblique()
     velocity, position = _largest_difference(scene, dt_s, finish(named(name), scene, dt_s, profile, **settings))
     assert velocity < AGREEMENT
@@ -134,25 +137,28 @@ def test_others_are_pit_as_well(
 
 
 @each("name", ["mujoco", "pybullet"])
-def test_as_shipped_some_are_off_by_percent_at_any_step(name: str, named: Named, finish: Finish) -> None:
-    """MuJoCo's contact spring and PyBullet as shipped: velocities wrong by 1 to 10 %, whatever the step."""
+def test_default_mujoco_and_pybullet_are_off_by_percent_at_any_step(name: str, named: Named, finish: Finish) -> None:
+    """With default settings MuJoCo and PyBullet have velocity errors of 1 to 10 % at every step."""
     scene = _scene(*oblique().discs)
     errors = [_velocity_error(scene, finish(named(name), scene, dt_s, "default")) for dt_s in STEPS_S[1:]]
     assert all(0.01 < error < 0.1 for error in errors), errors
 
 
-def test_a_slow_disc_is_not_put_to_sleep(engine: Adapter, finish: Finish) -> None:
-    """A disc at 3 mm/s is still under way, as fast, after ten seconds with either profile."""
+def test_slow_disc_does_not_fall_asleep(engine: Adapter, finish: Finish) -> None:
+    """A disc at 3 mm/s has the same velocity after 10 s, with the default and the tuned profile."""
     scene = Scene(name="slow", discs=[Disc(position_m=(0, 0), velocity_m_s=(0.003, 0), radius_m=1)], duration_s=10)
     for profile in ("default", "tuned"):
         end = finish(engine, scene, 1 / 60, profile)
         assert end.velocity_m_s.tolist() == rounded(engine, [[0.003, 0]])
 
 
-def test_mujoco_says_that_it_reset_the_state(
+def test_mujoco_reset_is_reported_as_a_warning(
     mujoco: Adapter, finish: Finish, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A state that MuJoCo silently put back to the start carries a warning, and no log file is left behind."""
+    r"""A state that MuJoCo silently reset to the start carries a warning, and no log file is left behind.
+
+    The tuned profile does not reset.
+    """
     monkeypatch.chdir(tmp_path)
     # It starts inside of what the adapter declares, 1e10 m, and passes that in the second step.
     scene = Scene(name="far", discs=[Disc(position_m=(9.99e9, 0), velocity_m_s=(1e9, 0), radius_m=1)], duration_s=0.1)
@@ -187,10 +193,10 @@ def test_mujoco_says_that_it_reset_the_state(
         ("mujoco", oblique(time=1e12), 1e10, "dt_s"),
     ],
 )
-def test_what_an_engine_would_silently_get_wrong_is_refused(
+def test_numbers_beyond_engine_limits_are_refused_by_name(
     named: Named, name: str, scene: Scene, dt_s: float, field: str
 ) -> None:
-    """Beyond the engine's own constants, the adapter says which number is out of range before the engine sees it."""
+    """The adapter refuses a number beyond the engine's limits, and names its field, before the engine gets it."""
     adapter = named(name)
     with pytest.raises(AdapterError, match=rf"(?i)^{name}: .*{field}"):
         adapter.prepare(scene, adapter.profiles["tuned"].settings(dt_s))

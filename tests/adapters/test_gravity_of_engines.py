@@ -29,8 +29,8 @@ def _falling(velocity: tuple[float, float] = (1.0, 3.0)) -> Scene:
 
 
 @each("profile", ["default", "tuned", "located"])
-def test_free_fall_is_the_engines_own_integrator(engine: Adapter, finish: Finish, profile: str) -> None:
-    """After n steps a disc is at x0 + n dt v0 + g dt^2 n(n -+ 1)/2, by whether positions or velocities move first."""
+def test_free_fall_follows_the_documented_integrator(engine: Adapter, finish: Finish, profile: str) -> None:
+    """After n steps a disc is at x0 + n dt v0 + g dt^2 n(n -+ 1)/2, minus where positions are updated first."""
     assert engine.capabilities.gravity
     scene, dt_s, n = _falling(), 1 / 64, 64
     end = finish(engine, scene, dt_s, profile)
@@ -45,8 +45,8 @@ def test_free_fall_is_the_engines_own_integrator(engine: Adapter, finish: Finish
     assert end.velocity_m_s[1].tolist() == [0, 0]
 
 
-def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
-    """A disc dropped by h meets the floor after sqrt(2 h / g), to the step, and again after twice that."""
+def test_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
+    """A disc dropped by h hits the floor after sqrt(2 h / g) and three times that, to 8 steps of 1/500 s."""
     height, g = 1.0, 9.81
     scene = staged("drop", disc_at(0, 0.5 + height), wall_at(0, 0, 0, 1), gravity_m_s2=(0, -g), duration_s=2.0)
     dt_s, fall_s = 1 / 500, math.sqrt(2 * height / g)
@@ -60,10 +60,10 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
 
 @each("profile", ["default", "tuned"])
 @each("starts", release_after(1, [2, 16]))
-def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter, profile: str, starts: int) -> None:
-    """At e = 0 the contact lasts to the end of the run, and its impact is where the ball came down: to two steps.
+def test_landing_with_restitution_zero_is_dated_at_the_touch(engine: Adapter, profile: str, starts: int) -> None:
+    r"""At e = 0 the contact lasts to the end, and its impact is within two steps of the first touch.
 
-    The contact is noticed a step after it began, and acts in the step that follows; so much an engine may be late.
+    The contact is noticed a step after it began, and acts in the step that follows; an engine may be that late.
     """
     dt_s = 1 / 60
     for height in np.linspace(1.0, 2.0, starts).tolist():
@@ -84,8 +84,11 @@ def _drop() -> Scene:
     return staged("drop", disc_at(0, 0.7, r=0.2), wall_at(0, 0, 0, 1), gravity_m_s2=(0, -9.81), duration_s=2.6)
 
 
-def test_cut_steps_keep_the_error_of_a_fall_and_whole_ones_undo_it(engine: Adapter) -> None:
-    """From bounce to bounce a located run gains speed where positions move first and loses it else, by g dt at most."""
+def test_located_bounces_gain_or_lose_up_to_g_dt(engine: Adapter) -> None:
+    r"""A located run gains speed with each bounce where positions move first, otherwise loses it, by at most g dt.
+
+    With whole steps the bounces keep their speed. Box2D is skipped.
+    """
     if engine.name == "box2d":
         pytest.skip("Box2D adds the speed of the step after the bounce, which is what the fall before has lost")
     dt_s = 1 / 60
@@ -102,8 +105,11 @@ def test_cut_steps_keep_the_error_of_a_fall_and_whole_ones_undo_it(engine: Adapt
     assert np.all(gained <= 9.81 * dt_s + rounding)
 
 
-def test_located_is_refused_where_discs_fall_onto_what_does_not(engine: Adapter) -> None:
-    """Such a scene is unsupported by the located profile, with the speed in the sentence; the tuned one runs it."""
+def test_located_profile_is_refused_for_falls_onto_fixed_bodies(engine: Adapter) -> None:
+    r"""The located profile is unsupported for falls onto walls or immovable discs, with the speed error as reason.
+
+    The tuned profile runs the scene.
+    """
     job = Job(_drop(), Method(engine.name, "located"), 1 / 60)
     with pytest.raises(UnsupportedError, match=r"gains or loses up to g dt \(0\.164 m/s\)"):
         load_supported_adapter(job)
@@ -114,8 +120,8 @@ def test_located_is_refused_where_discs_fall_onto_what_does_not(engine: Adapter)
         load_supported_adapter(replace(job, scene=onto_post))
 
 
-def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -> None:
-    """Where all that meets falls alike a located run is not refused, and its impact is where it is without gravity."""
+def test_impact_of_two_falling_discs_is_located_to_rounding(engine: Adapter) -> None:
+    """If only falling discs collide, a located run is allowed, and its impact has the time without gravity."""
     discs = [disc_at(-1, 0, 1, r=0.25), disc_at(1, 0.1, -1, r=0.25)]
     scene = staged("pair", *discs, gravity_m_s2=(0, -9.81), duration_s=1.5)
     job = Job(scene, Method(engine.name, "located"), 1 / 60)
@@ -127,10 +133,8 @@ def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -
 
 @each("profile", ["default", "tuned"])
 @each("starts", release_after(1, [2, 16]))
-def test_discs_that_fall_together_leave_their_impact_as_without_gravity(
-    engine: Adapter, profile: str, starts: int
-) -> None:
-    """Galileo: what two discs do to each other is the same while they fall, so velocities differ by g t and no more."""
+def test_gravity_adds_only_g_t_to_an_impact_of_two_discs(engine: Adapter, profile: str, starts: int) -> None:
+    """Two falling discs have the impact of a run without gravity, with velocities that differ only by g t."""
     dt_s = 1 / 60
     for part in range(starts):
         discs = [disc_at(-1 - part * dt_s / starts, 0, 1, r=0.25), disc_at(1, 0.2, -1, r=0.25)]
@@ -155,8 +159,8 @@ def _head_on() -> Scene:
     return staged("head-on", *discs, duration_s=1.0)
 
 
-def test_a_spring_contact_of_many_steps_is_one_impact(named: Named) -> None:
-    """MuJoCo's default contact spring acts for pi / sqrt(k) seconds; its steps are one impact with outer velocities."""
+def test_spring_contact_of_many_steps_is_one_impact(named: Named) -> None:
+    """MuJoCo's default spring acts for pi / sqrt(k) s; its steps are one impact with the outer velocities."""
     mujoco, dt_s = named("mujoco"), 1 / 1000
     scene = _head_on()
     world = mujoco.prepare(scene, mujoco.profiles["default"].settings(dt_s))
@@ -174,8 +178,8 @@ def test_a_spring_contact_of_many_steps_is_one_impact(named: Named) -> None:
     assert impact["velocity_second_after"][0] == pytest.approx(2, abs=3e-3)
 
 
-def test_an_overlap_without_impulse_is_no_impact(engine: Adapter) -> None:
-    """Discs that overlap at one boundary only, when they part already, exchange nothing: reported or not, no impact."""
+def test_overlap_without_impulse_is_no_impact(engine: Adapter) -> None:
+    """Discs that overlap at one boundary only, while separating, exchange nothing and have no impact."""
     # Nearest at 0.47 s; the only boundary inside the overlap is later than that, when they separate already.
     dt_s, speed, offset = 0.1, 3.0, 0.99
     scene = staged("deep graze", disc_at(-0.47 * speed, 0, speed), disc_at(0, offset), duration_s=1.0)
@@ -189,8 +193,8 @@ def test_an_overlap_without_impulse_is_no_impact(engine: Adapter) -> None:
     assert trace.final_velocity_m_s[1].tolist() == [0, 0]
 
 
-def test_two_contacts_of_one_disc_in_one_step_are_two_impacts(engine: Adapter) -> None:
-    """A disc that strikes two others within one step has two impacts, whose pushes add up to its change of velocity."""
+def test_two_contacts_in_one_step_are_two_impacts(engine: Adapter) -> None:
+    """A disc that strikes two others in one step has two impacts, one after the other."""
     scene = staged("one into two", disc_at(-1.5, 0, 3), disc_at(0, 0.51), disc_at(0, -0.51), duration_s=1.0)
     trace = observe_run(engine, scene, "tuned", 1 / 60)
     first, second = trace.impacts[:2]  # in whichever order the engine takes them
@@ -206,8 +210,8 @@ def test_two_contacts_of_one_disc_in_one_step_are_two_impacts(engine: Adapter) -
     np.testing.assert_allclose(first["velocity_first_after"], second["velocity_first_before"], rtol=0, atol=1e-6)
 
 
-def test_velocities_are_those_outside_the_contact(engine: Adapter) -> None:
-    """The velocities before and after an impact are those of free flight: the scene's own, and the final ones."""
+def test_impact_velocities_are_those_of_free_flight(engine: Adapter) -> None:
+    """The velocities before and after an impact are the initial and the final ones of the scene."""
     for profile in ("default", "tuned", "located"):
         trace = observe_run(engine, _head_on(), profile, 1 / 240)
         (impact,) = trace.impacts

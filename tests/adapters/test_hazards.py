@@ -60,10 +60,8 @@ BAD_SCENES: Mapping[str, list[dict[str, object]]] = {
 
 
 @each("field, changes", [(field, change) for field, all_ in BAD_SCENES.items() for change in all_])
-def test_numbers_that_no_disc_has_are_refused_before_an_engine_sees_them(
-    engine: Adapter, field: str, changes: Mapping[str, object]
-) -> None:
-    """What aborts, asserts, is made 1 kg of, or silently never collides, is an error that names the field."""
+def test_invalid_disc_numbers_are_refused_by_field(engine: Adapter, field: str, changes: Mapping[str, object]) -> None:
+    """A zero, negative or non-finite number of an unvalidated scene is refused with its field, before the engine."""
     with pytest.raises(AdapterError, match=field):
         engine.prepare(_unchecked(**changes), engine.profiles["tuned"].settings(1 / 60))  # type: ignore[arg-type] # as it is meant
 
@@ -87,10 +85,8 @@ def test_numbers_that_no_disc_has_are_refused_before_an_engine_sees_them(
         ("mujoco", {"cone": 1.0}, "MuJoCo: cone must be one of pyramidal, elliptic, got 1.0"),
     ],
 )
-def test_a_setting_beyond_what_an_engine_takes_is_refused(
-    name: str, change: dict[str, Setting], said: str, named: Named
-) -> None:
-    """The message names the setting, what it may be, and what it is."""
+def test_invalid_setting_is_refused_by_name(name: str, change: dict[str, Setting], said: str, named: Named) -> None:
+    """A setting that the engine does not support is refused; the message names it, its range and its value."""
     adapter = named(name)
     settings = {**adapter.profiles["tuned"].settings(1 / 60), **change}
     with pytest.raises(AdapterError, match=re.escape(said)):
@@ -98,8 +94,8 @@ def test_a_setting_beyond_what_an_engine_takes_is_refused(
 
 
 @each("dt_s", [0.0, -1.0, NAN, INF])
-def test_a_step_that_is_none_is_refused(engine: Adapter, dt_s: float) -> None:
-    """A step that is not a positive number is an error that names it."""
+def test_invalid_step_is_refused(engine: Adapter, dt_s: float) -> None:
+    """A step that is not a positive finite number is refused with `dt_s` in the message."""
     settings = {**engine.profiles["tuned"].settings(1 / 60), "dt_s": dt_s}
     with pytest.raises(AdapterError, match="dt_s"):
         engine.prepare(_unchecked(), settings)
@@ -140,11 +136,11 @@ print(in_use_after(1000) - warm)
 
 
 @pytest.mark.long
-def test_a_thousand_worlds_leave_nothing_behind(engine: Adapter) -> None:
-    """A world that is closed leaves less than an empty array of NumPy's behind.
+def test_a_thousand_closed_worlds_leak_no_memory(engine: Adapter) -> None:
+    r"""A closed world leaks less than the size of an empty NumPy array.
 
-    What malloc has handed out is counted, Python's own objects among it: of what is free, glibc keeps or gives back
-    20 MB at a time, so resident memory goes up and down by as much.
+    Allocations of malloc are counted, Python's own objects among them. Resident memory is no measure, since glibc
+    keeps or returns free memory 20 MB at a time.
     """
     if not hasattr(ctypes.CDLL(None), "mallinfo2"):
         pytest.skip("what malloc has handed out is asked of glibc 2.33 or later, which is not here")
@@ -153,8 +149,8 @@ def test_a_thousand_worlds_leave_nothing_behind(engine: Adapter) -> None:
 
 
 @pytest.mark.long
-def test_box2d_survives_warnings_that_are_errors() -> None:
-    """Where warnings are errors, importing Box2D ends the process; its adapter prevents that."""
+def test_box2d_runs_with_warnings_as_errors() -> None:
+    """With `-W error`, importing Box2D would end the process; the adapter prevents that."""
     program = (
         "from carom import Disc, Scene; from carom.engines.registry import load_adapter; a = load_adapter('box2d');"
         "w = a.prepare(Scene(name='x', discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1),"
@@ -166,8 +162,8 @@ def test_box2d_survives_warnings_that_are_errors() -> None:
     assert done.stdout == "[[0.0, 0.0]]\n"
 
 
-def test_pymunk_is_given_no_callback(named: Named, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No Python is called from within a step of pymunk, where `step` would hang and an exception would be swallowed."""
+def test_pymunk_adapter_sets_no_callback(named: Named, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The adapter gives pymunk no Python callback: `step` would hang in one, and swallow its exceptions."""
     pymunk_adapter = named("pymunk")
     import pymunk
 
@@ -204,8 +200,11 @@ def _struck(speed_m_s: float, phase: float = 0.0) -> Scene:
     return staged("struck", *discs, duration_s=4 / speed_m_s)
 
 
-def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(pybullet: Adapter) -> None:
-    """A disc thrown at 180 m/s is 100 m/s fast as shipped, at any start, and said to be; below nothing is said."""
+def test_pybullet_speed_clamp_is_reported_as_a_warning(pybullet: Adapter) -> None:
+    r"""A disc that an impact would throw at 180 m/s is clamped to 100 m/s by default, with a warning.
+
+    There is no warning below the clamp or with the tuned profile.
+    """
     for phase in PHASES:
         found = {}
         for profile, speed in (("default", 90.0), ("default", 40.0), ("tuned", 90.0)):
@@ -224,8 +223,8 @@ def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(pybullet: 
         assert found["tuned", 90.0].velocity_m_s[1, 0] == pytest.approx(2 * 90 * 1000 / 1001, rel=1e-9)
 
 
-def test_the_plan_in_words_knows_a_profiles_own_limits(named: Named) -> None:
-    """Above the clamp the plan skips PyBullet as shipped with that reason, and runs it tuned."""
+def test_plan_skips_pybullet_default_above_its_speed_limit(named: Named) -> None:
+    """At 150 m/s the plan skips PyBullet's default profile, names the limit of 100 m/s, and runs the tuned one."""
     named("pybullet")
     plan = build_plan([_struck(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]), InProcessPool())
     default, tuned = list(explain(plan))[-2:]
@@ -241,8 +240,11 @@ def _row_of(discs: int) -> Scene:
 
 
 @pytest.mark.long
-def test_a_crowd_of_free_spheres_leaves_mujocos_plane(named: Named) -> None:
-    """On free joints impacts make more of each rounding across the plane; once a disc has left it, each run ends."""
+def test_gas_of_free_spheres_leaves_the_plane_in_mujoco(named: Named) -> None:
+    r"""With free joints rounding grows until a disc leaves the plane, and each run ends with that warning.
+
+    The tuned profile has slide joints, and completes.
+    """
     starts = starts_of(all_scenes()["engines/gas-of-25"].scene, 16)
     assert len(starts) == 16
     for scene in starts:
@@ -253,8 +255,8 @@ def test_a_crowd_of_free_spheres_leaves_mujocos_plane(named: Named) -> None:
 
 
 @pytest.mark.long
-def test_mujoco_takes_more_than_three_thousand_discs(mujoco: Adapter) -> None:
-    """Dense matrices of 3,001 discs are allocated, and 1,500 impacts at once are answered."""
+def test_mujoco_runs_3001_discs(mujoco: Adapter) -> None:
+    """MuJoCo allocates dense matrices for 3,001 discs and resolves 1,500 simultaneous impacts."""
     scene = _row_of(3001)
     world = mujoco.prepare(scene, mujoco.profiles["tuned"].settings(1 / 60))
     world.advance(3)
@@ -287,8 +289,8 @@ except AdapterError as error:
 
 
 @pytest.mark.long
-def test_mujoco_out_of_memory_is_a_clear_error(named: Named) -> None:
-    """Where a dense model finds no memory, the error says so and for how many discs, and the process lives on."""
+def test_mujoco_out_of_memory_is_an_adapter_error(named: Named) -> None:
+    """A model that does not fit into memory is refused with the number of discs, and the process survives."""
     named("mujoco")
     if not Path("/proc/self/statm").exists():
         pytest.skip("the memory of a process is read from /proc, which is not here")
@@ -298,8 +300,8 @@ def test_mujoco_out_of_memory_is_a_clear_error(named: Named) -> None:
 
 
 @each("mass_kg", [1e-20, 1e-3, 7.0, 1e20])
-def test_box2d_keeps_the_mass_that_a_disc_has(box2d: Adapter, mass_kg: float) -> None:
-    """Of the masses that are let through none becomes 1 kg: a light disc is thrown, a heavy one isn't slowed."""
+def test_box2d_keeps_extreme_masses(box2d: Adapter, mass_kg: float) -> None:
+    """Masses from 1e-20 to 1e20 kg keep their effect in Box2D, and none is replaced by 1 kg."""
     world = box2d.prepare(_unchecked(mass_kg=mass_kg), box2d.profiles["tuned"].settings(1 / 60))
     world.advance(90)
     end = world.observe()

@@ -18,15 +18,18 @@ FURTHER = [pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if 
 
 
 @each("name", [*release_after(0, NAMES), *FURTHER])
-def test_figures_over_starts_are_those_of_the_page(name: str, named: Named) -> None:
-    """Shares and ranges over 32 starts: the group `engines`, bounces, what is driven, and single findings."""
+def test_hazards_page_has_the_measured_figures(name: str, named: Named) -> None:
+    r"""The figures measured over 32 starts are lines of the hazards page.
+
+    They are those of the group `engines`, bounces, driven bodies and single findings.
+    """
     named(name)
     assert_shown(name, "group", "bounces", "driven", "findings")
 
 
 @pytest.mark.long
-def test_figures_of_pit_are_those_of_the_page() -> None:
-    """What is quickly measured of Carom's own: the group `engines` and bounces."""
+def test_hazards_page_has_the_measured_figures_of_pit() -> None:
+    """The measured figures of PIT for the group `engines` and for bounces are lines of the hazards page."""
     assert_shown("pit", "group", "bounces")
 
 
@@ -38,8 +41,8 @@ def assert_shown(name: str, *tables: str) -> None:
 
 
 @each("name", [*release_after(0, NAMES), *(row for row in FURTHER if row.values != ("drake",))])
-def test_a_crowd_is_within_the_range_of_the_page(name: str, named: Named) -> None:
-    """The median over 16 starts is in the range of the page, which is that of a chaotic run."""
+def test_chaotic_medians_are_within_the_ranges_of_the_page(name: str, named: Named) -> None:
+    """The median of each chaotic measurement is within the range that the hazards page gives for it."""
     named(name)
     text = PAGE.read_text(encoding="utf-8")
     gas, findings = ranges(text, "A gas"), ranges(text, "Findings")

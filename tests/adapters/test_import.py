@@ -41,8 +41,8 @@ def ball(space: pymunk.Space, x: float, y: float, radius: float = 0.5, *, elasti
 
 @pytest.mark.long
 @each("protocol", range(pickle.HIGHEST_PROTOCOL, -1, -1))
-def test_a_scene_that_becomes_a_space_comes_back(tmp_path: Path, protocol: int) -> None:
-    """The space that the printed settings build, pickled by pymunk's own means, is the scene that it was built from."""
+def test_pickled_space_of_a_scene_is_imported_as_that_scene(tmp_path: Path, protocol: int) -> None:
+    """The pymunk space built by the printed code and pickled is imported as the original scene."""
     adapter = load_adapter("pymunk")
     text = adapter.code(CORNER, adapter.profiles["tuned"].settings(1 / 60), "")  # type: ignore[attr-defined]
     build = text.partition("for _ in range(steps)")[0]
@@ -71,8 +71,8 @@ def test_a_scene_that_becomes_a_space_comes_back(tmp_path: Path, protocol: int) 
 
 
 @pytest.mark.usefixtures("in_process")
-def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
-    """Joints, damping, sensors, movable polygons, compounds, filters, moving kinematic bodies: each is a line."""
+def test_unsupported_parts_of_a_space_are_listed(tmp_path: Path) -> None:
+    """Joints, damping, sensors, compounds, filters and moving bodies of a space are listed as dropped."""
     space = pymunk.Space()
     space.damping = 0.9
     first, second = ball(space, 0, 0, elasticity=0.5), ball(space, 3, 0)
@@ -110,8 +110,11 @@ def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_pixels_become_metres_and_the_run_stays_the_same(tmp_path: Path) -> None:
-    """A space in pixels is the scene in metres: lengths over the pixels of a metre, times and masses as they are."""
+def test_pixels_are_converted_to_metres(tmp_path: Path) -> None:
+    r"""A space in pixels is imported in metres: lengths are divided by the pixels of a metre.
+
+    Masses and coefficients stay the same.
+    """
     space = pymunk.Space()
     space.gravity = (0.0, 900.0)
     body = ball(space, 128.0, 64.0, 32.0)
@@ -144,8 +147,11 @@ def dotted() -> bytes:
 
 @pytest.mark.usefixtures("in_process")
 @each("kind", release_after(1, ["bomb", "dotted", "callback"]))
-def test_what_is_no_part_of_a_space_is_refused_by_name_and_not_run(tmp_path: Path, kind: str) -> None:
-    """A file that asks for anything else is refused with that name, from Python as by the command."""
+def test_foreign_objects_in_a_pickle_are_refused_and_not_run(tmp_path: Path, kind: str) -> None:
+    r"""A pickle that refers to anything but types of pymunk and plain types is refused with that name.
+
+    Nothing in it is run.
+    """
     mark, path = tmp_path / "ran", tmp_path / "space.pkl"
     space = pymunk.Space()
     body = ball(space, 0, 0)
@@ -176,16 +182,16 @@ def carom_function(body: pymunk.Body, gravity: tuple[float, float], damping: flo
         (pickle.dumps(pymunk.Space()), "must hold at least one disc"),
     ],
 )
-def test_a_file_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: bytes, words: str) -> None:
-    """A file that is no space, or has no disc, is refused by its name."""
+def test_file_that_is_no_space_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
+    """A pickle without a space, a file that is no pickle, and a space without discs are refused with the reason."""
     path = tmp_path / "space.pkl"
     path.write_bytes(content)
     with pytest.raises(AdapterError, match=words):
         import_scene(path)
 
 
-def test_arguments_of_an_import_are_refused_by_name(tmp_path: Path) -> None:
-    """An ending, a file that is not there, and a number that is not finite."""
+def test_invalid_import_arguments_are_refused(tmp_path: Path) -> None:
+    """An unknown extension, a missing file and a zero `pixels_per_metre` are refused by name."""
     with pytest.raises(InputError, match=r"has an unknown extension; known: \.pkl"):
         import_scene(tmp_path / "space.txt")
     with pytest.raises(InputError, match="can't be read"):
@@ -195,8 +201,8 @@ def test_arguments_of_an_import_are_refused_by_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_the_command_writes_a_scene_that_loads(tmp_path: Path) -> None:
-    """`carom import FILE TO` writes the scene, names what was dropped, and never takes another file's place."""
+def test_import_command_writes_a_loadable_scene(tmp_path: Path) -> None:
+    """`carom import FILE TO` writes the scene, lists what was dropped, and never overwrites a file."""
     space = pymunk.Space()
     space.damping = 0.5
     ball(space, 0, 0)
@@ -219,8 +225,8 @@ def model_of(scene: Scene, profile: str, folder: Path) -> Path:
 
 @pytest.mark.long
 @each("profile", ["tuned", "default"])
-def test_a_scene_that_becomes_a_model_comes_back(tmp_path: Path, profile: str) -> None:
-    """The model that the printed settings are, with its start, is the scene that it was made of, at its mass unit."""
+def test_model_of_a_scene_is_imported_as_that_scene(tmp_path: Path, profile: str) -> None:
+    """The MuJoCo model of the printed code is imported as the original scene, with masses in its mass unit."""
     scene = import_scene(model_of(CORNER, profile, tmp_path), duration_s=1.0).scene
     assert scene.gravity_m_s2 == CORNER.gravity_m_s2
     discs = sorted(scene.discs, key=lambda disc: disc.position_m)  # MuJoCo has what can't move first
@@ -243,8 +249,8 @@ def test_a_scene_that_becomes_a_model_comes_back(tmp_path: Path, profile: str) -
 
 
 @pytest.mark.long
-def test_a_disc_on_slides_does_not_turn(tmp_path: Path) -> None:
-    """Of a body that two slides hold no impact turns anything: its inertia factor is infinite."""
+def test_disc_on_slide_joints_has_infinite_inertia_factor(tmp_path: Path) -> None:
+    """No impact can turn a body on two slide joints, so its imported inertia factor is infinite."""
     plain = staged("plain", disc_at(0, 1, 1, r=0.25, m=3), wall_at(5, 0, -1, 0), duration_s=1)
     found = import_scene(model_of(plain, "tuned", tmp_path), duration_s=1.0)
     (disc,) = found.scene.discs
@@ -267,8 +273,8 @@ MODEL = """<mujoco>
 
 
 @pytest.mark.usefixtures("in_process")
-def test_all_that_a_scene_has_no_place_for_in_a_model_is_named(tmp_path: Path) -> None:
-    """Boxes, planes across z, hinges, bodies out of the plane or lying, MuJoCo's own gravity: each is a line."""
+def test_unsupported_parts_of_a_model_are_listed(tmp_path: Path) -> None:
+    """Boxes, hinges, bodies off the plane, lying cylinders and gravity along z are listed as dropped."""
     path = tmp_path / "model.xml"
     path.write_text(MODEL)
     found = import_scene(path)
@@ -300,8 +306,8 @@ def test_all_that_a_scene_has_no_place_for_in_a_model_is_named(tmp_path: Path) -
         ("<mujoco/>", "must hold at least one disc"),
     ],
 )
-def test_a_model_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, text: str, words: str) -> None:
-    """A file that is no model, names other files, which are not read, or has no disc is refused by its name."""
+def test_invalid_model_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    """A file that is no model, refers to other files, or has no disc is refused with the reason."""
     path = tmp_path / "model.xml"
     path.write_text(text)
     with pytest.raises(AdapterError, match=words):

@@ -16,8 +16,8 @@ from carom.engines.api import Adapter, Setting
 from carom.engines.api import Knob as SearchedKnob
 
 
-def test_every_knob_is_taken_at_its_ends(engine: Adapter) -> None:
-    """What may be searched can be set: each end of a range, and each choice, comes back from the engine as it was."""
+def test_knobs_accept_the_ends_of_their_ranges(engine: Adapter) -> None:
+    """Each end of a searchable range, and each choice, is the value that the world reports as used."""
     knobs: Mapping[str, SearchedKnob] = getattr(engine, "knobs", {})
     assert knobs
     for name, knob in knobs.items():
@@ -139,8 +139,8 @@ KNOBS = [
 
 
 @each("knob", KNOBS)
-def test_a_tuned_setting_has_effect(named: Named, finish: Finish, knob: Knob) -> None:
-    """Put back to what is shipped, a tuned setting makes a difference: it does reach the engine."""
+def test_tuned_settings_have_an_effect(named: Named, finish: Finish, knob: Knob) -> None:
+    """Resetting a tuned setting to its default changes the run by at least the listed amount."""
     adapter, scene = named(knob.engine), knob.scene()
     dt_s = 1 / scene.frame_rate_hz
     tuned, other = (finish(adapter, scene, dt_s, **changes) for changes in ({}, {knob.name: knob.value}))
@@ -148,8 +148,8 @@ def test_a_tuned_setting_has_effect(named: Named, finish: Finish, knob: Knob) ->
     assert np.abs(found[knob.of]).max() > knob.least
 
 
-def test_no_tuned_setting_is_without_a_test(engine: Adapter) -> None:
-    """Each setting of a tuned profile except the step is in the list above, so it has an effect."""
+def test_every_tuned_setting_is_in_the_list(engine: Adapter) -> None:
+    """Each setting of a tuned profile, except the step, is in `KNOBS`, and no other one is."""
     claimed = set(engine.profiles["tuned"].settings(1 / 60)) - {"dt_s"}
     assert claimed == {knob.name for knob in KNOBS if knob.engine == engine.name}
 
@@ -165,10 +165,10 @@ def test_no_tuned_setting_is_without_a_test(engine: Adapter) -> None:
         ("box2d", "tuned", {"sleepingAllowed": False}),
     ],
 )
-def test_a_setting_that_was_dropped_has_no_effect(
+def test_omitted_settings_have_no_effect(
     named: Named, finish: Finish, name: str, profile: str, changes: dict[str, Setting]
 ) -> None:
-    """What no profile sets, though others recommend it, changes nothing beyond rounding."""
+    """Settings that others recommend, but no profile sets, change velocities by rounding only."""
     adapter = named(name)
     for scene in (oblique(), _shared(), _inelastic(), _slow()):
         dt_s = 1 / scene.frame_rate_hz
@@ -183,10 +183,10 @@ def test_a_setting_that_was_dropped_has_no_effect(
     "name, scene, shipped",
     [("pymunk", break_(), {"iterations": 10}), ("pybullet", cradle(), {"solverResidualThreshold": 1e-7})],
 )
-def test_shared_contacts_keep_their_energy_by_iterating(
+def test_tuned_iterations_conserve_energy_in_shared_contacts(
     named: Named, finish: Finish, name: str, scene: Scene, shipped: dict[str, Setting]
 ) -> None:
-    """Where contacts are shared, the tuned solver's iterations keep kinetic energy 100 times better than as shipped."""
+    """With shared contacts the tuned iterations conserve kinetic energy 100 times better than the default ones."""
     adapter, dt_s = named(name), 1 / 240
     start = sum(disc.velocity_m_s[0] ** 2 for disc in scene.discs)  # all masses are 1 kg, and only one disc moves
     tuned, less = (

@@ -35,33 +35,33 @@ RATES_HZ = [60.0, 240.0]
         ),
     ],
 )
-def test_a_ball_comes_to_rest_with_the_settings_that_are_best_for_impacts(
+def test_ball_comes_to_rest_with_tuned_settings(
     named: Named, name: str, rate_hz: float, e: float, share: float
 ) -> None:
-    """It has bounced out, and no longer moves by a hundredth, or a thousandth, of what it falls in a step."""
+    """After its bounces a ball moves by at most 1 % (optional engines 0.1 %) of what it falls in a step."""
     for speeds in speeds_at_rest(named(name), "tuned", rate_hz, e):
         assert float(np.abs(speeds).max()) <= share * G / rate_hz
 
 
 @pytest.mark.engines
 @each("name, threshold", [("planck", "velocityThreshold"), ("physx", "bounceThresholdVelocity")])
-def test_a_ball_hops_for_ever_unless_slow_contacts_are_inelastic(named: Named, name: str, threshold: str) -> None:
-    """As tuned, at 60 steps a second, from each of eight starts; with a limit of three steps' fall, from none."""
+def test_tuned_planck_and_physx_hop_for_ever_without_a_threshold(named: Named, name: str, threshold: str) -> None:
+    """At 60 steps a second all balls keep hopping; with a bounce threshold of three steps' fall none does."""
     assert all(hops(speeds_at_rest(named(name), "tuned", 60.0), 60.0))
     assert not any(speeds.any() for speeds in speeds_at_rest(named(name), "tuned", 60.0, **{threshold: 0.5}))
 
 
 @pytest.mark.long
 @each("rate_hz", RATES_HZ)
-def test_with_those_box2d_hops_for_ever_and_rests_with_its_own(box2d: Adapter, rate_hz: float) -> None:
-    """Every third step it takes off; with contacts inelastic below 2.5 steps' fall or more it rests."""
+def test_box2d_hops_when_tuned_and_rests_with_its_resting_profile(box2d: Adapter, rate_hz: float) -> None:
+    """Tuned Box2D keeps hopping from all starts; with the profile `resting` no ball moves."""
     assert all(hops(speeds_at_rest(box2d, "tuned", rate_hz), rate_hz))
     assert not any(speeds.any() for speeds in speeds_at_rest(box2d, "resting", rate_hz))
 
 
 @each("e", [0.0, 0.3, 0.6])
-def test_what_rests_in_box2d_bounces_first(named: Named, e: float) -> None:
-    """The first bounce gives back e of the speed, and what the fall of a step makes of it, as tuned."""
+def test_resting_profile_of_box2d_keeps_the_first_bounce(named: Named, e: float) -> None:
+    """The first bounce with the profile `resting` equals the tuned one, and returns e of the speed."""
     box2d, height, rate_hz = named("box2d"), 1.0, 240.0
     scene = on_a_floor(Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M), 1.0, e=e)
     after = {}
@@ -76,15 +76,21 @@ def test_what_rests_in_box2d_bounces_first(named: Named, e: float) -> None:
 
 @pytest.mark.long
 @each("e, lasts", [(0.5, False), (0.9, True)])
-def test_a_lively_ball_never_rests_in_box2d_as_shipped(named: Named, e: float, lasts: bool) -> None:
-    """It hops at ``g dt / (1 - e)``: at 60 steps a second and e = .9 that is 1.7 m/s, where 1 m/s is made inelastic."""
+def test_default_box2d_hops_for_ever_at_high_restitution(named: Named, e: float, lasts: bool) -> None:
+    r"""At e = 0.9 a ball in default Box2D keeps hopping at more than 1 m/s; at e = 0.5 it does not.
+
+    It hops at ``g dt / (1 - e)``, at 60 steps a second 1.7 m/s; contacts below 1 m/s are inelastic.
+    """
     speeds = speeds_at_rest(named("box2d"), "default", 60.0, e)
     assert {float(of_start.max()) > 1.0 for of_start in speeds} == {lasts}
 
 
 @pytest.mark.long
-def test_pybullet_hops_for_ever_as_shipped_at_60_steps_a_second(named: Named) -> None:
-    """Multibodies hop with any threshold below a step's fall and a half; above it, or other bodies, rest."""
+def test_pybullet_multibodies_hop_for_ever_below_a_threshold(named: Named) -> None:
+    r"""PyBullet's multibodies keep hopping if the restitution threshold is below 1.25 steps' fall.
+
+    So they do by default. At 2.5 steps' fall they rest.
+    """
     pybullet, own = named("pybullet"), {"useMaximalCoordinates": False}
     assert all(hops(speeds_at_rest(pybullet, "default", 60.0), 60.0))
     for rate_hz in RATES_HZ:
@@ -104,15 +110,15 @@ def _rolls(
 
 
 @each("name", ["mujoco", "pybullet", "pymunk"])
-def test_a_disc_that_rolls_slowly_rolls_on(named: Named, finish: Finish, name: str) -> None:
-    """At 5 to 10 mm/s, whatever has rolled in the same process before: after 10 s it is where it should be."""
+def test_slowly_rolling_disc_keeps_rolling(named: Named, finish: Finish, name: str) -> None:
+    """A disc that rolls at 5 to 10 mm/s has the right position after 10 s, to 0.1 %."""
     for speed in np.linspace(0.005, 0.01, STARTS).tolist():
         end = _rolls(finish, named(name), "default", speed, 10.0)
         assert end.position_m[0, 0] == pytest.approx(10.0 * speed, rel=1e-3)
 
 
-def test_box2d_puts_to_sleep_what_rolls_slowly(named: Named, finish: Finish) -> None:
-    """Below 1 cm/s and 2 degrees a second, half a second after it began; in every profile it is kept awake."""
+def test_box2d_sleep_stops_slowly_rolling_discs(named: Named, finish: Finish) -> None:
+    """With sleeping allowed Box2D stops a disc slower than 1 cm/s after 0.5 s; profiles keep it awake."""
     for speed in np.linspace(0.005, 0.0085, STARTS).tolist():
         end = _rolls(finish, named("box2d"), "default", speed, 10.0, sleepingAllowed=True)
         assert end.position_m[0, 0] == pytest.approx(0.5 * speed, rel=0.01)
@@ -126,10 +132,10 @@ def test_box2d_puts_to_sleep_what_rolls_slowly(named: Named, finish: Finish) -> 
     "name, sleeps, fastest",
     [("rapier", "can_sleep", 0.06), ("rapier2d", "canSleep", 0.06), ("box2d3", "enableSleep", 0.045)],
 )
-def test_what_slides_slowly_is_put_to_sleep_as_shipped(
+def test_default_sleep_stops_slowly_sliding_discs(
     named: Named, finish: Finish, name: str, sleeps: str, fastest: float
 ) -> None:
-    """On a floor without friction, after half a second, from eight speeds; in every profile it is kept awake."""
+    """With sleep enabled an engine stops a slowly sliding disc after 0.5 s; profiles keep it awake."""
     for speed in np.linspace(0.005, fastest, STARTS).tolist():
         scene = on_a_floor(Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M), 10.0)
         asleep = finish(named(name), scene, 1 / 60, "default", **{sleeps: True}).position_m[0, 0]
@@ -149,8 +155,13 @@ def test_what_slides_slowly_is_put_to_sleep_as_shipped(
         ("pymunk", "default", 0.0),
     ],
 )
-def test_the_slip_of_a_disc_that_rolls(named: Named, finish: Finish, name: str, profile: str, slip: float) -> None:
-    """Box2D rubs at 2.5 mm outside the rim as shipped, half its skin and half its slop: of .5 m, half a hundredth."""
+def test_slip_of_rolling_discs_is_as_documented(
+    named: Named, finish: Finish, name: str, profile: str, slip: float
+) -> None:
+    r"""Default Box2D rolls with a slip of 0.5 %, tuned MuJoCo 0.28 %, and the others without slip.
+
+    Box2D's friction acts 2.5 mm outside the rim of 0.5 m, half its skin and half its slop.
+    """
     for speed in np.linspace(1.5, 3.0, STARTS).tolist():
         end = _rolls(finish, named(name), profile, speed, 2.0)
         found = (end.velocity_m_s[0, 0] + RADIUS_M * sure(end.spin_rad_s)[0]) / speed
@@ -158,8 +169,11 @@ def test_the_slip_of_a_disc_that_rolls(named: Named, finish: Finish, name: str, 
 
 
 @pytest.mark.long
-def test_pybullet_s_damping_eats_what_rolls(named: Named, finish: Finish) -> None:
-    """Of about 2 m/s a third is left after 10 s with the .04 that is shipped, which no profile keeps."""
+def test_pybullet_default_damping_slows_rolling_discs(named: Named, finish: Finish) -> None:
+    r"""With PyBullet's own damping of 0.04 a rolling disc keeps a third of its speed after 10 s.
+
+    The default profile sets damping to 0, and the disc keeps its speed.
+    """
     for speed in np.linspace(1.75, 2.25, STARTS).tolist():
         end = _rolls(finish, named("pybullet"), "default", speed, 10.0, linearDamping=0.04, angularDamping=0.04)
         assert 0.3 < end.velocity_m_s[0, 0] / speed < 0.4
@@ -178,10 +192,13 @@ def test_pybullet_s_damping_eats_what_rolls(named: Named, finish: Finish) -> Non
         ("box2d", "default", 0.0, 1e-15),
     ],
 )
-def test_what_friction_holds_creeps_in_mujoco(
+def test_discs_held_by_friction_creep_in_mujoco(
     named: Named, finish: Finish, name: str, profile: str, least: float, most: float
 ) -> None:
-    """From slopes of a third of what holds up to nearly all, m/s: its friction fails; as tuned by micrometres."""
+    r"""On slopes that friction holds, default MuJoCo creeps by 1.5 to 10 mm/s, tuned by micrometres per second.
+
+    The other engines do not creep.
+    """
     for fall in np.linspace(0.1, 0.28, STARTS).tolist():
         disc = Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M, inertia_factor=math.inf)
         end = finish(named(name), on_a_floor(disc, 2.5, fall=fall, friction=0.3), 1 / 240, profile)
@@ -190,8 +207,8 @@ def test_what_friction_holds_creeps_in_mujoco(
 
 @pytest.mark.long
 @each("profile", ["default", "tuned"])
-def test_pybullet_s_rolling_resistance_is_that_of_the_law(named: Named, finish: Finish, profile: str) -> None:
-    """By hand ``v - c g t / (1 + k)``, from eight speeds and with as many coefficients; where it stops, it stays."""
+def test_pybullet_rolling_resistance_follows_the_law(named: Named, finish: Finish, profile: str) -> None:
+    """Rolling resistance leaves ``v - c g t / (1 + k)``, from 8 speeds; a disc that stopped stays at rest."""
     for speed, resists in zip(np.linspace(1.5, 3.0, STARTS), np.linspace(0.01, 0.2, STARTS), strict=True):
         disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
         scene = on_a_floor(disc, 1.0, friction=0.5).model_copy(update={"wall_rolling_resistance": float(resists)})
@@ -201,8 +218,8 @@ def test_pybullet_s_rolling_resistance_is_that_of_the_law(named: Named, finish: 
         assert abs(finish(named("pybullet"), slow, 1 / 240, profile).velocity_m_s[0, 0]) < 2e-4
 
 
-def test_pybullet_refuses_rolling_resistance_on_discs_of_two_radii(named: Named) -> None:
-    """A wall of its has one torque for all."""
+def test_pybullet_refuses_rolling_resistance_with_unequal_radii(named: Named) -> None:
+    """A wall has one rolling torque for all discs, so discs of unequal radii are refused with their radii."""
     discs = [Disc(position_m=(3.0 * k, 0.5 + 0.1 * k), radius_m=0.5 + 0.1 * k) for k in range(2)]
     scene = on_a_floor(discs[0], 1.0, friction=0.5)
     scene = scene.model_copy(update={"discs": tuple(discs), "wall_rolling_resistance": 0.1})
@@ -234,8 +251,8 @@ def speed_of(options: str, friction: float, resists: float, seconds: float, *, t
 
 @pytest.mark.long
 @each("options, least, most", [("shipped", 1.2, 5.6), ("exact", 0.15, 3.4)])
-def test_what_friction_and_rolling_resistance_hold_together_slips(options: str, least: float, most: float) -> None:
-    """On slopes of .3 to .79, with friction .8 and c a fiftieth above: by the law it rests, by one cone it does not."""
+def test_mujoco_slips_where_friction_and_resistance_should_hold(options: str, least: float, most: float) -> None:
+    """On slopes that the law holds with friction 0.8 and resistance 2 % above the slope, MuJoCo's disc slips."""
     for tangent in np.linspace(0.3, 0.79, STARTS).tolist():
         slipped = speed_of(OPTIONS[options], 0.8, 1.02 * tangent, 2.0, tangent=tangent, speed=0.0)
         assert least < slipped < most
@@ -243,8 +260,8 @@ def test_what_friction_and_rolling_resistance_hold_together_slips(options: str, 
 
 @pytest.mark.long
 @each("options, least, most", [("shipped", 0.70, 0.96), ("exact", 0.93, 1.001)])
-def test_what_rolls_is_slowed_down_by_less_than_the_law_has_it(options: str, least: float, most: float) -> None:
-    """With c of .01 to .15 and friction 1/2, of c g / (1 + k): the more of the cone is used up, the less."""
+def test_mujoco_rolling_resistance_is_weaker_than_the_law(options: str, least: float, most: float) -> None:
+    """MuJoCo's rolling resistance is a part of c g / (1 + k), and a smaller part for larger resistance."""
     parts = []
     for speed, resists in zip(
         np.linspace(1.5, 2.9, STARTS).tolist(), np.linspace(0.01, 0.15, STARTS).tolist(), strict=True

@@ -44,27 +44,30 @@ def _restitution(end: Observation, closing_m_s: float) -> float:
         ("box2d", bare_impacts.box2d, max(0.5, 0.8)),
     ],
 )
-def test_restitutions_are_combined_as_the_pages_say(
+def test_engines_combine_restitutions_as_documented(
     named: Named, name: str, throw: Callable[[bare_impacts.Thrown], bare_impacts.Left], expected: float
 ) -> None:
-    """Of coefficients 0.5 and 0.8 an engine itself makes the product or the larger."""
+    """Of restitutions 0.5 and 0.8 pymunk and PyBullet use the product, and Box2D the larger."""
     named(name)
     for given in ((0.5, 0.8), (0.8, 0.5)):
         _, leaves, _ = throw(bare_impacts.Thrown(velocity=(0.0, -2.0), restitutions=given))
         assert leaves / 2.0 == pytest.approx(expected, abs=1e-6)  # half a dozen roundings of 32 bits
 
 
-def test_mujoco_has_no_restitution_to_combine(named: Named) -> None:
-    """MuJoCo's contacts are springs and dampers: no geom has a coefficient of restitution."""
+def test_mujoco_has_no_restitution_coefficient(named: Named) -> None:
+    """No attribute of MuJoCo's model is named restitution: its contacts are springs and dampers."""
     named("mujoco")
     assert not [name for name in dir(importlib.import_module("mujoco").MjModel) if "restitution" in name]
 
 
 @each("name, profile", [("pybullet", "default"), ("box2d", "default"), ("box2d", "tuned")])
-def test_contacts_below_the_declared_threshold_are_inelastic(
+def test_contacts_below_the_restitution_threshold_are_inelastic(
     named: Named, finish: Finish, name: str, profile: str
 ) -> None:
-    """Just below the declared closing speed a contact does not bounce, just above it does; and the plan says so."""
+    r"""Just below the declared closing speed a contact does not bounce, and just above it does.
+
+    The slower scene is reported as unsupported, unless its restitution is 0.
+    """
     adapter = named(name)
     capabilities = capabilities_of(adapter, profile)
     threshold = capabilities.restitution_threshold_m_s
@@ -80,8 +83,8 @@ def test_contacts_below_the_declared_threshold_are_inelastic(
 
 
 @each("profile", ["default", "tuned"])
-def test_where_no_threshold_is_declared_there_is_none(engine: Adapter, finish: Finish, profile: str) -> None:
-    """Without a declared threshold, discs that close at 1 mm/s bounce as fast discs do."""
+def test_engines_without_a_threshold_bounce_at_1_mm_per_s(engine: Adapter, finish: Finish, profile: str) -> None:
+    """Without a declared threshold, discs that close at 1 mm/s rebound with restitution 1."""
     if capabilities_of(engine, profile).restitution_threshold_m_s > 1e-3:
         pytest.skip("declares a threshold above that")
     scene = _head_on(1e-3)
@@ -92,8 +95,11 @@ def test_where_no_threshold_is_declared_there_is_none(engine: Adapter, finish: F
         assert restitution == pytest.approx(1, abs=width(engine, 1e-8))
 
 
-def test_pybullet_multibody_speed_is_capped_as_declared(pybullet: Adapter, finish: Finish) -> None:
-    """As shipped PyBullet clamps a disc to the declared speed, with maximal coordinates not; and the plan says so."""
+def test_pybullet_multibody_speed_is_clamped_as_declared(pybullet: Adapter, finish: Finish) -> None:
+    r"""A disc of 200 m/s is clamped to 100 m/s by default, and not with maximal coordinates.
+
+    The scene is unsupported by the default profile, and supported by the tuned one.
+    """
     capped = capabilities_of(pybullet, "default")
     scene = staged("free", disc_at(0, 0, 200, r=1), duration_s=0.1)
     assert finish(pybullet, scene, 1 / 100, "default").velocity_m_s.tolist() == [[capped.max_speed_m_s, 0]]
@@ -103,8 +109,11 @@ def test_pybullet_multibody_speed_is_capped_as_declared(pybullet: Adapter, finis
     assert not unsupported_reason(scene, capabilities_of(pybullet, "tuned"), 1 / 100)
 
 
-def test_box2d_moves_a_body_as_far_as_declared_and_says_when_it_would_not_do(named: Named, drive: Drive) -> None:
-    """A disc that an impact makes faster than 2 m a step is warned of, and a scene that starts so is unsupported."""
+def test_box2d_motion_limit_is_reported(named: Named, drive: Drive) -> None:
+    r"""A disc that an impact makes faster than 2 m a step is moved by 2 m, with a warning.
+
+    A scene that starts so fast is unsupported, and refused.
+    """
     box2d, dt_s = named("box2d"), 1 / 10
     limit = box2d.capabilities.max_move_m
     # A heavy disc at 1.6 m a step throws a light one forward at nearly twice its speed.
@@ -120,8 +129,8 @@ def test_box2d_moves_a_body_as_far_as_declared_and_says_when_it_would_not_do(nam
         box2d.prepare(fast, box2d.profiles["tuned"].settings(dt_s))
 
 
-def test_floats_are_as_wide_as_declared(engine: Adapter) -> None:
-    """A tenth is held as the nearest number of the declared width, and of no other."""
+def test_declared_float_width_is_the_actual_one(engine: Adapter) -> None:
+    """The engine holds 0.1 as the nearest float of the declared width, and of no other width."""
     scene = staged("tenth", disc_at(0.1, 0, 0.1, r=1), duration_s=1)
     world = engine.prepare(scene, engine.profiles["tuned"].settings(1 / 60))
     start = world.observe()
@@ -133,8 +142,8 @@ def test_floats_are_as_wide_as_declared(engine: Adapter) -> None:
 
 
 @each("mass_kg", [1e-120, 1e-30, 1e30, 1e120])
-def test_a_mass_beyond_what_is_declared_is_unsupported(engine: Adapter, mass_kg: float) -> None:
-    """Before the engine is called, the plan says which mass it does not simulate, and between which it does."""
+def test_mass_beyond_declared_limits_is_unsupported(engine: Adapter, mass_kg: float) -> None:
+    """A mass outside the declared limits is reported as unsupported, with the mass and the field."""
     capabilities = engine.capabilities
     discs = [disc_at(x, 0.0, m=mass_kg) for x in (0.0, 3.0)]
     reason = unsupported_reason(staged("pair", *discs, duration_s=1.0), capabilities, 1 / 60)
@@ -142,16 +151,19 @@ def test_a_mass_beyond_what_is_declared_is_unsupported(engine: Adapter, mass_kg:
     assert reason == "" if within else reason.startswith(f"discs[0].mass_kg is {mass_kg:g}, and this method simulates")
 
 
-def test_a_scene_too_far_out_for_the_declared_floats_is_unsupported(engine: Adapter) -> None:
-    """Where positions are rounded by more than a disc is large, the plan says so before the engine is called."""
+def test_positions_beyond_float_resolution_are_unsupported(engine: Adapter) -> None:
+    """A scene whose positions round by more than a disc's radius is reported as unsupported."""
     radius = {32: 1.0, 64: 1e-8}[engine.capabilities.float_bits]
     far = staged("far", disc_at(1e8, 0, r=radius), duration_s=1)
     assert "bit floats round by more" in unsupported_reason(far, replace(engine.capabilities, min_radius_m=0.0), 1 / 60)
 
 
 @each("name", [*OF_ALL, *(pytest.param(name, marks=pytest.mark.engines) for name in OF_ENGINES)])
-def test_default_uses_what_is_shipped_and_runs_as_the_bare_engine(name: str, named: Named) -> None:
-    """Each value of `default` is read from the engine, except those listed as changed; discs end where it has them."""
+def test_default_profile_equals_the_bare_engine(name: str, named: Named) -> None:
+    r"""The default profile uses the engine's own defaults, except for the values listed as changed.
+
+    Discs end where the bare engine has them, to at most one rounding.
+    """
     adapter = named(name)
     shipped = (OF_ALL | OF_ENGINES)[name]()
     assert_default_is_shipped(adapter, shipped)
@@ -161,8 +173,8 @@ def test_default_uses_what_is_shipped_and_runs_as_the_bare_engine(name: str, nam
 # Starts of the legs of engines' driven bodies -------------------------------------------------------------------------
 
 
-def test_steps_are_taken_together_once_no_leg_is_to_come() -> None:
-    """One step at a time while a leg may begin, the rest in one stretch, and all of them without legs."""
+def test_steps_are_split_only_while_legs_are_pending() -> None:
+    """Steps are taken one at a time while a leg may begin, and the rest, or all without legs, in one call."""
     legs = Legs[str]()
     assert [*legs.split_steps(5)] == [5]
     path = (Leg(from_s=0.0, velocity_m_s=(1.0, 0.0)), Leg(from_s=2.0, velocity_m_s=(0.0, 1.0)))

@@ -164,8 +164,8 @@ def _sentences(engine: str) -> Iterator[tuple[str, str, Verdict, str]]:
 
 
 @each("engine", list(ENGINES))
-def test_each_sentence_is_what_the_engine_does_alone(engine: str) -> None:
-    """Late, early, missed, wrong by so much: every number of a sentence comes of the engine's bare run, too."""
+def test_report_sentences_match_bare_engine_runs(engine: str) -> None:
+    """Every number in a verdict's sentence equals that of the engine's bare run, to half of its last digit."""
     bits = load_adapter(engine).capabilities.float_bits
     runs: dict[tuple[str, str], Bare] = {}
     checked, false = 0, []

@@ -50,18 +50,18 @@ def roots(friction: float) -> tuple[float, float]:
     return (math.sqrt(friction), math.sqrt(friction))
 
 
-def test_the_law_has_the_answer_that_these_tests_quote() -> None:
-    """Friction takes 0.1 of the push of 6 N s: 0.6 m/s, and 0.6 / 2 / (1/8) rad/s."""
+def test_law_gives_the_quoted_answer() -> None:
+    """With friction 0.1 and a push of 6 N s the disc loses 0.6 m/s and gains 0.6 / 2 / (1/8) rad/s of spin."""
     assert law(Thrown(), 0.1) == pytest.approx((1.4, 3.0, -2.4), abs=1e-15)
 
 
 @each("friction", release_after(1, [0.1, 10.0, 0.01, 0.5]))
 @each("spin", [0.0, -10.0, 10.0])
 @each("restitution", [0.0, 0.5, 1.0])
-def test_each_engine_has_the_law_with_the_right_settings(
+def test_engines_follow_the_friction_law_with_the_right_settings(
     named: Named, restitution: float, spin: float, friction: float
 ) -> None:
-    """Sliding, sticking, with spin either way: an engine follows the law on a floor, except for a shortened arm."""
+    """Sliding or sticking, with spin either way, each bare engine follows the law, except for a shortened arm."""
     thrown = Thrown(spin=spin, restitution=restitution)
     product, pair = Thrown(spin=spin, restitution=restitution, friction=roots(friction)), listed(friction)
     expected = law(thrown, friction)
@@ -89,10 +89,10 @@ def test_each_engine_has_the_law_with_the_right_settings(
     ],
 )
 @each("frictions", [(0.4, 0.1), *(pytest.param(pair, marks=pytest.mark.long) for pair in ((0.1, 0.4), (0.2, 0.3)))])
-def test_frictions_are_combined_as_the_pages_say(
+def test_engines_combine_frictions_as_documented(
     named: Named, name: str, combine: Callable[[float, float], float], frictions: tuple[float, float]
 ) -> None:
-    """The impact shows one of two coefficients, by each engine's rule: friction's impulse over the push, sliding."""
+    """Pymunk and PyBullet use the product of two frictions, Box2D the geometric mean, and MuJoCo the maximum."""
     named(name)
     throw: Callable[[Thrown], Left] = {
         "pymunk": bare_impacts.pymunk,
@@ -122,8 +122,11 @@ def _spun_for_a_second(spin: float, *, maximal: bool, **dynamics: float) -> floa
     return left
 
 
-def test_pybullet_damps_spin_as_shipped(named: Named) -> None:
-    """A multibody that nothing touches spins at 6.9 of 10 rad/s after a second, and the faster the more it loses."""
+def test_default_pybullet_damps_spin(named: Named) -> None:
+    r"""A free multibody of 10 rad/s has 6.9 rad/s after 1 s, and one of 90 rad/s has 19.
+
+    Without damping, or with maximal coordinates, it keeps its spin.
+    """
     named("pybullet")
     assert _spun_for_a_second(10.0, maximal=False) == pytest.approx(6.9, abs=0.01)
     assert _spun_for_a_second(90.0, maximal=False) == pytest.approx(19.0, abs=0.01)
@@ -131,16 +134,19 @@ def test_pybullet_damps_spin_as_shipped(named: Named) -> None:
     assert _spun_for_a_second(10.0, maximal=True) == pytest.approx(10.0, rel=240 * 2.0**-53)
 
 
-def test_pybullet_clamps_the_spin_of_a_multibody(named: Named) -> None:
-    """It clamps spins at 100 rad/s silently; with maximal coordinates a body keeps any spin."""
+def test_pybullet_clamps_multibody_spin_to_100_rad_per_s(named: Named) -> None:
+    """PyBullet silently clamps a multibody's spin to 100 rad/s; with maximal coordinates any spin is kept."""
     named("pybullet")
     assert _spun_for_a_second(150.0, maximal=False, angularDamping=0) == 100.0
     assert _spun_for_a_second(150.0, maximal=True, angularDamping=0) == pytest.approx(150.0, rel=240 * 2.0**-53)
 
 
 @pytest.mark.long
-def test_pybullet_turns_no_multibody_whose_inertia_is_about_one_axis(named: Named) -> None:
-    """With [0, 0, I] friction brakes it and leaves its spin alone; [I, I, I], or maximal coordinates, have the law."""
+def test_pybullet_multibody_needs_inertia_about_all_axes(named: Named) -> None:
+    r"""With inertia [0, 0, I] friction slows a multibody but does not change its spin.
+
+    With [I, I, I], or with maximal coordinates, it follows the law.
+    """
     named("pybullet")
     for late in LATES:
         thrown = Thrown(spin=5.0, friction=roots(0.1), late=late)
@@ -151,7 +157,10 @@ def test_pybullet_turns_no_multibody_whose_inertia_is_about_one_axis(named: Name
 
 
 def test_pybullet_ignores_a_changed_inertia_in_the_first_step(named: Named) -> None:
-    """With maximal coordinates a disc that touches in its first step has a sphere's inertia, 2/5; later its own."""
+    r"""With maximal coordinates a disc that touches in its first step has a sphere's inertia, 2/5.
+
+    In later steps, and as a multibody, it has the inertia that was set.
+    """
     named("pybullet")
     at_once, later = (Thrown(friction=roots(10.0), steps_before=steps) for steps in (0.0, 1.0))
     assert bare_impacts.pybullet(at_once) == pytest.approx(law(at_once, 10.0, inertia=0.1), abs=1e-14)
@@ -160,8 +169,8 @@ def test_pybullet_ignores_a_changed_inertia_in_the_first_step(named: Named) -> N
 
 
 @pytest.mark.long
-def test_pybullet_clamps_friction(named: Named) -> None:
-    """A product of more than 10 is taken for 10, which is what is declared."""
+def test_pybullet_clamps_friction_to_10(named: Named) -> None:
+    """A product of frictions above 10 acts like 10, which is the declared maximum."""
     assert named("pybullet").capabilities.friction == (0.0, 10.0)
     for asked, used in ((9.0, 9.0), (10.0, 10.0), (40.0, 10.0)):
         for late in LATES:
@@ -170,7 +179,7 @@ def test_pybullet_clamps_friction(named: Named) -> None:
 
 
 def test_box2d_needs_two_iterations_for_friction(named: Named) -> None:
-    """It bounds friction by the push of the iteration before: with one there is none, with two it is right."""
+    """Box2D bounds friction by the push of the previous iteration: one iteration gives none, two are right."""
     named("box2d")
     assert bare_impacts.box2d(Thrown(), iterations=2) == pytest.approx((1.4, 3.0, -2.4), abs=SINGLE)
     for late in LATES:
@@ -178,8 +187,8 @@ def test_box2d_needs_two_iterations_for_friction(named: Named) -> None:
         assert bare_impacts.box2d(Thrown(late=late), iterations=2) == pytest.approx((1.4, 3.0, -2.4), rel=SHORTER)
 
 
-def test_box2d_makes_nothing_of_a_friction_beyond_its_floats(named: Named) -> None:
-    """At the greatest declared friction a disc grips the floor; at ten times that its velocity is no number."""
+def test_box2d_velocity_is_nan_beyond_the_largest_friction(named: Named) -> None:
+    """At the largest declared friction a disc grips the floor; at ten times that its velocity is NaN."""
     greatest = named("box2d").capabilities.friction[1]
     thrown = Thrown(friction=(greatest, greatest))
     assert bare_impacts.box2d(thrown) == pytest.approx(law(thrown, 1e3), abs=SINGLE)
@@ -187,7 +196,7 @@ def test_box2d_makes_nothing_of_a_friction_beyond_its_floats(named: Named) -> No
 
 
 @each("velocity_scale", [1.0, 2.0**20])
-def test_box2d_turns_a_body_by_a_quarter_at_most(named: Named, velocity_scale: float) -> None:
+def test_box2d_limits_rotation_to_a_quarter_turn_per_step(named: Named, velocity_scale: float) -> None:
     """A body slows down to pi/2 a step, 377 rad/s here, also in scaled time; at the declared limit it does not."""
     declared = named("box2d").capabilities.max_turn_rad
     far_above = Thrown(velocity=(0.0, 3.0), spin=500.0)
@@ -201,8 +210,11 @@ def test_box2d_turns_a_body_by_a_quarter_at_most(named: Named, velocity_scale: f
 
 @each("friction, restitution", release_after(1, [(0.2, 0.5), (0.1, 0.0), (0.1, 1.0)]))
 @each("solver", ["Newton", "CG", 'PGS" iterations="100'])
-def test_mujoco_lifts_what_slides(named: Named, solver: str, friction: float, restitution: float) -> None:
-    """Its optimum leaves the floor faster by the friction times the slip that is left; in turn it is the law."""
+def test_mujoco_optimum_lifts_sliding_discs(named: Named, solver: str, friction: float, restitution: float) -> None:
+    r"""MuJoCo's solvers add friction times the remaining slip to the speed off the floor.
+
+    One PGS pass in turn follows the law.
+    """
     named("mujoco")
     pair = listed(friction)
     for late in LATES:
@@ -217,8 +229,11 @@ def test_mujoco_lifts_what_slides(named: Named, solver: str, friction: float, re
 
 
 @each("restitution", [0.5, 1.0])
-def test_mujoco_makes_the_bounce_that_of_friction_too(named: Named, restitution: float) -> None:
-    """Without solreffriction a gripped slip is given back as the push is: the tangential restitution is that across."""
+def test_mujoco_friction_bounces_without_solreffriction(named: Named, restitution: float) -> None:
+    r"""Without `solreffriction` a gripped slip is reversed by the restitution along the normal.
+
+    With it there is no tangential restitution.
+    """
     named("mujoco")
     thrown = Thrown(restitution=restitution)
     left_out = bare_impacts.mujoco(thrown, IN_TURN, 'friction="10 10 0 0 0"')
@@ -231,8 +246,8 @@ def test_mujoco_makes_the_bounce_that_of_friction_too(named: Named, restitution:
         assert left_out == pytest.approx(expected, abs=SHORTER * 2.0 * (1 + restitution))
 
 
-def test_mujoco_raises_a_friction_below_its_least(named: Named) -> None:
-    """Between 0 and 1e-5, its mjMINMU, there is 1e-5: what is declared begins there."""
+def test_mujoco_raises_small_frictions_to_1e_5(named: Named) -> None:
+    """Frictions between 0 and 1e-5 (mjMINMU) act as 1e-5, which is the declared minimum."""
     declared = named("mujoco").capabilities.friction[0]
     mujoco: Any = importlib.import_module("mujoco")
     assert declared == 1e-5
@@ -248,7 +263,10 @@ def test_mujoco_raises_a_friction_below_its_least(named: Named) -> None:
 
 
 def test_mujoco_loses_small_frictions_of_heavy_bodies(named: Named) -> None:
-    """Where 3 friction^4 over the squared mass is below 1e-10 its cone gives none: 0.001 of 1 kg, 0.1 of 3 tons."""
+    r"""MuJoCo gives no friction where 3 friction^4 over the squared mass is below 1e-10.
+
+    That is the case for 0.001 at 1 kg and 0.1 at 3 tons.
+    """
     named("mujoco")
     for late in LATES:
         assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, listed(1e-3)) == (2.0, 3.0, 0.0)
@@ -257,8 +275,8 @@ def test_mujoco_loses_small_frictions_of_heavy_bodies(named: Named) -> None:
     assert bare_impacts.mujoco(Thrown(), IN_TURN, listed(1e-2)) == pytest.approx(law(Thrown(), 1e-2), abs=CLOSE)
 
 
-def test_mujoco_loses_frictions_beyond_its_floats(named: Named) -> None:
-    """At the greatest declared friction a disc grips; at 1e80, whose fourth power is no float, there is none."""
+def test_mujoco_loses_frictions_whose_fourth_power_overflows(named: Named) -> None:
+    """At the largest declared friction a disc grips; at 1e80, whose fourth power overflows, there is no friction."""
     greatest = named("mujoco").capabilities.friction[1]
     assert bare_impacts.mujoco(Thrown(), IN_TURN, listed(greatest)) == pytest.approx(law(Thrown(), 1e3), abs=10 * CLOSE)
     for late in LATES:

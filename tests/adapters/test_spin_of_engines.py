@@ -66,8 +66,10 @@ def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]
 
 @each("pair", PAIRS)
 @each("friction, mass", release_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]))
-def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, friction: float, mass: float) -> None:
-    """Landed on the impact, each engine leaves the velocities and spins of the law, whatever friction and masses."""
+def test_located_engines_follow_the_friction_law_to_rounding(
+    engine: Adapter, pair: str, friction: float, mass: float
+) -> None:
+    """Located at the impact, each engine gives the velocities and spins of the law, for any friction and mass."""
     for restitution in (0.0, 0.75):
         scene = meeting(*PAIRS[pair], friction, restitution, mass)
         trace = observe_run(engine, scene, "located", 1 / 60)
@@ -77,10 +79,10 @@ def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, fr
         np.testing.assert_allclose(sure(trace.final_spin_rad_s), spin, rtol=0, atol=4 * width(engine, ROUNDING))
 
 
-def test_the_least_inertia_is_turned_by_friction_alone(engine: Adapter) -> None:
-    """At the least declared inertia factor an oblique impact follows the law, except for a rounding over it.
+def test_least_inertia_factor_follows_the_law(engine: Adapter) -> None:
+    r"""At the least declared inertia factor an oblique impact follows the law, to a rounding over the factor.
 
-    By so much, a few units of 1 m, a contact point is off the line of centres; the push there is of some 4 N s.
+    A contact point is off the line of centres by a few roundings of 1 m, and the push there is some 4 N s.
     """
     factor = engine.capabilities.min_inertia_factor
     first, second = (disc.model_copy(update={"inertia_factor": factor}) for disc in PAIRS["equal"])
@@ -106,8 +108,8 @@ def rubbing(dt_s: float) -> Scene:
 
 @each("dt_s", [1 / 60, 1 / 240])
 @each("name", FULL_ARM)
-def test_two_tuned_engines_are_pit_with_friction_too(named: Named, finish: Finish, name: str, dt_s: float) -> None:
-    """Friction acts at the full radius in pymunk and PyBullet, as in PIT: velocities and spins are the same."""
+def test_pymunk_and_pybullet_equal_pit_with_friction(named: Named, finish: Finish, name: str, dt_s: float) -> None:
+    """Friction acts at the full radius in pymunk and PyBullet, as in PIT: velocities and spins agree to 1e-12."""
     scene = rubbing(dt_s)
     end, pit = finish(named(name), scene, dt_s), solve_pit(scene, frame_rate_hz=1 / dt_s)
     assert len(pit.impacts) > 1
@@ -116,8 +118,11 @@ def test_two_tuned_engines_are_pit_with_friction_too(named: Named, finish: Finis
 
 
 @each("name", [*FULL_ARM, *MIDDLE_OF_OVERLAP])
-def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
-    """Seen half a step late, a disc that grips a floor turns by its full radius, or by less by half the overlap."""
+def test_friction_arm_is_as_documented(named: Named, finish: Finish, name: str) -> None:
+    r"""Half a step late, friction acts at the full radius in pymunk and PyBullet.
+
+    In MuJoCo and Box2D the arm is shorter by half the overlap.
+    """
     dt_s, speed, radius = 1 / 64, 4.0, 0.5
     overlap = speed * dt_s / 2
     disc = disc_at(0, radius + 4 * speed * dt_s - overlap, 3, -speed, r=radius)
@@ -135,8 +140,8 @@ def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
 
 
 @each("profile", ["default", "tuned"])
-def test_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None:
-    """Spheres in three dimensions that rub and spin leave the plane by nothing, or by rounding."""
+def test_mujoco_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None:
+    """Spheres that rub and spin in MuJoCo leave the plane by less than 1e-12 m."""
     scene = rubbing(1 / 240)
     world: Any = mujoco.prepare(scene, mujoco.profiles[profile].settings(1 / 240))
     world.advance(scene.step_count(1 / 240))
@@ -147,8 +152,8 @@ def test_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None:
     world.close()
 
 
-def test_an_inertia_factor_changes_nothing_without_friction(engine: Adapter, drive: Drive) -> None:
-    """Where nothing rubs and nothing spins, a hoop moves as a disc does, to the bit, and no spin is reported."""
+def test_inertia_factor_has_no_effect_without_friction(engine: Adapter, drive: Drive) -> None:
+    """Without friction and spin, a hoop moves like a disc, to the bit, and no spin is observed."""
     plain = oblique()
     hoops = with_discs(plain, inertia_factor=1.0)
     for profile in ("default", "tuned"):
@@ -158,8 +163,8 @@ def test_an_inertia_factor_changes_nothing_without_friction(engine: Adapter, dri
 
 
 @each("name", ["pybullet", "box2d"])
-def test_a_disc_that_an_impact_spins_beyond_the_engines_limit_is_warned_of(named: Named, name: str) -> None:
-    """Brought to PyBullet's clamp, or beyond a quarter turn a step of Box2D's, a spin is said to be wrong."""
+def test_spin_beyond_the_engine_limit_is_reported_as_a_warning(named: Named, name: str) -> None:
+    """A spin at PyBullet's clamp, or above Box2D's quarter turn a step, is reported as a warning."""
     adapter, dt_s = named(name), 1 / 64
     disc = disc_at(0, 0.06, 40, -0.5, r=0.05)
     floor = wall_at(0, 0, 0, 1)
@@ -176,8 +181,8 @@ def test_a_disc_that_an_impact_spins_beyond_the_engines_limit_is_warned_of(named
 
 
 @each("name, friction", [("pybullet", 10.1), ("box2d", 1e20), ("mujoco", 1e-6), ("mujoco", 1e31), ("pymunk", 1e101)])
-def test_a_friction_that_an_engine_would_silently_change_is_refused(named: Named, name: str, friction: float) -> None:
-    """Clamped, raised or lost by the engine, a coefficient is refused with the range that is simulated."""
+def test_friction_beyond_engine_limits_is_refused(named: Named, name: str, friction: float) -> None:
+    """A coefficient that the engine would clamp, raise or lose is refused with the supported range."""
     adapter = named(name)
     for scene in (meeting(*PAIRS["equal"], friction, 1.0), _floored(wall_friction=friction)):
         with pytest.raises(AdapterError, match=r"friction is .* and this method simulates only .* exactly"):
@@ -189,8 +194,8 @@ def _floored(**fields: float) -> Scene:
     return staged("floored", disc, wall_at(0, 0, 0, 1), duration_s=1.0, **fields)
 
 
-def test_mujoco_names_how_it_answers_friction(mujoco: Adapter) -> None:
-    """In a scene with friction the tuned world says that it answers contacts in turn, and in which unit of mass."""
+def test_mujoco_settings_report_the_friction_solver(mujoco: Adapter) -> None:
+    """In a scene with friction the world's settings report that contacts are solved in turn, and the mass unit."""
     heavy = meeting(*PAIRS["equal"], 0.1, 1.0, mass=1e6)
     world = mujoco.prepare(heavy, mujoco.profiles["tuned"].settings(1 / 60))
     told = dict(world.settings)
@@ -202,8 +207,8 @@ def test_mujoco_names_how_it_answers_friction(mujoco: Adapter) -> None:
     assert told["mass_unit"] == 2.0**-20
 
 
-def test_mujoco_gains_energy_where_contacts_are_shared_in_turn(named: Named, finish: Finish) -> None:
-    """The price of one pass: a disc that runs into two touching ones at once, with friction, gains a quarter."""
+def test_mujoco_gains_energy_in_shared_contacts_solved_in_turn(named: Named, finish: Finish) -> None:
+    """With one pass in turn, a disc that strikes two touching discs with friction gains 20 to 30 % of energy."""
     root = math.sqrt(0.75)
     discs = [disc_at(-0.5 - root, 0, 1), *(disc_at(0.0, y) for y in (-0.5, 0.5))]
     scene = staged("shared", *discs, friction=0.01, duration_s=1.0)
@@ -216,8 +221,8 @@ def test_mujoco_gains_energy_where_contacts_are_shared_in_turn(named: Named, fin
     assert energy[False] < 1.1
 
 
-def test_a_warm_start_would_spoil_box2ds_cut_steps(box2d: Adapter) -> None:
-    """Two discs go on in touch after a cut step: begun warm, the next step throws them about, cold it does not."""
+def test_box2d_warm_start_breaks_shortened_steps(box2d: Adapter) -> None:
+    """After a shortened step, warm starting changes velocities by more than 0.1 m/s; without it they are exact."""
     scene = meeting(*PAIRS["unequal"], 0.0, 0.5)
     velocity, _ = by_the_law(scene)
     found = {}
@@ -243,8 +248,8 @@ def _with_settings(adapter: Any, settings: Any) -> Adapter:
 
 
 @each("profile", ["default", "tuned"])
-def test_a_rubbing_pair_repeats_to_the_bit_after_others(engine: Adapter, drive: Drive, profile: str) -> None:
-    """A world after another of the same structure, and other starts, ends in the bits of the first: nothing is kept."""
+def test_rough_pair_repeats_to_the_bit_after_other_worlds(engine: Adapter, drive: Drive, profile: str) -> None:
+    """A scene that runs again after another of the same structure has the bits of its first run."""
     scene = meeting(*PAIRS["unequal"], 0.1, 0.9)
     spun = tuple(disc.model_copy(update={"spin_rad_s": 2 * disc.spin_rad_s}) for disc in scene.discs)
     ends = []

@@ -27,8 +27,8 @@ BUILT_IN = ["pic", "pit", "pymunk", *SWEPT]
 
 @each("name", SWEPT)
 @each("scene_name", ["paper/missed", "classics/bullet"])
-def test_continuous_detection_finds_what_is_missed_without_it(named: Named, name: str, scene_name: str) -> None:
-    """At its own frame rate a tunnelling scene is missed with continuous detection off, and found with it on."""
+def test_continuous_detection_finds_tunnelling_impacts(named: Named, name: str, scene_name: str) -> None:
+    """At its own frame rate a tunnelling scene is missed with CCD off, and found with CCD on."""
     scene = catalogue()[scene_name].scene
     reference, dt_s = solve_pic(scene), 1 / scene.frame_rate_hz
     found, missed = (
@@ -40,7 +40,7 @@ def test_continuous_detection_finds_what_is_missed_without_it(named: Named, name
 
 @each("name", release_after(0, SWEPT))
 def test_continuous_detection_does_not_depend_on_the_phase(named: Named, name: str) -> None:
-    """None of 24 phases of a hit at 33 radii a step is missed with continuous detection, and most are without."""
+    """With CCD none of 24 phases of an impact at 33 radii a step is missed; without it most are."""
     adapter, dt_s = named(name), 1 / 60
     hits = {"tuned": 0, "no-ccd": 0}
     for phase in np.linspace(0, 1, 24, endpoint=False):
@@ -51,8 +51,8 @@ def test_continuous_detection_does_not_depend_on_the_phase(named: Named, name: s
 
 
 @each("name", SOLID)
-def test_a_plain_cylinder_tips_over_and_a_cured_one_does_not(named: Named, name: str) -> None:
-    """Cylinders free to turn lose a hundredth or more of the energy to tumbling; held upright, they lose none."""
+def test_free_cylinders_lose_energy_and_upright_ones_do_not(named: Named, name: str) -> None:
+    """Cylinders that are free to turn lose 1 % or more of the energy to tumbling; held upright they lose none."""
     scene, dt_s = catalogue()["classics/oblique-3-4-5"].scene, 1 / 240
     reference = solve_pic(scene)
     plain, cured = (
@@ -64,8 +64,8 @@ def test_a_plain_cylinder_tips_over_and_a_cured_one_does_not(named: Named, name:
 
 
 @each("name", SOLID)
-def test_a_cured_cylinder_is_a_sphere_to_a_tenth_of_a_percent(named: Named, name: str) -> None:
-    """Held upright, a cylinder leaves an oblique hit like a sphere, except for its engine's contact geometry."""
+def test_upright_cylinder_equals_a_sphere_to_0_1_percent(named: Named, name: str) -> None:
+    """A cylinder held upright leaves an oblique impact like a sphere, to 0.1 % of the speed."""
     scene, dt_s = catalogue()["classics/oblique-3-4-5"].scene, 1 / 240
     sphere, cylinder = (
         observe_run(named(name), scene, profile, dt_s).final_velocity_m_s for profile in ("tuned", "cylinder")
@@ -74,8 +74,8 @@ def test_a_cured_cylinder_is_a_sphere_to_a_tenth_of_a_percent(named: Named, name
 
 
 @pytest.mark.long
-def test_every_profile_that_an_engine_lacks_has_its_reason() -> None:
-    """The report has the result of each engine and each profile of another engine, or the reason why it has none."""
+def test_missing_profiles_have_reasons_in_the_report() -> None:
+    """For each engine and profile the report has a result, or the reason why the engine has no such profile."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     results = carom.cross_check([scene], BUILT_IN, profiles=["all"], timing=False, dts=[1 / 60])
     grid = build_grid(results)
@@ -99,8 +99,8 @@ def test_every_profile_that_an_engine_lacks_has_its_reason() -> None:
 
 
 @pytest.mark.long
-def test_by_default_no_variant_is_run() -> None:
-    """Unless asked for, an engine is run with its three profiles, and cut steps at the coarsest step only."""
+def test_cross_check_runs_three_profiles_by_default() -> None:
+    """By default an engine runs `default`, `tuned` and `located`, the last one at the coarsest step only."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     rows = carom.cross_check([scene], ["box2d"], timing=False).rows
     assert [(row.job.profile, row.job.refinement) for row in rows] == [
@@ -114,7 +114,7 @@ def test_by_default_no_variant_is_run() -> None:
     ]
 
 
-def test_a_profile_that_an_engine_lacks_is_explained_from_what_it_declares(engine: Adapter) -> None:
-    """The reason for a missing profile follows from the engine's capabilities, and none is missing without one."""
+def test_missing_profile_is_explained_by_capabilities(engine: Adapter) -> None:
+    """The reason for a missing profile follows from the engine's capabilities, so none has the generic reason."""
     for profile in {"no-ccd", "resting", "cylinder", "cylinder-plain"} - set(engine.profiles):
         assert "offers no such profile" not in explain_missing_profile(profile, engine.capabilities)

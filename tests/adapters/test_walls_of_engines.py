@@ -60,10 +60,13 @@ def of_engines(**profiles: str) -> list[Any]:
         *of_engines(matter="tuned", rapier2d="tuned ccd"),
     ],
 )
-def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
+def test_discrete_engines_tunnel_as_often_as_the_closed_form(
     named: Named, finish: Finish, name: str, profile: str, half_width_m: float, q: float
 ) -> None:
-    """The fraction max(0, 1 - 1/q) of evenly spread starts passes, to the one start that even spreading may miss."""
+    r"""A share max(0, 1 - 1/q) of evenly spread starts passes a thin wall, to one start of sixteen.
+
+    The disc moves by q times its reach a step.
+    """
     scenes = [at_a_thin_wall(q, k / STARTS, half_width_m=half_width_m) for k in range(STARTS)]
     passed = sum(finish(named(name), scene, 1 / 60, profile).position_m[0, 0] > 0 for scene in scenes)
     assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
@@ -78,10 +81,10 @@ def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
         *of_engines(rapier2d="default swept"),  # of contacts ahead: from segments and capsules
     ],
 )
-def test_what_is_swept_passes_no_thin_wall(
+def test_swept_discs_never_pass_a_thin_wall(
     named: Named, finish: Finish, name: str, profile: str, half_width_m: float, q: float
 ) -> None:
-    """With a sweep of its own a disc comes back at each start, its velocity reversed to 32 bits."""
+    """With a sweep a disc comes back from each of sixteen starts, its velocity reversed to 32 bits."""
     for k in range(STARTS):
         scene = at_a_thin_wall(q, k / STARTS, half_width_m=half_width_m)
         speed = scene.discs[0].velocity_m_s[0]
@@ -89,12 +92,11 @@ def test_what_is_swept_passes_no_thin_wall(
         np.testing.assert_allclose(seen.velocity_m_s[0], (-speed, 0.0), atol=SINGLE.get(name, 1e-6) * speed)
 
 
-def test_what_mujoco_foresees_passes_no_thin_wall_and_what_its_springs_meet_passes_all(
-    mujoco: Adapter, finish: Finish
-) -> None:
-    """Tuned, a disc comes back at each of sixteen starts up to twenty reaches a step; by the spring of its users none.
+def test_tuned_mujoco_passes_no_thin_wall_and_default_passes_all(mujoco: Adapter, finish: Finish) -> None:
+    r"""Tuned MuJoCo reflects discs of up to 20 reaches a step; with its default spring all pass.
 
-    The spring of 1,000 /s^2 takes the depth v / sqrt(1000) to stop a disc: from 3.2 m/s on, its centre is past a wall.
+    The spring of 1,000 /s^2 takes the depth v / sqrt(1000) to stop a disc: from 3.2 m/s on, its centre is past a
+    wall.
     """
     for q in (0.9, 3.0, 20.0):
         for k in range(0, STARTS, 2):
@@ -125,10 +127,10 @@ FURTHER = [
 
 @each("disc", [False, True])
 @each("name, profile, rounding", [*DRIVEN, *(pytest.param(*row, marks=pytest.mark.engines) for row in FURTHER)])
-def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
+def test_driven_bodies_add_twice_their_velocity(
     named: Named, finish: Finish, name: str, profile: str, rounding: float, *, disc: bool
 ) -> None:
-    """An edge and a disc at -1 m/s send a disc of 2 m/s back at -4 m/s, 2 V - v, at each of sixteen starts."""
+    """An edge and a disc driven at -1 m/s send a disc of 2 m/s back at -4 m/s, 2 V - v, from four starts."""
     for k in range(0, STARTS, 4):
         seen = finish(named(name), at_a_paddle(k / STARTS, disc=disc), 1 / 60, profile)
         np.testing.assert_allclose(seen.velocity_m_s[0], (-4.0, 0.0), rtol=0, atol=rounding)
@@ -142,7 +144,7 @@ def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
     ],
 )
 def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: Finish, name: str) -> None:
-    """Instants within a step are waited for, so that what is driven is behind by its speed times that."""
+    """A leg that begins within a step starts with the next step, so its body is behind by its speed times that."""
     for k in range(0, STARTS, 5):
         seen = finish(named(name), with_a_late_leg(k / STARTS, 1 / 64), 1 / 64, "tuned")
         assert_begun_late(seen, k > 0, 1 / 64, rounding=2e-6)
@@ -156,10 +158,13 @@ def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: 
         *(pytest.param("planck", profile, 1e-9, marks=pytest.mark.engines) for profile in ("default", "tuned")),
     ],
 )
-def test_a_belt_runs_to_the_left_on_either_side(
+def test_belt_pushes_discs_the_same_way_on_both_sides(
     named: Named, finish: Finish, name: str, profile: str, rounding: float, side: int
 ) -> None:
-    """A disc that slips is pushed by f (1 + e) v: up from the right of an edge, down from its left, or off a wall."""
+    r"""A disc that slips on a belt is pushed by f (1 + e) v: up from the right of an edge, down from its left.
+
+    The same holds for a half-plane.
+    """
     edge = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
     plane = Wall(point_m=(0.0, 0.0), normal=(side, 0.0), surface_speed_m_s=9.0)
     for wall in (edge, plane):
@@ -168,8 +173,11 @@ def test_a_belt_runs_to_the_left_on_either_side(
             np.testing.assert_allclose(seen.velocity_m_s[0], (3.0 * side, 1.5 * side), rtol=0, atol=rounding)
 
 
-def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(pymunk: Adapter) -> None:
-    """Its surface velocity is one vector, and the surface of an edge runs one way on one side and back on the other."""
+def test_pymunk_skips_two_sided_belts_with_a_reason(pymunk: Adapter) -> None:
+    r"""Pymunk's surface velocity is one vector, so moving surfaces of edges and rings are unsupported.
+
+    Half-planes are supported.
+    """
     laws: dict[str, Any] = {"discs": [Disc(position_m=(1.0, 0.0), radius_m=0.25)], "duration_s": 1.0}
     half_plane = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), surface_speed_m_s=9.0)
     assert not unsupported_reason(Scene(name="half-plane", walls=[half_plane], **laws), pymunk.capabilities, 1 / 64)
@@ -185,10 +193,13 @@ def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(pymunk: 
 
 
 @each("q, passing, wrong", long_until(2, [(0.9, 0, 13), (3.0, 10, 3), (1.5, 5, 8), (20.0, 15, 1)]))
-def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wrongly_as_shipped(
+def test_tuned_pybullet_passes_no_thin_wall_and_default_errs(
     pybullet: Adapter, finish: Finish, q: float, passing: int, wrong: int
 ) -> None:
-    """Tuned, none of sixteen starts passes a thin wall; as shipped max(0, 1 - 1/q) pass, and most others are off."""
+    r"""Tuned PyBullet reflects a disc exactly from each of sixteen starts.
+
+    By default the given number passes, and the given number comes back with an error of more than 1 %.
+    """
     ends = [
         [finish(pybullet, at_a_thin_wall(q, k / STARTS), 1 / 60, profile) for k in range(STARTS)]
         for profile in ("tuned", "default")
@@ -201,8 +212,8 @@ def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wro
 
 
 @each("profile", ["default", *release_after(0, ["tuned"])])
-def test_what_pybullet_pushes_out_of_the_plane_is_told_as_what_lies_in_it(named: Named, profile: str) -> None:
-    """In a box of moving edges normals are of unit length, and impulses along them are what changes the disc."""
+def test_pybullet_contacts_are_projected_into_the_plane(named: Named, profile: str) -> None:
+    """In a box of moving edges normals have unit length, and impulses along them are the change of momentum."""
     scene, adapter = all_scenes()["driven/moving-box"].scene, named("pybullet")
     world = adapter.prepare(scene, adapter.profiles[profile].settings(1 / 60))
     last, contacts = world.observe(), 0
@@ -218,8 +229,8 @@ def test_what_pybullet_pushes_out_of_the_plane_is_told_as_what_lies_in_it(named:
     assert contacts > 10
 
 
-def test_pybullet_refuses_a_driven_disc_that_it_would_not_move_as_told(pybullet: Adapter) -> None:
-    """Bullet bends the path of one that spins, and clamps its speed to 100 m/s."""
+def test_pybullet_refuses_spinning_or_fast_driven_discs(pybullet: Adapter) -> None:
+    """Bullet bends the path of a driven disc that spins, and clamps its speed to 100 m/s, so both are refused."""
     scene = at_a_paddle(0.0, disc=True)
     for changed in ({"spin_rad_s": 2.0}, {"velocity_m_s": (-101.0, 0.0)}):
         discs = (scene.discs[0], scene.discs[1].model_copy(update=changed))
@@ -273,18 +284,16 @@ def _mujoco_put(start_m: float, step_m: float) -> float:
 
 
 @each("name, put", [("pymunk", _pymunk_put), ("Box2D", _box2d_put), ("mujoco", _mujoco_put)])
-def test_a_paddle_that_is_put_from_place_to_place_is_at_rest_for_contacts(
-    name: str, put: Callable[[float, float], float]
-) -> None:
-    """A body without a velocity that goes at -1 m/s, `mocap` in MuJoCo, sends a disc of 2 m/s back at -2 m/s."""
+def test_teleported_paddle_acts_like_a_wall_at_rest(name: str, put: Callable[[float, float], float]) -> None:
+    """A body moved by its position at -1 m/s (`mocap` in MuJoCo) sends a disc of 2 m/s back at only -2 m/s."""
     pytest.importorskip(name)
     for k in range(STARTS):
         assert put(-1.0 - 0.03 * k / STARTS, -0.01) == pytest.approx(-2.0, rel=1e-3)
 
 
 @each("name", ["pymunk", "box2d"])
-def test_a_floor_in_pieces_is_as_smooth_as_the_engine_can_make_it(named: Named, finish: Finish, name: str) -> None:
-    """Tuned, a floor in ten pieces is as smooth as one in one at each of sixteen starts, and as shipped it is not."""
+def test_tuned_floor_in_pieces_is_smooth(named: Named, finish: Finish, name: str) -> None:
+    """Tuned, a floor in ten pieces acts like one in one piece from each of sixteen starts; by default it does not."""
     adapter, width = named(name), HALF_WIDTHS[name]
 
     def bump(profile: str, start: int) -> float:
@@ -319,10 +328,13 @@ def test_a_floor_in_pieces_is_as_smooth_as_the_engine_can_make_it(named: Named, 
         ("rapier2d", "tuned", 1, 7, 1.0),
     ],
 )
-def test_a_disc_catches_on_joints_of_some(
+def test_number_of_discs_that_catch_on_floor_joints(
     name: str, profile: str, least: int, most: int, by_m_s: float, half_width_m: float, named: Named, finish: Finish
 ) -> None:
-    """A floor in ten pieces turns this many of 16 discs, 2 m/s down; one piece reflects all in planar engines."""
+    r"""A floor in ten pieces deflects between the listed least and most of 16 discs.
+
+    A floor in one piece reflects all of them in planar engines.
+    """
 
     def end(pieces: int, phase: float) -> np.ndarray:
         scene = along_a_floor(pieces, phase, half_width_m=half_width_m)
@@ -339,8 +351,8 @@ def test_a_disc_catches_on_joints_of_some(
 
 
 @each("name, rounding", [("pymunk", 1e-12), ("box2d", 1e-5)])
-def test_pushes_of_two_edges_at_once_are_told_as_one_contact(named: Named, name: str, rounding: float) -> None:
-    """In a corner both edges of a chain push in one step, and one contact tells the whole change of velocity."""
+def test_pushes_of_two_edges_are_reported_as_one_contact(named: Named, name: str, rounding: float) -> None:
+    """In a corner of a chain one contact has the whole change of velocity that both edges cause in a step."""
     width = HALF_WIDTHS[name]
     lands = 0.31  # between two steps, so that both are found in one
     scene = Scene(

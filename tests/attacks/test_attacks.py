@@ -36,8 +36,11 @@ SLOW = {"options": 8, "kills": 3, "clusters": 2, "disks": 2, "programs": 20, "pl
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
 @each("name, tries", [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.release) for one in SLOW.items())])
-def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
-    """What the campaign does for hours holds for a few tries, from the same seeds each time."""
+def test_short_attacks_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
+    r"""A few tries of each attack, always from the same seeds, find no loss.
+
+    They leave no adapter and no import path to later tests.
+    """
     if name == "clusters" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     known, path = set(list_adapter_points()), [*sys.path]
@@ -48,14 +51,14 @@ def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None
 
 
 def test_every_attack_has_a_short_form() -> None:
-    """None is left out of these tests."""
+    """`QUICK` and `SLOW` list exactly the attacks of the campaign."""
     assert {*QUICK, *SLOW} == {*campaign.ATTACKS}
 
 
-def test_counts_add_up_and_a_loss_fails(
+def test_campaign_adds_up_counts_and_fails_on_a_loss(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Counts go on from call to call; a loss is printed, kept, in the table and exit code 1 from then on."""
+    """Counts add up from call to call; a loss is printed, stored, in the table of the page, and exit code 1."""
 
     def tries(rng: Random, folder: Path) -> Iterator[str]:
         del rng
@@ -84,8 +87,8 @@ def test_counts_add_up_and_a_loss_fails(
     assert "stale" not in text
 
 
-def test_what_hangs_and_what_fails_is_found() -> None:
-    """What waits or loops without end is broken off, and of what fails the piece is kept that fails by itself."""
+def test_campaign_detects_hangs_and_shrinks_failures() -> None:
+    """Code that waits or loops for ever raises HangError, and a failing input is reduced to the part that fails."""
 
     def loop() -> None:
         while True:

@@ -34,10 +34,10 @@ def called(path: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> obje
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: path.stem)
-def test_every_benchmark_answers_help_and_refuses_what_it_does_not_know(
+def test_benchmarks_print_help_and_refuse_unknown_options(
     path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`--help` says how it is called and what it measures; an unknown option ends it with a line and exit code 2."""
+    """`--help` prints the usage and exits with 0; an unknown option is named and exits with 2."""
     assert called(path, monkeypatch, "--help") == 0
     told = capsys.readouterr().out
     assert told.startswith(f"usage: python -m benchmarks.{path.stem} ")
@@ -45,29 +45,31 @@ def test_every_benchmark_answers_help_and_refuses_what_it_does_not_know(
     assert "unrecognized arguments: --nonsense" in capsys.readouterr().err
 
 
-def test_no_benchmark_is_packaged() -> None:
-    """What is made into the wheel imports none of them, so none has to be in it."""
+def test_packages_do_not_import_benchmarks() -> None:
+    """No module of `src` or `adapters` imports a benchmark, so the wheel needs none."""
     packaged = [path for folder in ("src", "adapters") for path in (ROOT / folder).rglob("*.py")]
     assert packaged
     importing = re.compile(r"^\s*(from|import) benchmarks\b", re.MULTILINE)
     assert not [path for path in packaged if importing.search(path.read_text(encoding="utf-8"))]
 
 
-def test_there_are_benchmarks() -> None:
-    """The search for benchmarks finds those that the documentation names."""
+def test_documented_benchmarks_are_found() -> None:
+    """The search for benchmarks finds the four that the documentation names."""
     assert {"pic", "certified", "certified_answers", "time_of_impact"} <= {path.stem for path in MODULES}
 
 
 @each("text", ["0", "-3", "2.5", "nan", "inf", "ten", ""])
-def test_a_number_that_is_none_is_refused_with_its_text(text: str) -> None:
-    """A count is a whole number of 1 or more; anything else is named."""
+def test_invalid_count_is_refused_with_its_text(text: str) -> None:
+    """A count is a whole number of at least 1, such as 1e6; anything else is refused with its text."""
     with pytest.raises(argparse.ArgumentTypeError, match=rf"got '{text}'"):
         count(text)
     assert count("1e6") == 1_000_000
 
 
-def test_an_error_of_caroms_own_is_a_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """What a benchmark refuses is said in its own words, without a traceback, with exit code 2."""
+def test_input_error_ends_a_benchmark_with_exit_code_2(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An InputError in a benchmark is printed without a traceback, with exit code 2."""
 
     def main() -> None:
         raise InputError("so many discs do not fit")
@@ -86,21 +88,21 @@ _DISCS, _IMPACTS, _LIMIT_S = 5, 6, 60.0
 
 
 @each("kind", KINDS)
-def test_each_kind_builds_and_has_impacts(kind: str) -> None:
-    """PIC finds the number of impacts that is asked for, in every kind of motion."""
+def test_every_kind_of_motion_has_enough_impacts_for_pic(kind: str) -> None:
+    """PIC finds at least the requested number of impacts in every kind of motion."""
     _, events = time_pic(kind, _DISCS, _IMPACTS, "all", 1, _LIMIT_S)
     assert events >= _IMPACTS
 
 
 @each("kind", KINDS)
-def test_each_kind_runs_by_frames(kind: str) -> None:
-    """PIT runs every kind of motion over the frames that are asked for."""
+def test_every_kind_of_motion_runs_by_frames(kind: str) -> None:
+    """PIT runs every kind of motion over exactly the requested number of frames."""
     _, frames = time_pit(kind, _DISCS, 2, "all", 1, _LIMIT_S)
     assert frames == 2
 
 
-def test_each_kind_has_a_target() -> None:
-    """Every kind but the plain gas is compared with a target."""
+def test_every_kind_of_motion_has_a_target() -> None:
+    """Every kind of motion except the plain gas has a target time."""
     assert set(PIC_TARGETS) == set(KINDS) - {"plain"}
 
 
@@ -108,8 +110,8 @@ def test_each_kind_has_a_target() -> None:
 
 
 @pytest.mark.long
-def test_copies_are_read_and_differ_in_one_row_of_twenty(tmp_path: Path) -> None:
-    """Each row is a cell of its own, and each changed row that has errors is a change."""
+def test_large_results_file_is_readable_and_changes_are_found(tmp_path: Path) -> None:
+    """All rows of the large file are different cells, and comparing two files finds each changed row with errors."""
     old, new = tmp_path / "old.jsonl", tmp_path / "new.jsonl"
     write_copies(old, 1300, changed=False)
     write_copies(new, 1300, changed=True)

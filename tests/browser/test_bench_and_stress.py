@@ -66,8 +66,8 @@ def links(page: Page, diagram: int) -> Locator:
     return page.locator(".charts svg:visible").nth(diagram).locator("a")
 
 
-def test_a_point_says_its_numbers_where_it_is_pointed_at(window: Window, pages: dict[str, Path]) -> None:
-    """In each diagram a point shows the very error, times and command that the file has; Escape takes them away."""
+def test_hovered_point_shows_its_numbers(window: Window, pages: dict[str, Path]) -> None:
+    """A hovered point of a bench diagram shows the error, times and command of the file; Escape hides them."""
     opened = window(pages["bench"])
     every = points(pages)
     assert opened.locator(".charts svg:visible").count() == 3
@@ -79,8 +79,8 @@ def test_a_point_says_its_numbers_where_it_is_pointed_at(window: Window, pages: 
         assert not opened.locator(".tip").is_visible()
 
 
-def test_a_run_of_the_growth_bench_says_its_numbers(window: Window, pages: dict[str, Path]) -> None:
-    """In both diagrams a run shows the time and the memory that the file has, and its command."""
+def test_hovered_run_of_the_growth_bench_shows_its_memory(window: Window, pages: dict[str, Path]) -> None:
+    """A hovered run shows the memory and the peak of the file, and its command, in both diagrams."""
     opened = window(pages["growth"])
     curve = json.loads((pages["growth"].parent / "growth.json").read_text())["curves"][3]
     point = curve["points"][2]
@@ -93,8 +93,8 @@ def test_a_run_of_the_growth_bench_says_its_numbers(window: Window, pages: dict[
         assert shown["command"] == f"carom bench --grow {method}"
 
 
-def test_the_keyboard_goes_from_point_to_point(window: Window, pages: dict[str, Path]) -> None:
-    """A diagram is one stop of the tabulator; the arrows walk its points, and Enter leads to the row of one."""
+def test_keyboard_moves_from_point_to_point(window: Window, pages: dict[str, Path]) -> None:
+    """A diagram is one tab stop; arrow keys move through its points, and Enter leads to the table row of a point."""
     opened = window(pages["bench"])
     every = points(pages)
     assert opened.locator(".charts svg:visible a[tabindex='0']").count() == 3
@@ -110,8 +110,8 @@ def test_the_keyboard_goes_from_point_to_point(window: Window, pages: dict[str, 
     agrees(dict(zip(names, row.locator("> *").all_inner_texts(), strict=True)), every[12])
 
 
-def test_without_scripts_a_table_stands(window: Window, pages: dict[str, Path]) -> None:
-    """Where JavaScript is switched off a click on a point leads to its row, which holds all of it."""
+def test_points_link_to_table_rows_without_scripts(window: Window, pages: dict[str, Path]) -> None:
+    """With JavaScript off, a click on a point leads to its table row, which has the command."""
     page = window(pages["bench"], java_script_enabled=False)
     links(page, 0).nth(20).click(force=True)
     row = page.locator("tr:has(:target)")
@@ -119,8 +119,8 @@ def test_without_scripts_a_table_stands(window: Window, pages: dict[str, Path]) 
     assert "carom bench paper/late" in row.inner_text()
 
 
-def test_bars_have_the_length_of_the_decades_stood(window: Window, pages: dict[str, Path]) -> None:
-    """The bar of an attack is as long as the file's decades from the harmless end to where the method stood."""
+def test_bar_lengths_match_the_decades_survived(window: Window, pages: dict[str, Path]) -> None:
+    """The bar of an attack is as long as the file's decades from the harmless end to where the method failed."""
     opened = window(pages["stress"])
     content = json.loads((pages["stress"].parent / "stress.json").read_text())
     (table,) = [one for one in opened.locator("table.grid").all() if one.locator(".meter").count()]
@@ -142,8 +142,8 @@ def test_bars_have_the_length_of_the_decades_stood(window: Window, pages: dict[s
                 assert length == pytest.approx(max(stood, 0.0), abs=0.05)
 
 
-def test_a_cell_leads_to_its_evidence(window: Window, pages: dict[str, Path]) -> None:
-    """A click opens the evidence at the row of that method: its scene file, and the command that shows the number."""
+def test_cell_links_to_its_evidence(window: Window, pages: dict[str, Path]) -> None:
+    """A click on a cell opens the row of that method with its scene file and the command that repeats the number."""
     opened = window(pages["stress"])
     opened.locator("table.grid td a[href='#tunnelling/pit/tuned']").click()
     row = opened.locator("tr:has(:target)")
@@ -154,8 +154,11 @@ def test_a_cell_leads_to_its_evidence(window: Window, pages: dict[str, Path]) ->
 
 
 @pytest.mark.parametrize("width", [360, 768, 1280])
-def test_the_page_is_as_wide_as_the_window(window: Window, path: Path, width: int) -> None:
-    """Nothing sticks out of the window; what is wider scrolls within its own frame."""
+def test_page_fits_the_window_width(window: Window, path: Path, width: int) -> None:
+    r"""Nothing is wider than the window at 360, 768 and 1280 pixels; wider content scrolls in its own frame.
+
+    At 360 pixels the numbers shown for a point also fit.
+    """
     opened = window(path, width=width, height=800)
     assert opened.evaluate("document.documentElement.scrollWidth") <= width
     if width == 360 and path.parent.name == "bench":
@@ -167,8 +170,8 @@ def test_the_page_is_as_wide_as_the_window(window: Window, path: Path, width: in
 
 
 @pytest.mark.parametrize("name", ["bench", "growth"])
-def test_on_a_phone_a_diagram_is_read_without_scrolling(window: Window, pages: dict[str, Path], name: str) -> None:
-    """At 390 pixels each diagram fits its frame, and each word in it is inside and at least 9 pixels high."""
+def test_diagrams_fit_a_phone_without_scrolling(window: Window, pages: dict[str, Path], name: str) -> None:
+    """At 390 pixels each diagram fits its frame, and each text in it is inside and at least 9 pixels high."""
     opened = window(pages[name], width=390, height=800)
     diagrams = opened.locator(".charts figure")
     assert diagrams.evaluate_all("all => Math.max(...all.map(one => one.scrollWidth - one.clientWidth))") == 0
@@ -185,14 +188,14 @@ def test_on_a_phone_a_diagram_is_read_without_scrolling(window: Window, pages: d
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_serious(window: Window, path: Path, scheme: Literal["light", "dark"]) -> None:
-    """No rule of accessibility that axe calls serious or critical is broken, with a point's numbers shown, too."""
+def test_axe_finds_no_serious_violation(window: Window, path: Path, scheme: Literal["light", "dark"]) -> None:
+    """`axe` finds no serious or critical accessibility violation, with the numbers of a point shown."""
     page = window(path, color_scheme=scheme, bypass_csp=True)
     page.locator(".charts svg:visible a, details a, details summary").first.focus()
     page.evaluate("document.querySelector('details')?.setAttribute('open', '')")
     assert serious(page, "serious", "critical") == set()
 
 
-def test_on_paper_nothing_is_cut_off(window: Window, path: Path) -> None:
-    """Printed on A4, upright with usual margins, every table and diagram is as wide as the sheet at most."""
+def test_print_cuts_nothing_off(window: Window, path: Path) -> None:
+    """Printed on A4 upright, no table, code block or diagram is wider than the sheet."""
     assert cut_on_paper(window(path, width=A4_PX, height=1000)) == []

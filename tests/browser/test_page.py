@@ -18,14 +18,17 @@ pytestmark = pytest.mark.browser
 
 
 @pytest.mark.parametrize("width", [360, 768, 1280])
-def test_the_page_is_as_wide_as_the_window(window: Window, wide_report: Path, width: int) -> None:
-    """Nothing sticks out of the window; what is wider scrolls within its own frame."""
+def test_page_fits_the_window_width(window: Window, wide_report: Path, width: int) -> None:
+    """Nothing is wider than the window at 360, 768 and 1280 pixels; wider content scrolls in its own frame."""
     page = window(wide_report, width=width, height=800)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_the_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_report: Path) -> None:
-    """At 1,280 pixels PIT and four engines with three profiles are below each other, uncut; a click plays the worst."""
+def test_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_report: Path) -> None:
+    r"""At 1,280 pixels the ranking of PIT and four engines with three profiles fits above 900 pixels, uncut.
+
+    Rows are sorted by the number of exact and close grades, and a click on the last part of a bar opens a replay.
+    """
     page = window(wide_report)
     frame = page.locator(".scroll", has=page.locator("table.methods"))
     assert frame.evaluate("frame => frame.scrollWidth - frame.clientWidth") == 0
@@ -44,8 +47,8 @@ def test_the_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_
     page.wait_for_selector("#replay[open]")
 
 
-def test_bars_are_as_long_as_their_shares(window: Window, wide_report: Path) -> None:
-    """Each part of a method's bar is as wide as its grade has scenes, the best at the left."""
+def test_bar_parts_match_the_number_of_scenes(window: Window, wide_report: Path) -> None:
+    """Each part of a method's bar is as wide as its grade's share of scenes, with the best grade on the left."""
     page = window(wide_report)
     order = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong", "not-graded"]
     for cell in page.locator("table.methods tbody td:nth-child(2)").all():
@@ -58,8 +61,11 @@ def test_bars_are_as_long_as_their_shares(window: Window, wide_report: Path) -> 
             assert abs(width - whole * count / sum(counts)) <= spare
 
 
-def test_a_switch_leaves_one_profile_in_both_tables(window: Window, wide_report: Path) -> None:
-    """Chosen above the ranking or next to the other filters, a profile leaves its rows and columns, PIC's and PIT's."""
+def test_profile_switch_filters_both_tables(window: Window, wide_report: Path) -> None:
+    r"""Choosing a profile shows its rows and columns only, and those of PIC and PIT, in both tables.
+
+    The switch above the ranking and the filter follow each other. Without scripts all rows are shown.
+    """
     page = window(wide_report)
     switch, beside = page.locator("fieldset.switch"), page.locator(".filters").get_by_label("profile")
     assert switch.get_by_label("default").is_checked()  # as shipped, where a report has it
@@ -88,8 +94,11 @@ def test_a_switch_leaves_one_profile_in_both_tables(window: Window, wide_report:
 
 
 @pytest.mark.parametrize("name", ["methods", "grid"])
-def test_on_a_phone_every_cell_is_seen_with_its_heading(window: Window, wide_report: Path, name: str) -> None:
-    """At 360 pixels no part of the ranking and of the scenes is outside the window, and no text is cut."""
+def test_phone_shows_every_cell_with_its_heading(window: Window, wide_report: Path, name: str) -> None:
+    r"""At 360 pixels no cell of the ranking and of the scenes leaves the window, and no text is cut.
+
+    Each cell has its column's heading.
+    """
     page = window(wide_report, width=360, height=740)
     page.locator("fieldset.switch").get_by_label("all").check()
     cells = page.locator(f"table.{name} tbody td:visible")
@@ -106,8 +115,11 @@ def test_on_a_phone_every_cell_is_seen_with_its_heading(window: Window, wide_rep
     assert page.locator("table.methods tbody tr:visible").count() == 5
 
 
-def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(window: Window, wide_report: Path) -> None:
-    """The first screen says in words what goes wrong, and what was found; one click plays a run that misses."""
+def test_first_screen_explains_the_comparison(window: Window, wide_report: Path) -> None:
+    r"""The first screen explains PIC, PIT and what goes wrong; its link opens a replay with a missed impact.
+
+    The finding is set in bold, and the counts are not.
+    """
     page = window(wide_report)
     said = page.locator("header .about").inner_text()
     assert all(word in said for word in ("once per step", "PIT", "PIC", "late"))
@@ -118,8 +130,8 @@ def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(window: Window, 
     assert "missed" in page.locator("table.impacts").inner_text()
 
 
-def test_no_words_of_the_first_chart_run_into_each_other(window: Window, wide_report: Path) -> None:
-    """No two texts of the chart of what sampling costs overlap, as large as it is drawn and on a phone."""
+def test_texts_of_the_first_chart_do_not_overlap(window: Window, wide_report: Path) -> None:
+    """No two texts of the chart of sampling costs overlap, at 360 and 1280 pixels."""
     for width in (360, 1280):
         page = window(wide_report, width=width)
         texts = page.locator(".charts svg:visible").first.locator("text")
@@ -131,8 +143,8 @@ def test_no_words_of_the_first_chart_run_into_each_other(window: Window, wide_re
         assert not [1 for a, b in pairs if a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]]
 
 
-def test_filters_leave_what_was_asked_for(page: Page) -> None:
-    """Engine, profile, grade and group each cut the table down, and show how much remains."""
+def test_filters_select_rows_and_columns(page: Page) -> None:
+    """The filters engine, profile, group and grade reduce the table, and the number of remaining scenes is shown."""
     page.locator(".filters").get_by_label(re.compile("^engine")).select_option("pymunk")  # a group has the word, too
     heads = page.locator("table.grid thead th:visible").all_inner_texts()
     assert {head.split()[0] for head in heads} == {"scene", "pymunk"}
@@ -152,8 +164,8 @@ def test_filters_leave_what_was_asked_for(page: Page) -> None:
     assert all(text.startswith("gravity/") for text in rows.all_inner_texts())
 
 
-def test_a_heading_sorts_the_worst_to_the_top_and_back(page: Page) -> None:
-    """Clicked once, a column begins with what is wrong; clicked again, the order is the catalogue's."""
+def test_column_heading_sorts_and_restores_the_order(page: Page) -> None:
+    """A click on a heading sorts the worst grades to the top; a second click restores the catalogue's order."""
     names = page.locator("table.grid tbody th").all_inner_texts()
     heading = page.locator("table.grid thead th", has_text="PIT").first.get_by_role("button")
     heading.click()
@@ -168,8 +180,8 @@ def test_a_heading_sorts_the_worst_to_the_top_and_back(page: Page) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_serious(window: Window, wide_report: Path, scheme: Literal["light", "dark"]) -> None:
-    """No rule of accessibility that axe calls serious or critical is broken, on the page and in a replay."""
+def test_axe_finds_no_serious_violation(window: Window, wide_report: Path, scheme: Literal["light", "dark"]) -> None:
+    """`axe` finds no serious or critical accessibility violation, on the page, on a phone and in a replay."""
     page = window(wide_report, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
     for key in ("", "phone", MISSED):
         page.set_viewport_size({"width": 360 if key == "phone" else 1280, "height": 800})
@@ -178,13 +190,13 @@ def test_axe_finds_nothing_serious(window: Window, wide_report: Path, scheme: Li
         assert serious(page, "serious", "critical") == set()
 
 
-def test_on_paper_nothing_is_cut_off(window: Window, wide_report: Path) -> None:
-    """Printed on A4, upright with usual margins, every table is as wide as the sheet at most."""
+def test_print_cuts_nothing_off(window: Window, wide_report: Path) -> None:
+    """Printed on A4 upright, no table, code block or diagram is wider than the sheet."""
     assert cut_on_paper(window(wide_report, width=A4_PX, height=1000)) == []
 
 
-def test_every_cell_is_unpacked_when_it_is_opened_and_printed_then(page: Page, report: Path) -> None:
-    """Opened, the table has a row for each line of results.jsonl, with its grade; the print shows it, too."""
+def test_packed_table_has_every_record_when_opened(page: Page, report: Path) -> None:
+    """Opened, the packed table has a row with the grade for each line of results.jsonl, also in print."""
     details = page.locator("details.packed")
     assert details.locator("tr").count() == 0
     details.locator("summary").click()
@@ -199,8 +211,8 @@ def test_every_cell_is_unpacked_when_it_is_opened_and_printed_then(page: Page, r
     assert details.locator("tbody tr").last.is_visible()
 
 
-def test_without_script_the_page_says_where_every_cell_is(window: Window, report: Path) -> None:
-    """Where JavaScript is off, the opened part says so, and names the file that has the numbers."""
+def test_packed_table_names_its_file_without_scripts(window: Window, report: Path) -> None:
+    """With JavaScript off, the packed table says so and names results.jsonl."""
     page = window(report, java_script_enabled=False)
     page.locator("details.packed summary").click()
     said = page.locator("details.packed noscript").inner_text()

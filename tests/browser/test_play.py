@@ -111,8 +111,11 @@ def _slide(page: Page, label: str, value: float) -> None:
     )
 
 
-def test_a_disc_and_its_arrow_are_dragged_with_the_mouse(file: Path, opened: Window) -> None:
-    """The centre changes a disc's position alone, the head of its arrow its velocity alone, and the answer follows."""
+def test_mouse_drags_a_disc_and_its_velocity(file: Path, opened: Window) -> None:
+    r"""Dragging the centre changes only the position, and the arrow's head only the velocity of a disc.
+
+    The result below the picture is updated.
+    """
     page = opened(file)
     before, said = _state(page)["discs"][1], page.inner_text(".says")
     _drag(page, page.evaluate("caromPage.spot(1)"), (0, -30))
@@ -126,8 +129,8 @@ def test_a_disc_and_its_arrow_are_dragged_with_the_mouse(file: Path, opened: Win
     assert page.inner_text(".says") != said
 
 
-def test_a_disc_is_not_dragged_into_another(file: Path, opened: Window) -> None:
-    """A place where discs would overlap at the start is not taken."""
+def test_disc_cannot_be_dragged_into_another(file: Path, opened: Window) -> None:
+    """A disc that is dragged onto another one does not overlap it at the start."""
     page = opened(file)
     spots = [page.evaluate(f"caromPage.spot({i})") for i in range(2)]
     _drag(page, spots[1], (spots[0][0] - spots[1][0], spots[0][1] - spots[1][1]))
@@ -135,8 +138,8 @@ def test_a_disc_is_not_dragged_into_another(file: Path, opened: Window) -> None:
     assert math.dist(first["position_m"], second["position_m"]) >= first["radius_m"] + second["radius_m"]
 
 
-def test_keys_move_a_disc_and_its_velocity(file: Path, opened: Window) -> None:
-    """In the picture a number chooses a disc, arrow keys move it, with Ctrl its velocity, with Shift finely."""
+def test_keys_change_position_and_velocity(file: Path, opened: Window) -> None:
+    """A number key selects a disc, arrow keys move it, Ctrl changes its velocity, and Shift moves finely."""
     page = opened(file)
     before = _state(page)["discs"][1]
     page.locator("canvas").first.focus()
@@ -153,8 +156,8 @@ def test_keys_move_a_disc_and_its_velocity(file: Path, opened: Window) -> None:
 
 
 @pytest.mark.parametrize("on_disc", [True, False])
-def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Window, on_disc: bool) -> None:
-    """A swipe next to the discs scrolls the page and moves none; one that begins on a disc moves that and no page."""
+def test_swipe_scrolls_unless_it_starts_on_a_disc(file: Path, opened: Window, on_disc: bool) -> None:
+    """A swipe next to the discs scrolls the page; a swipe that starts on a disc moves the disc and not the page."""
     page = opened(file, width=360, height=640, has_touch=True, is_mobile=True)
     x, y = page.evaluate("caromPage.spot(0)")
     box = sure(page.locator("canvas").first.bounding_box())
@@ -172,8 +175,8 @@ def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Window,
     assert (page.evaluate(discs) != before) == on_disc
 
 
-def test_every_slider_and_box_changes_the_scene(file: Path, opened: Window) -> None:
-    """Frames a second, phase, restitution, friction, walls, gravity, discs and their numbers are what the scene has."""
+def test_sliders_and_boxes_change_the_scene(file: Path, opened: Window) -> None:
+    """Sliders, boxes, buttons and number fields set the corresponding values of the scene."""
     page = opened(file)
     _slide(page, "frames per second", 1)
     _slide(page, "frame offset", 0.25)
@@ -198,8 +201,8 @@ def test_every_slider_and_box_changes_the_scene(file: Path, opened: Window) -> N
     assert page.is_disabled("#more") == (len(_state(page)["discs"]) == 10)
 
 
-def test_the_clock_plays_pauses_and_is_set(file: Path, opened: Window) -> None:
-    """It plays by itself unless less motion is asked for; the button stops it, and the slider sets it."""
+def test_clock_plays_pauses_and_is_set(file: Path, opened: Window) -> None:
+    """The clock plays at once unless reduced motion is preferred, the button pauses it, and the slider sets it."""
     page = opened(file)
     assert page.inner_text("#run") == "pause"
     page.click("#run")
@@ -210,8 +213,8 @@ def test_the_clock_plays_pauses_and_is_set(file: Path, opened: Window) -> None:
 
 
 @pytest.mark.parametrize("name", GALLERY)
-def test_the_page_s_numbers_are_carom_s(name: str, file: Path, opened: Window) -> None:
-    """A link to each scene of the gallery shows it, with the impacts of carom.solve_pic and solve_pit to the bit."""
+def test_page_has_the_impacts_of_carom_to_the_bit(name: str, file: Path, opened: Window) -> None:
+    """A link to a gallery scene shows it with the impacts of carom.solve_pic and solve_pit, to the bit."""
     page = opened(file, f"#{name}")
     scene = all_scenes()[name].scene
     for what, trace in (("truth", carom.solve_pic(scene)), ("seen", carom.solve_pit(scene))):
@@ -220,8 +223,8 @@ def test_the_page_s_numbers_are_carom_s(name: str, file: Path, opened: Window) -
 
 
 @pytest.mark.parametrize("name", ["spin/throw-stick", "every kind", _DAMPED])
-def test_a_link_carries_the_scene_to_the_bit(name: str, file: Path, opened: Window) -> None:
-    """What was dragged and slid is the same scene, with the same impacts, where its link is opened."""
+def test_link_restores_a_changed_scene_to_the_bit(name: str, file: Path, opened: Window) -> None:
+    """Opening the link of a changed scene restores the scene and its impacts, to the bit."""
     page = opened(file, f"#{name}")
     _slide(page, "frame offset", 0.137)
     _drag(page, page.evaluate("caromPage.spot(0)"), (-7, 3))
@@ -233,8 +236,8 @@ def test_a_link_carries_the_scene_to_the_bit(name: str, file: Path, opened: Wind
         assert _state(other, what) == _state(page, what)
 
 
-def test_a_link_of_the_version_before_is_followed(file: Path, opened: Window) -> None:
-    """Half-planes were four numbers each."""
+def test_link_of_version_1_is_still_read(file: Path, opened: Window) -> None:
+    """A link of format version 1, whose half-planes are four numbers each, is read."""
     page = opened(file, _link([[_DISC], [[1, 0, -1, 0]], *_REST[1:]], version=1))
     assert _state(page, "scene.walls") == [{"point_m": [1, 0], "normal": [-1, 0]}]
     assert _state(page, "truth.impacts.length") == 1
@@ -264,8 +267,11 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("case", [*HOSTILE, "version", "noise"])
-def test_a_hostile_link_is_refused(case: str, file: Path, opened: Window) -> None:
-    """A number that is text, out of its range or missing is said in words; the page goes on with its first scene."""
+def test_invalid_link_is_refused(case: str, file: Path, opened: Window) -> None:
+    r"""A link with text, missing or out-of-range numbers is refused with a message, and nothing in it runs.
+
+    The page shows its first scene.
+    """
     link = {"version": "#3=W10", "noise": "#2=%00<b>"}.get(case) or _link(HOSTILE[case])
     page = opened(file, link)
     assert "does not contain a valid scene" in page.inner_text("#problem")
@@ -277,10 +283,10 @@ def test_a_hostile_link_is_refused(case: str, file: Path, opened: Window) -> Non
     ("name", "phase"),
     [(name, phase) for name in ("paper/multiple", "every kind") for phase in (0, 0.3)] + [(_DAMPED, 0.3)],
 )
-def test_the_file_runs_and_gives_the_page_s_numbers(
+def test_downloaded_scene_reproduces_the_impacts_of_the_page(
     name: str, phase: float, file: Path, opened: Window, tmp_path: Path
 ) -> None:
-    """The file that is downloaded is a scene of Carom's; PIT finds in it what the page's found, at the same frames."""
+    """The downloaded scene file loads, and PIC and PIT find in it the impacts of the page."""
     page = opened(file, f"#{name}", accept_downloads=True)
     if name == "paper/multiple":
         page.check("#gravity")
@@ -297,8 +303,12 @@ def test_the_file_runs_and_gives_the_page_s_numbers(
         assert trace.impacts["time_s"].tolist() == pytest.approx([t - early for t in times], abs=1e-9 if phase else 0)
 
 
-def test_damped_discs_are_where_the_law_has_them(file: Path, opened: Window) -> None:
-    """Before their impact a disc is at x + v (1 - exp(-c t))/c, and PIT misses by how long they approach in overlap."""
+def test_damped_discs_follow_the_closed_form(file: Path, opened: Window) -> None:
+    r"""Before its impact a damped disc is at x + v (1 - exp(-c t))/c.
+
+    The misses of PIT in the chart follow from how long the discs approach in overlap. Switching gravity on removes
+    the damping.
+    """
     page = opened(file, "#paper/missed")
     _slide(page, "damping", 1.0)
     met_s = _state(page, "truth.impacts[0].time_s")
@@ -322,8 +332,11 @@ def test_damped_discs_are_where_the_law_has_them(file: Path, opened: Window) -> 
     assert _state(page)["damping_per_s"] == 0
 
 
-def test_the_page_fits_a_phone_and_says_what_it_needs(file: Path, opened: Window) -> None:
-    """At 360 pixels nothing goes over the edge, dark or light; without scripts the page says what it needs."""
+def test_page_fits_a_phone_and_has_a_strict_policy(file: Path, opened: Window) -> None:
+    r"""At 360 pixels nothing is wider than the window, in light and dark mode.
+
+    The page has a text for disabled scripts, and a policy that allows its scripts by hash, without eval.
+    """
     for scheme in ("light", "dark"):
         page = opened(file, width=360, height=740, color_scheme=scheme)
         assert page.evaluate("document.documentElement.scrollWidth") <= 360
@@ -333,8 +346,8 @@ def test_the_page_fits_a_phone_and_says_what_it_needs(file: Path, opened: Window
     assert "script-src 'sha256-" in text
 
 
-def test_an_altered_script_does_not_run(file: Path, browser: Browser, tmp_path: Path) -> None:
-    """The policy knows the page's scripts by their hashes: another one is not run."""
+def test_altered_script_does_not_run(file: Path, browser: Browser, tmp_path: Path) -> None:
+    """The security policy lists the page's scripts by hash, so a changed script does not run."""
     altered = tmp_path / "altered.html"
     text = file.read_text(encoding="utf-8")
     altered.write_text(text.replace("globalThis.caromUnpacked = ", "window.reached = 1; globalThis.caromUnpacked = "))
@@ -373,8 +386,8 @@ DRIVEN = """async ([name, scene, settings, steps]) => {
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_an_engine_gives_in_the_page_what_it_gives_in_node(name: str, with_engines: Path, opened: Window) -> None:
-    """Places, velocities and contacts of each step are the adapter's, digit for digit, over profiles and scenes."""
+def test_engine_in_the_page_equals_its_adapter_to_the_bit(name: str, with_engines: Path, opened: Window) -> None:
+    """Positions, velocities and contacts of 60 steps are those of the adapter in node, digit for digit."""
     page = opened(with_engines)
     page.evaluate("console.warn = () => {}")  # matter.js warns of each long step, and runs it
     adapter = load_adapter(name)
@@ -400,8 +413,8 @@ def test_an_engine_gives_in_the_page_what_it_gives_in_node(name: str, with_engin
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_an_engine_s_impacts_are_the_harness_s(name: str, with_engines: Path, opened: Window) -> None:
-    """When an engine reports an impact and when the paths turned are what carom.run makes of the same steps."""
+def test_engine_impacts_in_the_page_equal_carom_run(name: str, with_engines: Path, opened: Window) -> None:
+    """Reported and effective impact times in the page equal those of `carom.run` for the same steps."""
     page = opened(with_engines)
     page.evaluate("console.warn = () => {}")
     known = 0
@@ -424,8 +437,8 @@ def _charted(page: Page, method: str) -> Any:
     return _state(page, "chart")
 
 
-def test_the_chart_has_the_engine_beside_pit(with_engines: Path, opened: Window) -> None:
-    """At each rate PIT's misses are the closed form's to a phase, and the engine chosen has points where PIT has."""
+def test_chart_shows_pit_and_the_chosen_engine(with_engines: Path, opened: Window) -> None:
+    """The chart's misses of PIT follow the closed form, and the chosen engine has a point at each of 49 rates."""
     page = opened(with_engines, "#paper/missed")
     page.select_option("#method", "planck/default")
     chart = _charted(page, "planck/default")
@@ -443,16 +456,19 @@ def test_the_chart_has_the_engine_beside_pit(with_engines: Path, opened: Window)
     assert all(map(math.isfinite, engine))
 
 
-def test_an_engine_without_friction_is_not_shown_with_it(with_engines: Path, opened: Window) -> None:
-    """A scene with friction is not run by an engine that has none here, and the page says so."""
+def test_engine_without_friction_does_not_run_rough_scenes(with_engines: Path, opened: Window) -> None:
+    """A scene with friction is not run by an engine without friction, and the page says so."""
     page = opened(with_engines, "#spin/throw-stick")
     _choose(page, "matter/default")
     assert "has no friction here" in page.inner_text("#sentence")
     assert page.evaluate("caromPage.state.seen") is None
 
 
-def test_engines_are_chosen_and_the_page_stays_small(with_engines: Path, opened: Window) -> None:
-    """Each method of the list runs where it is chosen; with two engines the page is below 200 kB."""
+def test_every_method_runs_when_chosen(with_engines: Path, opened: Window) -> None:
+    r"""Each method of the list runs when it is chosen.
+
+    The page with two engines is smaller than 200 kB.
+    """
     page = opened(with_engines)
     page.evaluate("console.warn = () => {}")
     options = page.locator("#method option").all()
@@ -466,8 +482,11 @@ def test_engines_are_chosen_and_the_page_stays_small(with_engines: Path, opened:
     assert len(small.encode()) < 200_000
 
 
-def test_a_first_try_is_as_it_is_told(browser: Browser) -> None:
-    """Every figure and sentence of the steps is what the page says when they are done again; its pictures are there."""
+def test_walkthrough_matches_the_page(browser: Browser) -> None:
+    r"""The numbers and sentences of the documented first steps are those that the page shows.
+
+    The pictures of the steps exist.
+    """
     text = walkthrough.DOCUMENT.read_text(encoding="utf-8")
     assert walkthrough.told(browser) == text.partition(walkthrough.BEGIN)[2].partition(walkthrough.END)[0]
     assert all(walkthrough.picture(name).is_file() for name in ("missed", "found"))

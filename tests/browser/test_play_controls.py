@@ -120,14 +120,17 @@ def _worked(run: Callable[[str], Any]) -> None:
 
 
 def test_every_control_works_in_chromium(window: Window, tmp_path: Path) -> None:
-    """The list of controls is whole, and each does what it says."""
+    """`CONTROLS` lists all controls of the play page, and each changes the page in Chromium."""
     page = window(_source(tmp_path))
     page.wait_for_selector("#sentence:not(:empty)")
     _worked(page.evaluate)
 
 
 def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> None:  # noqa: F811 - the fixture
-    """The list of controls is whole, each does what it says, and a disc and its arrow follow the mouse."""
+    r"""`CONTROLS` lists all controls of the play page, and each changes the page in Firefox.
+
+    The mouse drags a disc and its arrow.
+    """
     firefox.ask("WebDriver:Navigate", url=_source(tmp_path).as_uri())
     until = time.monotonic() + PATIENT_S
     while not firefox.run("() => document.getElementById('sentence')?.textContent ?? ''"):
@@ -150,8 +153,8 @@ def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [360, 1280])
-def test_axe_finds_nothing(window: Window, tmp_path: Path, scheme: Literal["light", "dark"], width: int) -> None:
-    """No rule of accessibility that axe knows is broken, on a phone and a screen, with the numbers open."""
+def test_axe_finds_no_violation(window: Window, tmp_path: Path, scheme: Literal["light", "dark"], width: int) -> None:
+    """`axe` finds no accessibility violation on a phone and on a screen, with the number fields open."""
     page = window(
         _source(tmp_path), width=width, height=800, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True
     )
@@ -160,8 +163,8 @@ def test_axe_finds_nothing(window: Window, tmp_path: Path, scheme: Literal["ligh
     assert serious(page) == set()
 
 
-def test_on_paper_nothing_is_cut_off(window: Window, tmp_path: Path) -> None:
-    """Printed on A4, upright with usual margins, everything is as wide as the sheet at most."""
+def test_print_cuts_nothing_off(window: Window, tmp_path: Path) -> None:
+    """Printed on A4 upright, no element of the play page is wider than the sheet."""
     page = window(_source(tmp_path), width=A4_PX, height=1000)
     page.wait_for_selector("#sentence:not(:empty)")
     assert cut_on_paper(page, "#play *") == []

@@ -121,8 +121,11 @@ def _opened(firefox: Firefox, browser: Browser, path: Path) -> Page:
     return page
 
 
-def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
-    """Every impact and final state of every scene that the page takes is the same in both browsers, to the bit."""
+def test_firefox_and_chromium_give_the_same_bits(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
+    r"""Impacts and final states of PIC and PIT in every catalogue scene are the same in both browsers, to the bit.
+
+    Scenes that are not ported to JavaScript are refused in both.
+    """
     path = tmp_path / "play.html"
     path.write_text(render_page([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
     page = _opened(firefox, browser, path)
@@ -138,8 +141,11 @@ def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_pat
     page.close()
 
 
-def test_engines_have_in_firefox_the_digits_of_chromium(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
-    """Every engine's places, velocities and contacts are the same in both, in as many runs as docs/play.md says."""
+def test_engines_give_the_same_digits_in_both_browsers(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
+    r"""Positions, velocities and contacts of each engine are equal in Firefox and Chromium.
+
+    The number of runs is the one in docs/play.md.
+    """
     engines = load_page_engines(PACKAGES, required=False)
     if len(engines) < len(PACKAGES):
         pytest.skip("the engines from npm are not installed: make engines")

@@ -55,8 +55,8 @@ def data_of(report: Path, scene: str) -> dict[str, Any]:
     return data
 
 
-def test_every_replay_of_the_catalogue_plays_without_an_error(page: Page) -> None:
-    """Each is opened, played, and walked through impact by impact to its end; the console stays empty."""
+def test_every_replay_plays_without_errors(page: Page) -> None:
+    """Each replay of the report opens and steps to its impacts and its end; the console stays empty."""
     keys = page.eval_on_selector_all("table.grid td a", "links => links.map(a => decodeURIComponent(a.hash.slice(1)))")
     assert len(keys) > 3 * 60  # 61 scenes and the hostile ones, three methods each, less what one can't do
     for key in keys:
@@ -71,8 +71,8 @@ def test_every_replay_of_the_catalogue_plays_without_an_error(page: Page) -> Non
 
 
 @pytest.mark.parametrize("scene", ["paper/late", "classics/head-on", "classics/oblique-3-4-5", "gravity/box"])
-def test_discs_are_drawn_where_the_reference_has_them_at_an_impact(page: Page, report: Path, scene: str) -> None:
-    """At the first impact, points inside each disc are of its colour, and points beyond its rim are not."""
+def test_discs_are_drawn_at_the_reference_position_of_an_impact(page: Page, report: Path, scene: str) -> None:
+    """At the first impact, points inside each disc have its colour, and points outside its rim have not."""
     data = data_of(report, scene)
     opened(page, f"{scene}/pic/event-driven")
     page.keyboard.press("Home")
@@ -91,8 +91,8 @@ def test_discs_are_drawn_where_the_reference_has_them_at_an_impact(page: Page, r
         assert outside.count(colour) == 0
 
 
-def test_play_pause_speed_frames_and_impacts(page: Page, report: Path) -> None:
-    """Every control does what it says, by mouse and by keyboard."""
+def test_replay_controls_work_by_mouse_and_keyboard(page: Page, report: Path) -> None:
+    """Play, pause, frames, impacts, speed, overlay and time do what their labels say, by mouse and keyboard."""
     opened(page, LATE)
     run = next(run for run in data_of(report, "paper/late")["runs"] if run["key"] == LATE)
     dialog = page.locator("#replay")
@@ -125,8 +125,8 @@ def test_play_pause_speed_frames_and_impacts(page: Page, report: Path) -> None:
     assert clock(page) == 0.25
 
 
-def test_both_pictures_are_in_sight_and_level(window: Window, report: Path) -> None:
-    """Opened on a phone, both pictures and the line of time are in the window; side by side they are level."""
+def test_both_pictures_and_the_timeline_are_visible(window: Window, report: Path) -> None:
+    """On a phone, a tablet and a screen both pictures and the timeline are in the window, and aligned."""
     for width, height in ((360, 740), (768, 900), (1280, 900)):
         page = window(report, width=width, height=height, reduced_motion="reduce")
         opened(page, "paper/multiple/pymunk/tuned")
@@ -137,8 +137,11 @@ def test_both_pictures_are_in_sight_and_level(window: Window, report: Path) -> N
         assert truth["y"] == seen["y"] or truth["x"] == seen["x"]
 
 
-def test_the_evidence_of_a_cell_stands_below_it(page: Page) -> None:
-    """A missed impact is in the table, with its cause; clicking it leads there; command and scene can be copied."""
+def test_replay_shows_the_evidence_of_a_missed_impact(page: Page) -> None:
+    r"""A missed impact is in the table with its cause, and clicking it sets the clock to it.
+
+    Command and scene file can be copied.
+    """
     opened(page, MISSED)
     row = page.locator("table.impacts tbody tr")
     assert "missed" in row.inner_text()
@@ -150,8 +153,8 @@ def test_the_evidence_of_a_cell_stands_below_it(page: Page) -> None:
     assert 'name = "paper/missed"' in page.get_by_label("Scene file").input_value()
 
 
-def test_a_link_opens_a_cell_and_closing_takes_it_from_the_address(page: Page, report: Path) -> None:
-    """An address with a cell shows it at once; Escape closes it, and gives the keyboard back to the page."""
+def test_link_opens_a_replay_and_escape_closes_it(page: Page, report: Path) -> None:
+    """An address with a cell opens its replay at once; Escape closes it and removes it from the address."""
     page.goto(f"{report.as_uri()}#{quote(MISSED)}")
     page.reload()
     page.wait_for_selector("#replay[open]")
@@ -161,16 +164,16 @@ def test_a_link_opens_a_cell_and_closing_takes_it_from_the_address(page: Page, r
     assert page.evaluate("location.hash") == ""
 
 
-def test_names_are_text_and_never_run(page: Page) -> None:
-    """Markup, quotes and turned-round letters in a scene's name are shown as they are, and reach no script."""
+def test_hostile_scene_names_are_shown_as_text(page: Page) -> None:
+    """Markup, quotes and right-to-left marks in a scene's name are shown as text and run no script."""
     for name in HOSTILE:
         opened(page, f"{escape_controls(name)}/pit/tuned")
         assert page.locator("#replay-title").inner_text() == escape_controls(name)
     assert page.evaluate("window.reached") is None
 
 
-def test_who_wants_no_motion_sees_none_until_asking(window: Window, report: Path) -> None:
-    """With reduced motion a replay stands still at its start; its controls work."""
+def test_replay_does_not_play_with_reduced_motion(window: Window, report: Path) -> None:
+    """With reduced motion a replay stays at its start until a key is pressed."""
     page = window(report, reduced_motion="reduce")
     opened(page, LATE)
     page.wait_for_timeout(300)
@@ -179,8 +182,8 @@ def test_who_wants_no_motion_sees_none_until_asking(window: Window, report: Path
     assert clock(page) > 0.0
 
 
-def test_without_scripts_the_still_pictures_stand(window: Window, report: Path) -> None:
-    """Where no script may run, the page shows its pictures and tables, and no empty window."""
+def test_report_shows_pictures_and_tables_without_scripts(window: Window, report: Path) -> None:
+    """With JavaScript off the report shows its pictures and tables, and no empty replay."""
     page = window(report, java_script_enabled=False)
     assert page.locator("figure.pair svg").count() >= 8
     assert page.locator("table.grid").is_visible()
@@ -201,8 +204,8 @@ RAYS = """([x, y, radius, rays]) => {
 
 
 @pytest.mark.parametrize("key", ["Shift+ArrowRight", "End"])
-def test_two_light_quarters_of_a_disc_stand_where_it_has_turned_to(page: Page, report: Path, key: str) -> None:
-    """It has turned by 6 rad/s up to the impact, at the origin, and by 4 rad/s since, going down at 1 m/s."""
+def test_light_quarters_of_a_disc_show_its_rotation(page: Page, report: Path, key: str) -> None:
+    """The two light quarters of a disc are turned by 6 rad/s up to the impact and by 4 rad/s afterwards."""
     data = data_of(report, "spin/english-stick")
     opened(page, "spin/english-stick/pic/event-driven")
     rays, hit_s = 72, data["impacts"][0][0]
@@ -232,8 +235,8 @@ HELD = """async () => {
 }"""
 
 
-def test_it_holds_where_the_impact_is_missed_and_goes_on(page: Page, report: Path) -> None:
-    """Played, the clock stops at the middle of the approach in overlap for a while, and ends at the end."""
+def test_replay_pauses_at_a_missed_impact_and_goes_on(page: Page, report: Path) -> None:
+    """While playing, the clock stops for a while in the middle of the missed overlap, and then goes on."""
     data = data_of(report, "paper/missed")
     opened(page, MISSED)
     run = next(run for run in data["runs"] if run["key"] == MISSED)
@@ -249,8 +252,11 @@ def test_it_holds_where_the_impact_is_missed_and_goes_on(page: Page, report: Pat
     )
 
 
-def test_what_is_off_is_said_and_each_sign_explained(page: Page, report: Path) -> None:
-    """The sentence of the first failure is below the signs, as Python words it; a command leads to throwing it."""
+def test_replay_describes_the_failure_and_explains_its_signs(page: Page, report: Path) -> None:
+    r"""The sentence of the first failure is that of the file, and six different signs are explained.
+
+    There is no command for dragging the scene, since there is a link.
+    """
     opened(page, MISSED)
     run = next(run for run in data_of(report, "paper/missed")["runs"] if run["key"] == MISSED)
     assert page.locator(".fault").inner_text() == run["fault"]["said"]
@@ -260,8 +266,8 @@ def test_what_is_off_is_said_and_each_sign_explained(page: Page, report: Path) -
     assert page.get_by_label("To drag this scene, save it as scene.toml").count() == 0  # there is a link
 
 
-def test_a_replay_leads_to_the_page_on_which_its_discs_are_thrown(page: Page) -> None:
-    """The link opens the page next to the report with that scene, without a request."""
+def test_replay_links_to_the_play_page_with_its_scene(page: Page) -> None:
+    """The link of a replay opens the play page with that scene, without a request."""
     opened(page, MISSED)
     link = page.locator("#replay a", has_text="Open this scene")
     assert link.get_attribute("href") == "play.html#paper%2Fmissed"
@@ -272,8 +278,8 @@ def test_a_replay_leads_to_the_page_on_which_its_discs_are_thrown(page: Page) ->
     assert page.locator("#problem").inner_text() == ""
 
 
-def test_every_scene_that_a_report_links_to_is_taken_or_refused_by_name(page: Page, report: Path) -> None:
-    """Scenes with numbers that the page does not take, the hostile ones among them, say which; no script fails."""
+def test_play_page_of_a_report_loads_most_scenes(page: Page, report: Path) -> None:
+    """More than 30 scenes of the report's play page load without a message, and no script fails in the others."""
     page.goto((report.parent / "play.html").as_uri())
     page.wait_for_selector("#sentence:not(:empty)")
     names = page.evaluate("[...document.querySelectorAll('select option')].map((o) => o.value).filter(Boolean)")
@@ -326,8 +332,8 @@ def drag(page: Page, thing: Locator, start: float, end: float) -> list[float]:
     return times
 
 
-def test_buttons_are_tapped(phone: Page) -> None:
-    """Play, frames and impacts answer a tap, and each is large enough for a finger."""
+def test_buttons_react_to_a_tap(phone: Page) -> None:
+    """Play, frame and impact buttons react to a tap; frame and impact buttons are at least 24 pixels large."""
     dialog = phone.locator("#replay")
     for name in ("Next frame", "Previous frame", *2 * ("Next impact",), "Previous impact"):
         button, before = dialog.get_by_role("button", name=name), clock(phone)
@@ -343,8 +349,8 @@ def test_buttons_are_tapped(phone: Page) -> None:
 
 
 @pytest.mark.parametrize("where", [".timeline", ".views canvas"])
-def test_the_time_follows_a_finger(phone: Page, where: str) -> None:
-    """Drawn across the picture or the line of time, a finger takes the time along, to where it is let go."""
+def test_time_follows_a_finger(phone: Page, where: str) -> None:
+    """A finger that moves across the picture or the timeline sets the time, up to where it is lifted."""
     thing = phone.locator(f"#replay {where}").first
     end = float(phone.get_by_label("Time in the scene").get_attribute("max") or "nan")
     times = drag(phone, thing, 0.2, 0.8)
@@ -354,7 +360,7 @@ def test_the_time_follows_a_finger(phone: Page, where: str) -> None:
     assert times[-1] == pytest.approx(0.8 * end, abs=2 * end / box["width"])  # a finger is at whole pixels
 
 
-def test_the_slider_follows_a_finger(phone: Page) -> None:
-    """The slider's knob does so, too."""
+def test_slider_follows_a_finger(phone: Page) -> None:
+    """A finger that moves the knob of the time slider sets the time."""
     times = drag(phone, phone.get_by_label("Time in the scene"), 0.3, 0.9)
     assert times[0] < times[5] < times[-1]

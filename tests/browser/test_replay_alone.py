@@ -17,8 +17,11 @@ pytestmark = pytest.mark.browser
 
 @pytest.mark.parametrize("width", [390, 500, 720, 1280])
 @pytest.mark.parametrize("name", ["paper/missed", "paper/multiple", "classics/bullet"])
-def test_pictures_and_buttons_fit_the_frame_of_a_cell(window: Window, tmp_path: Path, name: str, width: int) -> None:
-    """Nothing that moves has to be scrolled to; from the width of a page of text on, pictures are side by side."""
+def test_replay_fits_the_frame_of_a_notebook_cell(window: Window, tmp_path: Path, name: str, width: int) -> None:
+    r"""Pictures, timeline and buttons of a notebook replay are visible without scrolling.
+
+    Pictures are side by side above a width of 500 pixels.
+    """
     reference = carom.solve_pic(name)
     cell = carom.replay(reference, carom.solve_pit(name))._repr_html_()
     path = tmp_path / "cell.html"
@@ -40,8 +43,8 @@ def test_pictures_and_buttons_fit_the_frame_of_a_cell(window: Window, tmp_path: 
 
 @pytest.mark.parametrize("number", range(4))
 @pytest.mark.parametrize("cell", [False, True], ids=["page", "cell"])
-def test_it_plays_and_its_name_stays_text(window: Window, tmp_path: Path, number: int, cell: bool) -> None:
-    """It steps from impact to impact, in a file or in an isolated frame, under any name, and no script fails."""
+def test_saved_replay_works_under_hostile_names(window: Window, tmp_path: Path, number: int, cell: bool) -> None:
+    """A replay steps to its first impact as a file and in an isolated frame, and its name is shown as text."""
     scene = hostile_scenes()[number]
     reference = carom.solve_pic(scene)
     replay = carom.replay(reference, carom.solve_pit(scene))
@@ -73,8 +76,8 @@ _RED = """() => [...document.querySelectorAll('.views canvas')].map(one => {
 })"""
 
 
-def test_the_cross_of_a_missed_impact_stays(window: Window, tmp_path: Path) -> None:
-    """At the end of the run the impact that PIT missed is still marked, in its picture and not in the exact one."""
+def test_missed_impact_stays_marked_at_the_end(window: Window, tmp_path: Path) -> None:
+    """At the end of the run the missed impact is marked in PIT's picture and not in the exact one."""
     path = carom.replay(carom.solve_pic("paper/missed"), carom.solve_pit("paper/missed")).save(tmp_path / "replay.html")
     page = window(path, width=1000, height=800, watched=False)  # Chromium warns of who reads pixels
     time = page.get_by_role("slider", name="Time in the scene")
@@ -87,8 +90,8 @@ def test_the_cross_of_a_missed_impact_stays(window: Window, tmp_path: Path) -> N
     assert before == [0, 0]
 
 
-def test_without_scripts_both_runs_stand_as_pictures(window: Window, tmp_path: Path) -> None:
-    """Where no script runs, the paths of both sides are seen, and what is said of the run."""
+def test_replay_shows_pictures_without_scripts(window: Window, tmp_path: Path) -> None:
+    """With JavaScript off a replay shows the paths of both runs as pictures, and the verdict."""
     path = carom.replay("paper/missed", "pit").save(tmp_path / "replay.html")
     page = window(path, width=360, height=740, java_script_enabled=False)
     assert [svg.bounding_box()["width"] > 200 for svg in page.locator("noscript svg").all()] == [True, True]  # type: ignore[index]
@@ -96,8 +99,8 @@ def test_without_scripts_both_runs_stand_as_pictures(window: Window, tmp_path: P
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
 
 
-def test_a_strip_says_how_a_disc_moves_in_contact(window: Window, tmp_path: Path) -> None:
-    """As wide as it lasts: a disc slides for a third of the scene and then rolls, in words too."""
+def test_strip_shows_the_contact_modes_of_a_disc(window: Window, tmp_path: Path) -> None:
+    """The strip labels a disc's modes "slides" and "rolls", each as wide as it lasts."""
     scene = find_scenes(["contact/slide-to-roll"])[0].scene
     trace = carom.solve_pic(scene)
     path = carom.replay(trace, carom.solve_pit(scene)).save(tmp_path / "replay.html")
@@ -110,8 +113,8 @@ def test_a_strip_says_how_a_disc_moves_in_contact(window: Window, tmp_path: Path
 
 
 @pytest.mark.parametrize("name", ["paper/missed", "paper/late", "classics/inelastic-oblique", "classics/bullet"])
-def test_another_step_shows_what_pit_makes_of_it(window: Window, tmp_path: Path, name: str) -> None:
-    """At forty steps the page finds or misses the impact as `carom.solve_pit` does, at the same look, with its end."""
+def test_step_slider_shows_the_result_of_solve_pit(window: Window, tmp_path: Path, name: str) -> None:
+    """At forty steps the replay finds or misses the impact like `carom.solve_pit`, at the same time."""
     scene = find_scenes([name])[0].scene
     path = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene)).save(tmp_path / "replay.html")
     page = window(path, reduced_motion="reduce")

@@ -24,8 +24,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_search_works_from_files_without_a_network(window: Window, site: Path) -> None:
-    """A word in the search box of a page that is opened from a file finds its page, and nothing is fetched."""
+def test_search_works_from_files_without_network(window: Window, site: Path) -> None:
+    """A search on the site opened from files finds the page on tunnelling, and nothing is fetched."""
     page = window(site / "index.html")
     page.locator("input.md-search__input").fill("tunnelling")
     expect(page.locator(".md-search-result__item").first).to_contain_text("My objects pass through each other")

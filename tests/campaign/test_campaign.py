@@ -39,7 +39,7 @@ CASES = Campaign("tests.campaign.cases", None, "case", ("cases", 9), check_numbe
 
 
 @pytest.mark.release
-def test_counts_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_campaign_counts_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A second call continues with the next case, and its table has the cases of both; a finding is exit code 1."""
     state = tmp_path / "state.json"
     for cases, code in ((2, 0), (2, 0), (4, 1)):
@@ -57,16 +57,16 @@ def test_counts_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.release
-def test_a_process_that_hangs_or_ends_is_replaced() -> None:
-    """Its case is a finding, and the campaign continues with the next one."""
+def test_worker_that_hangs_or_crashes_is_replaced() -> None:
+    """The case of a worker that hangs or crashes is a finding, and the campaign continues with the next case."""
     tally = Tally(begun=4)
     assert replace(CASES, hanging_s=4.0).run(tally, check_number, 4)
     assert tally.differences == {"hangs": 1, "crash": 1}
     assert (tally.begun, tally.total("cases")) == (8, 4)
 
 
-def test_every_finding_of_a_case_that_is_asked_for_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
-    """A campaign prints ten of a case with more, and all of them if it is given the number of the case."""
+def test_requested_case_prints_all_its_findings(capsys: pytest.CaptureFixture[str]) -> None:
+    """A campaign prints ten findings of a case, and all of them if the case is requested by its number."""
     many = Checked(findings=[Finding("wrong", f"in part {k}") for k in range(25)])
     assert replace(CASES, check=lambda _: many).main(["--case", "3"]) == 1
     assert capsys.readouterr().out.count("case 3: wrong: in part ") == 25
@@ -74,8 +74,8 @@ def test_every_finding_of_a_case_that_is_asked_for_is_printed(capsys: pytest.Cap
     assert capsys.readouterr().out.count("case 3: wrong: in part ") == 10
 
 
-def test_a_state_of_an_earlier_version_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A file without the keys of today ends in a sentence that names it, before any case is checked."""
+def test_state_file_of_an_earlier_version_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A state file with other keys is refused by its path, with exit code 2, before any case is checked."""
     state = tmp_path / "state.json"
     state.write_text('{"begun": 3, "counts": {}, "findings": []}', encoding="utf-8")
     with pytest.raises(SystemExit) as ended:
@@ -84,10 +84,10 @@ def test_a_state_of_an_earlier_version_is_refused(tmp_path: Path, capsys: pytest
     assert f"state of an earlier version: delete {state}" in capsys.readouterr().err
 
 
-def test_a_broken_rule_is_reported_with_the_way_to_see_it_again(
+def test_violation_is_reported_with_the_command_to_repeat_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What is found is printed, counted as what it is, and makes the exit code 1."""
+    """A violation is printed with the command that repeats it, counted by its rule, and gives exit code 1."""
     report = Report(impacts=7, violations=[Violation("contact", 3, (0, 2), 0.8, 7.25, 1e-13)], worst_gap=math.inf)
     monkeypatch.setattr(gas_checks, "checked", lambda _: report)
     assert command.main(["--gas", "2", "--most-discs", "64"]) == 1
@@ -112,20 +112,20 @@ class Gains(EventDrivenRun):
 @each(
     "factor, rule", release_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (1.25, "law"), (2.0, "row"), (100.0, "row")])
 )
-def test_a_kernel_that_gains_energy_without_bound_is_found(
+def test_kernel_that_gains_energy_violates_a_rule(
     factor: float, rule: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing."""
+    """A kernel whose speeds grow at every impact, up to overflow, violates a named rule and raises nothing."""
     monkeypatch.setattr(Gains, "FACTOR", factor)
     monkeypatch.setattr(gas_checks, "EventDrivenRun", Gains)
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
     assert RULES[rule] in capsys.readouterr().out
 
 
-def test_what_a_broken_kernel_raises_is_found(
+def test_exception_of_a_kernel_is_a_violation(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A run that raises halfway breaks the rule "end", and its impacts up to the last look have been checked."""
+    """A run that raises halfway violates the rule "end", and its earlier impacts have been checked."""
 
     class Raises(EventDrivenRun):
         def advance_to(self, *arguments: Any, **options: Any) -> Outcome:
@@ -149,7 +149,7 @@ def check_slowly(_: int) -> Checked:
 
 @pytest.mark.release
 def test_progress_is_reported_at_once_and_then_every_five_seconds(capsys: pytest.CaptureFixture[str]) -> None:
-    """A first line shows that the first cases run, and there is no other while they do."""
+    """The first progress line comes at once, and further lines at most every five seconds."""
     begin_s = time.monotonic()
     assert CASES.run(Tally(), check_slowly, 1)
     lines = capsys.readouterr().err.splitlines()
@@ -159,8 +159,8 @@ def test_progress_is_reported_at_once_and_then_every_five_seconds(capsys: pytest
 
 @pytest.mark.release
 @pytest.mark.usefixtures("heard_interrupts")
-def test_ctrl_c_shows_what_has_been_done(tmp_path: Path) -> None:
-    """Ctrl-C ends with the gas under way: the table and the file hold all that has been checked."""
+def test_ctrl_c_prints_and_saves_finished_gases(tmp_path: Path) -> None:
+    """After Ctrl-C the campaign finishes the current gas; table and state file have the same impacts."""
     state = tmp_path / "campaign.json"
     options = ["--impacts", "1e12", "--most-discs", "64", "--state", str(state)]
     with subprocess.Popen(
@@ -178,8 +178,8 @@ def test_ctrl_c_shows_what_has_been_done(tmp_path: Path) -> None:
 
 
 @each("kind", list(Kind))
-def test_a_gas_is_drawn_from_its_number_alone(kind: Kind) -> None:
-    """The same number gives the same gas, within the sizes and packings that the campaign promises."""
+def test_gas_depends_only_on_its_number(kind: Kind) -> None:
+    """The same number gives the same gas, within the campaign's limits of size and packing."""
     for number in range(6):
         gas, again = draw(number, kind), draw(number, kind)
         assert gas.start.position_m.tobytes() == again.start.position_m.tobytes()
@@ -198,13 +198,13 @@ def assert_right(gas: Gas, impacts: int) -> None:
 
 @each("number, impacts", release_after(1, [(0, 400), (0, 12_500), (1, 12_500)]))
 @each("kind", list(Kind))
-def test_every_impact_of_a_gas_can_have_happened_and_none_is_missed(kind: Kind, number: int, impacts: int) -> None:
-    """At each impact each rule of the checker holds: contact, approach, history, law, order, no overlap."""
+def test_gases_of_every_kind_violate_no_rule(kind: Kind, number: int, impacts: int) -> None:
+    """No impact of a gas of up to 1000 discs violates a rule of the checker."""
     assert_right(draw(number, kind, most_discs=1000), impacts)
 
 
 @pytest.mark.release
 @each("number", range(20))
-def test_two_million_more_impacts_are_right(number: int) -> None:
-    """Over some two million impacts of gases of up to 10,000 discs each rule of the checker holds."""
+def test_two_million_more_impacts_violate_no_rule(number: int) -> None:
+    """Twenty gases of up to 10,000 discs violate no rule in up to 100,000 impacts each."""
     assert_right(draw(1000 + number), 100_000)

@@ -66,8 +66,11 @@ BOWL = Scene(
 
 
 @each("laws", release_after(1, LAWS))
-def test_scenes_of_the_campaign_agree(laws: str) -> None:
-    """Impacts of some dozen scenes are those that certified runs prove; rotated, in pieces, by all pairs they agree."""
+def test_campaign_scenes_have_no_findings(laws: str) -> None:
+    r"""Dozens of campaign scenes match certified runs, and are equal when rotated, in pieces, or by all pairs.
+
+    More than half of the impacts are certified.
+    """
     scenes = [scene for scene in map(draw_scene, range(NUMBERS)) if law_of(scene) in LAWS[laws]]
     checked = {scene.name: check_scene(scene) for scene in scenes}
     assert {name: found.findings for name, found in checked.items() if found.findings} == {}
@@ -75,8 +78,8 @@ def test_scenes_of_the_campaign_agree(laws: str) -> None:
     assert certified > impacts / 2 > len(scenes)
 
 
-def test_all_features_are_drawn() -> None:
-    """Each law and each feature occurs in several of sixty scenes, and a number gives one scene."""
+def test_campaign_scenes_have_every_feature() -> None:
+    """Each law, and each of 15 features, occurs in sixty scenes, and a number always gives the same scene."""
     scenes = [draw_scene(number) for number in range(60)]
     assert {law_of(scene) for scene in scenes} == set(Law)
     named = [name for scene in scenes for name in features_of(scene)]
@@ -159,8 +162,8 @@ def solve_with(doctor: Doctor) -> Callable[..., Trace]:
     return lambda scene, **options: doctor(solve_pic(scene, **options))
 
 
-def test_a_scene_without_a_fault_shows_none() -> None:
-    """Both scenes that faults are planted in have several events, and no difference."""
+def test_scenes_for_planted_faults_have_no_findings() -> None:
+    """Without a fault both scenes have several certified events and no finding."""
     for scene in (DRIVEN_BOX, SLIDE):
         checked = check_scene(scene)
         assert checked.findings == []
@@ -169,22 +172,22 @@ def test_a_scene_without_a_fault_shows_none() -> None:
 
 
 @each("doctor, kind", FAULTS)
-def test_a_planted_fault_is_noticed(doctor: Doctor, kind: Kind) -> None:
-    """An impact less or more, a number off by some hundred roundings, an end that nothing explains."""
+def test_planted_fault_is_found(doctor: Doctor, kind: Kind) -> None:
+    """A missing or extra impact, a number off by hundreds of roundings, or an unexplained end is a finding."""
     checked = check_scene(DRIVEN_BOX, solve_with(doctor))
     assert kind.value in kinds_of(checked, Check.CERTIFIED)
 
 
 @each("doctor, kind", [(without_impact, Kind.MISSED), (with_field("time_s", 1e-9), Kind.TIME)])
-def test_a_fault_beyond_the_envelope_is_noticed(doctor: Doctor, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where balls decide nothing, the certified run and copies of the scene do."""
+def test_fault_beyond_the_envelope_is_found(doctor: Doctor, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the rounding envelope decides nothing, certified run and copies of the scene find the fault."""
     monkeypatch.setattr(feature_checks, "MOST_EVENTS", 0)
     assert check_scene(DRIVEN_BOX).findings == []
     assert kind.value in kinds_of(check_scene(DRIVEN_BOX, solve_with(doctor)), Check.CERTIFIED)
 
 
-def test_a_fault_of_a_mode_is_noticed() -> None:
-    """A change of how a disc moves in contact that is left out, or is off by some hundred roundings."""
+def test_fault_of_a_contact_mode_is_found() -> None:
+    """A missing mode change, or one that is off by hundreds of roundings, is a finding."""
     assert any(isinstance(event, EnvelopeMode) for event in compute_envelope(SLIDE, solve_pic(SLIDE), 9).events)
 
     def without_mode(trace: Trace) -> Trace:
@@ -199,8 +202,11 @@ def test_a_fault_of_a_mode_is_noticed() -> None:
         assert kinds_of(check_scene(SLIDE, solve_with(doctor)), Check.CERTIFIED) == {Kind.MODE.value}
 
 
-def test_contact_begins_where_hops_are_lower_than_the_resolution_of_the_gap() -> None:
-    """The bounces that a certified run still has then are no finding; those that are higher are one."""
+def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
+    r"""Certified bounces after PIC's contact are no finding if they are lower than the resolution of the gap.
+
+    Higher bounces are one.
+    """
     checked = check_scene(BOWL)
     assert checked.findings == []
     assert checked.low_hops
@@ -217,17 +223,22 @@ def test_contact_begins_where_hops_are_lower_than_the_resolution_of_the_gap() ->
 
 
 @each("number", [26802, 31459, 41057, 43248, 46411, 47302, 57329, 61741])
-def test_what_roundings_explain_is_no_finding(number: int) -> None:
-    """A collapse that may begin after certified events, friction whose result is a float, a start almost at rest.
+def test_differences_explained_by_rounding_are_no_findings(number: int) -> None:
+    r"""Eight scenes whose differences rounding explains have no findings.
 
-    In scene 46411 a change of mode in contact rounds a place, one unit in the last place, before an impact. In scene
-    61741 the run ends among the last bounces before a landing.
+    They have a collapse that may begin after certified events, friction whose result is a float, or a start almost
+    at rest. In scene 46411 a change of mode in contact rounds a position by one unit in the last place before an
+    impact. In scene 61741 the run ends among the last bounces before a landing.
     """
     assert check_scene(draw_scene(number)).findings == []
 
 
-def test_contact_goes_on_where_rounding_decides_whether_a_disc_hops() -> None:
-    """The normal of an immovable disc is along the wall to rounding. A hop that is certain is missed, however low."""
+def test_contact_may_continue_where_rounding_decides_a_hop() -> None:
+    r"""Contact that continues where only rounding decides about a hop is counted, and is no finding.
+
+    A missing hop that is certain is a finding, however low it is. In the first scene the normal of an immovable
+    disc is along the wall to rounding.
+    """
     checked = check_scene(draw_scene(23619))
     assert checked.findings == []
     assert checked.kept_contact
@@ -246,8 +257,8 @@ def test_contact_goes_on_where_rounding_decides_whether_a_disc_hops() -> None:
     assert not found.kept_contact
 
 
-def test_the_end_of_a_slip_that_is_rounding_is_told_from_others() -> None:
-    """Gravity along a slanted wall is rounding there, and so are a slip that an impact leaves, and when it ends."""
+def test_end_of_a_slip_that_is_rounding_is_no_finding() -> None:
+    """A slip that exists only by rounding may end at any time; a wrong end of another slip is a finding."""
     scene = Scene(
         name="across the slope",
         discs=[Disc(position_m=(2.01744849513864, 2.4495002648363497), radius_m=0.09769212210352762)],
@@ -268,8 +279,8 @@ def test_the_end_of_a_slip_that_is_rounding_is_told_from_others() -> None:
     assert Kind.MODE.value in kinds_of(check_scene(slope, solve_with(turned_later)), Check.CERTIFIED)
 
 
-def test_an_impact_that_is_rounding_is_told_from_others() -> None:
-    """A disc that restitution 0 has left with a driven wall's velocity, struck once more at a rounding's speed."""
+def test_impact_that_is_rounding_has_its_own_kind() -> None:
+    """An extra impact at a rounding's speed is reported as rounding, and not as spurious."""
     scene = Scene(
         name="stays",
         discs=[Disc(position_m=(0.0, 0.0), velocity_m_s=(-1.0, 0.25), radius_m=0.5)],
@@ -292,8 +303,8 @@ def test_an_impact_that_is_rounding_is_told_from_others() -> None:
     "name, check",
     [("start_pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)],
 )
-def test_other_bits_are_noticed(name: str, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run in pieces, by all pairs, or of the rotated scene, whose start differs in a last place."""
+def test_runs_with_other_bits_are_found(name: str, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run in pieces, by all pairs or rotated, whose start differs by one bit, is a finding of that check."""
     calls = []
 
     def shifted(scene: Scene) -> Scene:
@@ -313,8 +324,8 @@ def test_other_bits_are_noticed(name: str, check: Check, monkeypatch: pytest.Mon
     assert check in {finding.check for finding in check_scene(DRIVEN_BOX).findings}
 
 
-def test_an_error_and_a_run_without_end_are_findings(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a solver raises is one of its check; so is what takes longer than its limit, whose scene goes on."""
+def test_exception_and_endless_run_are_findings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An exception of a solver is a finding of its check, and a check beyond its time limit is a finding, too."""
 
     def fails(_scene: Scene) -> Run:
         raise ZeroDivisionError("planted")
@@ -334,8 +345,8 @@ def test_an_error_and_a_run_without_end_are_findings(monkeypatch: pytest.MonkeyP
     assert (finding.check, finding.kind) == (Check.TIME_LIMIT, f"no end of {Check.ALL_PAIRS.value}")
 
 
-def test_a_rotated_record_is_seen_from_the_original_scene() -> None:
-    """By 90 degrees and back to the bit; by any angle, and with the discs in reverse order, to rounding."""
+def test_record_of_a_rotated_scene_is_restored() -> None:
+    """The record of a scene rotated by 0.7 radians, with its discs in reverse order, is restored to rounding."""
     trace = solve_pic(DRIVEN_BOX)
     record = Record.of(trace)
     turned = rotate_scene(DRIVEN_BOX, turn_by(0.7), is_reversed=True)
@@ -351,10 +362,10 @@ def test_a_rotated_record_is_seen_from_the_original_scene() -> None:
 # The command ----------------------------------------------------------------------------------------------------------
 
 
-def test_a_difference_is_saved_with_its_reason(
+def test_finding_is_saved_as_a_scene_with_its_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The command counts it, saves the scene, says how to see it again, and returns 1."""
+    """The command counts a finding, saves its scene, prints the command to repeat it, and returns 1."""
     finding = Finding(Check.CERTIFIED, Kind.MISSED.value, "disc 0 and wall 1 meet at 0.5 s")
     monkeypatch.setattr(features, "check_scene", lambda _: CheckedScene(impacts=3, findings=[finding]))
     assert features.CAMPAIGN.main(["--scene", "5", "--out", str(tmp_path)]) == 1

@@ -56,8 +56,8 @@ def tampered(change: Break, *, on_wall: bool) -> set[str]:
     return broken(start, replace(stretch, impacts=impacts))
 
 
-def test_a_right_record_breaks_no_rule() -> None:
-    """What is tampered with below is right before."""
+def test_correct_record_violates_no_rule() -> None:
+    """The record that other tests change violates no rule in its 300 impacts."""
     report = found(*right())
     assert report.violations == []
     assert report.impacts == 300
@@ -134,21 +134,21 @@ ON_WALLS: list[tuple[str, Break, str]] = [
 
 
 @each("what, change, rules", [*ONLY, *AMONG, *ON_WALLS])
-def test_a_record_that_is_tampered_with_breaks_its_rules(what: str, change: Break, rules: str) -> None:
-    """Each change of the tables breaks the rules that speak of it; those of the first break no other."""
+def test_changed_record_violates_the_expected_rules(what: str, change: Break, rules: str) -> None:
+    """Each change of the record violates the expected rules; the changes of `ONLY` violate no other rule."""
     broken = tampered(change, on_wall=(what, change, rules) in ON_WALLS)
     assert set(rules.split()) <= broken
     assert broken == {rules} or (what, change, rules) not in ONLY
 
 
-def test_a_missing_row_is_found() -> None:
-    """A record that is shorter than the run's own count is no record of it."""
+def test_missing_impact_violates_the_count() -> None:
+    """A record with fewer impacts than the run counted violates the rule "count"."""
     start, stretch = right()
     assert broken(start, replace(stretch, impacts=np.delete(stretch.impacts, ROW))) == {"count"}
 
 
-def test_an_impact_of_discs_apart_is_found() -> None:
-    """A phantom: discs far from each other exchange momentum by the law, and all that follows is as recorded."""
+def test_impact_of_distant_discs_violates_contact() -> None:
+    """An impact of discs 3 m apart, otherwise by the law, violates only the rule "contact"."""
     start = DiscArrays(
         np.array([[0.0, 0.0], [9.0, 0.0]]), np.array([[1.0, 0.0], [0.0, 0.0]]), np.full(2, 0.5), np.ones(2)
     )
@@ -177,8 +177,8 @@ def free_flight(start: DiscArrays, time_s: float) -> Stretch:
     "y, size, passes",
     [(0.0, 0.5, True), (0.99, 0.5, True), (1.0 - 1e-11, 0.5, True), (1.0, 0.5, False), (0.0, 1e-6, True)],
 )
-def test_two_discs_that_pass_through_each_other_are_found(y: float, size: float, passes: bool) -> None:
-    """Discs that overlap on the way, however short or shallow, and are apart at either look, have passed unseen."""
+def test_discs_that_pass_through_each_other_are_found(y: float, size: float, passes: bool) -> None:
+    """Discs that overlap between two observed states, however briefly, violate "passed"; a touch does not."""
     start = DiscArrays(
         np.array([[-50.0, 0.0], [50.0, y]]), np.array([[10.0, 0.0], [-10.0, 0.0]]), np.full(2, size), np.ones(2)
     )
@@ -187,8 +187,8 @@ def test_two_discs_that_pass_through_each_other_are_found(y: float, size: float,
     assert [v.bodies for v in violations] in ([], [(0, 1)], [(1, 0)])
 
 
-def test_a_disc_that_goes_through_a_wall_is_found() -> None:
-    """A disc beyond a wall at a look has passed it; an immovable one may be there."""
+def test_movable_disc_beyond_a_wall_is_found() -> None:
+    """A movable disc beyond a wall violates the rule "passed"; an immovable one does not."""
     start = DiscArrays(
         np.array([[1.0, 1.0], [-5.0, 1.0]]),
         np.array([[-1.0, 0.0], [0.0, 0.0]]),
@@ -200,8 +200,8 @@ def test_a_disc_that_goes_through_a_wall_is_found() -> None:
     assert [(v.rule, v.bodies) for v in violations] == [("passed", (0, -1))]
 
 
-def test_an_overlooked_impact_of_a_gas_is_found() -> None:
-    """A disc that nobody sees is passed through again and again, and no other rule is broken."""
+def test_missed_impacts_of_a_gas_are_found() -> None:
+    """A disc that the run ignores violates only "passed", more than ten times."""
     start = jittered(np.random.default_rng(6), 40, spread=1.5)
     seen = DiscArrays(
         start.position_m[:-1], start.velocity_m_s[:-1], start.radius_m[:-1], start.mass_kg[:-1], start.walls
@@ -227,8 +227,8 @@ def test_an_overlooked_impact_of_a_gas_is_found() -> None:
     assert encounters > 10
 
 
-def test_a_run_elsewhere_than_its_impacts_lead_is_found() -> None:
-    """A state at a look that is off by more than rounding, in one place or one bit of a velocity, is found."""
+def test_wrong_state_of_a_run_is_found() -> None:
+    """A position off by 1e-12 m, or a velocity off by one bit, at an observed state violates the rule "state"."""
     start, stretch = right()
     position, velocity = stretch.position_m.copy(), stretch.velocity_m_s.copy()
     position[2, 7, 0] += 1e-12
@@ -239,8 +239,8 @@ def test_a_run_elsewhere_than_its_impacts_lead_is_found() -> None:
 
 @pytest.mark.long
 @each("kind", list(Kind))
-def test_every_pair_of_flights_that_overlaps_is_looked_at(kind: Kind) -> None:
-    """Cells and windows leave out no pair: of discs a little larger than they are, all pairs have the same overlaps."""
+def test_overlap_search_finds_every_overlapping_pair(kind: Kind) -> None:
+    """Cells and time windows find the same overlaps of slightly enlarged discs as a test of all pairs."""
     gas = draw(3, kind, most_discs=64)
     larger = replace(gas.start, radius_m=gas.start.radius_m * 1.02)
     movable = np.isfinite(gas.start.mass_kg)
@@ -267,15 +267,15 @@ def exact(bodies: NDArray[np.intp], time_s: NDArray[np.float64]) -> set[tuple[in
     return set(zip(low, high, time_s.view(np.int64).tolist(), strict=True))
 
 
-def test_spans_are_ranges_one_after_another() -> None:
-    """Ranges from 5 and 2, of 3, 0 and 2 members."""
+def test_spans_concatenates_ranges() -> None:
+    """Ranges from 5, 9 and 2 with 3, 0 and 2 members are listed one after another with their owners."""
     owner, member = spans(np.array([5, 9, 2]), np.array([3, 0, 2]))
     assert owner.tolist() == [0, 0, 0, 2, 2]
     assert member.tolist() == [5, 6, 7, 2, 3]
 
 
-def test_every_rule_is_described() -> None:
-    """A violation says what must hold, where, and by how much it does not."""
+def test_violation_states_rule_bodies_and_size() -> None:
+    """The text of a violation states its rule, its bodies and the size of the error."""
     start, stretch = right()
     position = stretch.position_m.copy()
     position[-1, 7, 0] += 1.0
@@ -295,8 +295,8 @@ def rough() -> tuple[DiscArrays, Stretch]:
     return start, stretch
 
 
-def test_a_right_rough_record_breaks_no_rule() -> None:
-    """What is tampered with below is right before, and has impacts that stick, and some that slide."""
+def test_correct_rough_record_violates_no_rule() -> None:
+    """The record of rough discs that other tests change violates no rule in its 300 impacts."""
     start, stretch = rough()
     report = found(start, stretch)
     assert report.violations == []
@@ -306,8 +306,8 @@ def test_a_right_rough_record_breaks_no_rule() -> None:
 
 @each("kind", ["a unit in the last place", "a billionth", "turned round", "left out"])
 @each("side", ["first", "second"])
-def test_a_wrong_spin_after_an_impact_breaks_the_law(kind: str, side: str) -> None:
-    """A spin that the law does not give is found; what is within rounding of it breaks the history that follows."""
+def test_wrong_spin_after_an_impact_is_found(kind: str, side: str) -> None:
+    """A wrong spin violates the rule "law"; one off by a rounding only violates the history or the state."""
     start, stretch = rough()
     spins = sure(stretch.spins).copy()
     turned = (stretch.impacts["second"] >= 0) & (spins[f"{side}_before"] != spins[f"{side}_after"])
@@ -324,16 +324,16 @@ def test_a_wrong_spin_after_an_impact_breaks_the_law(kind: str, side: str) -> No
     assert ("law" in rules) == (kind != "a unit in the last place")
 
 
-def test_sliding_where_friction_holds_breaks_the_law() -> None:
-    """An impact by the other branch of friction keeps momentum and angular momentum, and is found all the same."""
+def test_wrong_friction_coefficient_violates_the_law() -> None:
+    """Impacts by a friction of 0.30 instead of 0.31 violate only the rule "law"."""
     start, stretch = rough()
     assert stretch.spins is not None
     # The same record, compared with a friction by which some of its impacts would slide differently, or stick.
     assert broken(replace(start, friction=0.31, wall_friction=0.31), stretch) == {"law"}
 
 
-def test_a_spin_of_the_run_that_its_impacts_do_not_lead_to_is_found() -> None:
-    """The spins of the run's own state are compared with its impacts to the last bit."""
+def test_wrong_spin_of_the_final_state_is_found() -> None:
+    """A spin of the run's last state that is off by 1e-9 rad/s violates the rule "state"."""
     start, stretch = rough()
     spins = sure(stretch.spin_rad_s).copy()
     spins[-1, int(np.argmax(start.movable))] += 1e-9

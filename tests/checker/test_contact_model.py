@@ -45,8 +45,8 @@ def rules(report: Report) -> set[str]:
 
 
 @each("run", [EventDrivenRun, all_pairs])
-def test_a_right_run_breaks_no_rule(run: Callable[..., Run]) -> None:
-    """What is done wrong below is right before, and many impacts, on walls too, are elastic and many are not."""
+def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
+    """A correct run with the TC model violates no rule; 10 to 90 % of its impacts are elastic."""
     report = seen(run(gas(), contact_duration_s=gas().contact_duration_s))
     assert report.violations == []
     assert report.impacts == IMPACTS
@@ -54,8 +54,11 @@ def test_a_right_run_breaks_no_rule(run: Callable[..., Run]) -> None:
 
 
 @each("asked_s", [0.0, 0.1 * (1 - 0.05), 0.1 * (1 + 0.05)])
-def test_another_contact_time_breaks_the_law(asked_s: float) -> None:
-    """A run that leaves the TC model out, or has its time a twentieth off, is found, and so is the reverse."""
+def test_wrong_contact_duration_violates_the_law(asked_s: float) -> None:
+    r"""A run without the TC model, or with a contact duration that is off by 5 %, violates the rule "law".
+
+    A correct run that is checked with another duration violates it, too.
+    """
     assert rules(seen(EventDrivenRun(gas(), contact_duration_s=asked_s))) == {"law"}
     assert rules(seen(EventDrivenRun(gas(), contact_duration_s=gas().contact_duration_s), asked_s)) == {"law"}
 
@@ -77,10 +80,10 @@ FAULTS = (forgotten, kept_of_another_disc, too_recent)
 
 
 @each("fault", FAULTS)
-def test_a_run_that_is_resumed_with_wrong_last_impacts_is_found(
+def test_run_resumed_with_wrong_last_impacts_is_found(
     fault: Callable[[NDArray[np.float64]], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The campaign resumes its runs from saved states; if these have wrong last impacts, a law is broken."""
+    """A run that is resumed from a state with wrong times of last impacts violates the rule "law"."""
     watching = sys.modules[watch.__module__]
     monkeypatch.setattr(watching, "RENEWED_AFTER", IMPACTS // 10)
     monkeypatch.setattr(watching, "STRETCH_IMPACTS", IMPACTS // 20)
@@ -96,8 +99,8 @@ def test_a_run_that_is_resumed_with_wrong_last_impacts_is_found(
     assert rules(checked(gas(), IMPACTS)) == {"law"}
 
 
-def test_where_rounding_leaves_the_law_open_either_holds() -> None:
-    """An impact that comes after exactly the contact time, as recorded, may be elastic or not, and nothing else."""
+def test_impact_after_exactly_the_contact_duration_may_be_elastic() -> None:
+    """An impact after exactly the contact duration may be elastic or not; any other velocity violates the law."""
     walls = ((0.0, 0.0, 1.0, 0.0), (4.0, 0.0, -1.0, 0.0))
     start = DiscArrays(
         np.array([[1.0, 0.0]]), np.array([[-1.0, 0.0]]), np.array([0.5]), np.ones(1), walls, wall_restitution=0.5

@@ -44,8 +44,11 @@ def rules(report: Report) -> set[str]:
     return {violation.rule for violation in report.violations}
 
 
-def test_a_right_run_breaks_no_rule(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is done wrong below is right before: discs meet discs that fall, discs that don't, and the floor."""
+def test_correct_run_violates_no_rule(monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""A correct run under gravity violates no rule.
+
+    It has more than 20 impacts each on the floor, on immovable discs, and between movable discs.
+    """
     run = gas_checks.run_of(gas())
     monkeypatch.setattr(gas_checks, "run_of", lambda _: run)
     report = checked(gas(), IMPACTS)
@@ -98,8 +101,8 @@ FAULTS: dict[str, tuple[Callable[[], Gas], str]] = {
 
 
 @each("name", release_after(3, FAULTS))
-def test_each_wrong_way_to_fall_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The run of a gas that differs a little breaks the rule that concerns the difference."""
+def test_wrong_fall_violates_its_rule(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The run of a gas with a small difference violates the rule for that difference."""
     make, broken = FAULTS[name]
     monkeypatch.setattr(gas_checks, "run_of", lambda _: gas_checks.FlightAlone(make()))
     assert broken in rules(checked(gas(), IMPACTS))
@@ -113,16 +116,16 @@ class RestsInTheAir(gas_checks.FlightAlone):
         return Outcome.AT_REST if self.impacts >= 100 else outcome
 
 
-def test_a_rest_that_is_none_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run that ends at rest although each of its discs moves on, or touches nothing, breaks the rule of ends."""
+def test_wrong_end_at_rest_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that ends at rest although no disc rests violates the rule "end"."""
     monkeypatch.setattr(gas_checks, "FlightAlone", RestsInTheAir)
     assert "end" in rules(checked(gas(), IMPACTS))
 
 
 @each("restitution", [0.0, 0.5])
 @each("gravity", [(0.0, -9.8), (1.0, -9.8)])
-def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[float, float]) -> None:
-    """Discs that fall on a floor, or on a disc that rests on it, come to rest there after their last impact."""
+def test_correct_end_at_rest_violates_no_rule(restitution: float, gravity: tuple[float, float]) -> None:
+    """Discs that come to rest on a floor or on an immovable disc violate no rule."""
     walls = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.0), (9.0, 0.0, -1.0, 0.0))
     for place in ([[3.0, 2.0]], [[3.0, 2.0], [3.0, 0.5]]):
         mass = np.array([1.0, math.inf][: len(place)])
@@ -137,8 +140,11 @@ def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[fl
 
 
 @each("over", [1e-11, -1e-11])
-def test_a_flight_that_reaches_into_a_wall_or_a_disc_and_back_is_found(over: float) -> None:
-    """A disc thrown up turns in a ceiling, or before it, and next to an immovable disc above it, likewise."""
+def test_flight_that_enters_a_body_and_returns_is_found(over: float) -> None:
+    r"""A disc whose flight enters a ceiling or an immovable disc by 1e-11 m and returns violates "passed".
+
+    One that stays 1e-11 m away does not.
+    """
     height = 0.5 * 3.0**2 / 10.0  # of a throw at 3 m/s, 10 m/s^2
     for fixed in (False, True):
         place = [[0.0, 0.0]] + [[0.0, height + 1.0 - over]] * fixed
@@ -162,8 +168,8 @@ def test_a_flight_that_reaches_into_a_wall_or_a_disc_and_back_is_found(over: flo
         assert rules(report) == ({"passed"} if over > 0.0 else set())
 
 
-def test_the_nearest_point_of_a_parabola_is_found() -> None:
-    """The least distance within a span of time is that at the real roots of the cubic, or at the ends."""
+def test_closest_point_of_a_parabola_is_found() -> None:
+    """The least distance of a fall from a point is at a real root of the cubic or at an end of the interval."""
     rng = np.random.default_rng(1)
     p, v, g = rng.normal(size=(3, 2, 500)) * np.array([1.0, 2.0, 3.0])[:, None, None]
     span = np.exp(rng.uniform(-3.0, 2.0, 500))

@@ -40,8 +40,11 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], lis
     return read_raw_records(path)
 
 
-def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
-    """A row a profile: the numbers of scenes by grade at their own frame rate, and where the profile fails."""
+def test_atlas_has_grades_and_failure_points_of_each_method(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
+    r"""A profile's row has its number of scenes by grade, missed and extra impacts, and its failure points.
+
+    Carom's own methods are in no table of engines.
+    """
     (pit,) = (method for method in atlas_methods.methods_of(found[1], []) if method.engine == "pit")
     coarse = [row for row in found[1] if row["engine"] == "pit" and row["refinement"] == 0]
     assert sorted(row["grade"] for row in coarse) == ["sampled", "sampled", "ungraded", "wrong"]
@@ -61,8 +64,11 @@ def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], 
     assert atlas_methods.gas(atlas_methods.methods_of(found[1], [], HAZARDS)[-1]) == "-50 % to -30 % in 16 starts"
 
 
-def test_the_settings_to_paste_are_of_a_profile_that_can_be_pasted() -> None:
-    """Fewest wrong, then most exact, close and sampled; never cut or reshaped; of equals not what is shipped."""
+def test_best_profile_for_settings_code_is_chosen() -> None:
+    r"""Settings are those of the profile with the fewest wrong, then most exact, close and sampled scenes.
+
+    Located and cylinder profiles are never chosen, and of equals not the default one.
+    """
 
     def method(profile: str, *grades: str) -> atlas_methods.Method:
         return atlas_methods.Method("some", profile, tuple({"refinement": 0, "grade": grade} for grade in grades), None)
@@ -75,8 +81,8 @@ def test_the_settings_to_paste_are_of_a_profile_that_can_be_pasted() -> None:
     assert atlas_methods.best([shipped, cylinder, tuned, swept]) is swept
 
 
-def test_the_first_choice_meets_the_need_in_most_scenes(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
-    """Finer steps are chosen only where they meet it in more scenes; a row without a number meets nothing."""
+def test_first_choice_meets_the_need_in_most_scenes(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
+    """Finer steps are chosen only if they meet a need in more scenes; no method is chosen if none meets it."""
     methods = [method for method in atlas_methods.methods_of(found[1], []) if method.engine == "pit"]
     right = atlas_methods.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
     assert atlas_methods.choices(right, methods) == ["pit, 1 frame: 1 of 1, -"]
@@ -96,8 +102,11 @@ def _gas(engine: str, outcome: str = "completed", **steps: Any) -> atlas_methods
     return atlas_methods.Method(engine, "tuned", ({**row, "local_truth": none | {"until_s": 20.0} | steps},), None)
 
 
-def test_a_crowd_ranks_by_what_looking_once_a_step_does_not_explain() -> None:
-    """PIT's own misses cost nothing; then misses, inventions, early answers, error, energy; who ended early is last."""
+def test_gas_ranking_ignores_the_misses_of_pit() -> None:
+    r"""The ranking of a gas does not count impacts that PIT misses, too.
+
+    It sorts by misses, extra and early impacts, error, and energy. Methods that ended early come last.
+    """
     ranked = [
         _gas("same-as-pit", missed=4, missed_by_pit=4, energy=1e-9),
         _gas("loses", energy=2e-6),
@@ -116,8 +125,8 @@ def test_a_crowd_ranks_by_what_looking_once_a_step_does_not_explain() -> None:
     assert any("not bounded" in row for row in rows)
 
 
-def test_an_engine_measured_alone_joins_its_own_tables_only(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
-    """It has its profiles and its day; what ranks all engines stays as it was."""
+def test_engine_measured_alone_changes_no_ranking(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
+    """An engine that is measured alone gets its own entry with the date; rankings of all engines stay the same."""
     head, rows = found
     there = {**head, "environment": {**head["environment"], "versions": {"numpy": "2.4.6", "newcomer": "1.0"}}}
     ranked = {name: {"rows": [["as it was"]]} for name in ("needs", "crowd", "limits")}

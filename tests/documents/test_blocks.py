@@ -22,8 +22,11 @@ BLOCKS = [block for page in PAGES for block in blocks_of(page)]
 SCENE = next(block for block in BLOCKS if block.page == "README.md" and block.file == "my-scene.toml")
 
 
-def test_every_block_is_fenced_and_names_its_language() -> None:
-    """What is only indented, or has no language, or another, none of these tests would see."""
+def test_code_blocks_are_fenced_with_a_known_language() -> None:
+    r"""Every code block of the documents is fenced and has a known language, and each reason not to run is used.
+
+    Indented or unlabelled blocks would not be tested.
+    """
     for page in PAGES:
         blocks, text = blocks_of(page), page.read_text(encoding="utf-8")
         assert unfenced(page) == [], page
@@ -32,8 +35,8 @@ def test_every_block_is_fenced_and_names_its_language() -> None:
         assert text.count("<!-- not run: ") == sum(bool(one.reason) for one in blocks), page
 
 
-def test_data_is_read_by_the_loader_that_it_is_for_and_python_is_python(tmp_path: Path) -> None:
-    """A scene is one, known failures are, and what is another program's is TOML, JSON or YAML; Python compiles."""
+def test_data_blocks_load_and_python_blocks_compile(tmp_path: Path) -> None:
+    """TOML, JSON and YAML blocks are readable, scenes and known failures load, and Python blocks compile."""
     loaders = {"toml": tomllib.loads, "json": json.loads, "yaml": yaml.safe_load}
     for block in BLOCKS:
         if block.language == "python":
@@ -49,8 +52,8 @@ def test_data_is_read_by_the_loader_that_it_is_for_and_python_is_python(tmp_path
                 assert load_known_failures(path)
 
 
-def test_commands_are_commands() -> None:
-    """Each program, option, target and module exists, also where it is not run; N in a sentence is a number."""
+def test_documented_commands_exist() -> None:
+    """Each program, option, target and module in the documents exists, also in commands that are not run."""
     asked = [(str(block), command) for block in BLOCKS for command, _ in block.commands()]
     names = "|".join(COMMANDS)
     for page in PAGES:
@@ -78,8 +81,8 @@ def is_shown_by(expected: str, printed: str) -> bool:
 
 @pytest.mark.long
 @each("page", sorted({b.page for b in BLOCKS if b.language in {"python", "sh", "console"} and not b.reason}))
-def test_the_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
-    """Files first, the Python of the page as one script, then each command; what is shown is what is printed."""
+def test_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
+    """The files, Python blocks and commands of a page run, and print what the page shows."""
     blocks = [block for block in BLOCKS if block.page == page and not block.reason]
     for block in (SCENE, *blocks):
         if block.file:
@@ -103,8 +106,8 @@ def test_the_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
             assert shown is None or is_shown_by(shown, done.stdout), f"{block}: {command}\n{done.stdout}"
 
 
-def test_the_pattern_of_an_output_is_strict() -> None:
-    """A line more, a line less and another number are differences; widths and what ... leaves out are none."""
+def test_output_pattern_detects_differences() -> None:
+    """A shown output differs by an extra or missing line or another number; widths and `...` are ignored."""
     printed = "one 1.5\n\n  two\nthree\n"
     assert is_shown_by("one 1.5\n\ntwo\nthree", printed)
     assert is_shown_by("one    1.5\n...\nthree\n", printed)

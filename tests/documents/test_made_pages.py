@@ -24,41 +24,41 @@ KNOWN = {(row["engine"], row["profile"]): row["scenes"] for row in CONTACT_ROWS}
 SCENES = [scene_named(name) for name in contact.scenes_started()]
 
 
-def test_the_tables_of_contact_are_those_of_the_figures() -> None:
-    """The page is what `contact.json` makes it."""
+def test_contact_tables_match_their_figures() -> None:
+    """The page on contact has exactly the tables generated from `contact.json`."""
     page = contact.PAGE.read_text(encoding="utf-8")
     assert contact.filled(page, CONTACT_ROWS) == page
 
 
-def test_pit_is_no_worse_than_sampled_from_any_start() -> None:
-    """In every scene, from all eight starts."""
+def test_pit_is_sampled_or_better_in_contact_scenes() -> None:
+    """In the figures PIT is graded exact, close or sampled in every contact scene from every start."""
     scenes = KNOWN["pit", "tuned"]
     assert set(scenes) == {scene.name.partition("/")[2] for scene in SCENES}
     assert all(set(known["grades"]) <= set("✓≃≈") for known in scenes.values())
 
 
 @each("engine", ["box2d", "mujoco", "planck", "pybullet", "pymunk"])
-def test_a_slide_ends_half_a_step_s_way_off(engine: str) -> None:
-    """``v dt / 2`` of the fastest start, 3 m/s and 7/8 of a fiftieth more, at 240 steps a second."""
+def test_slides_end_half_a_step_off_in_the_figures(engine: str) -> None:
+    """In the figures a slide ends ``v dt / 2`` off for the fastest start, at 240 steps a second."""
     fastest = 3.0 * (1.0 + 0.02 * 7 / 8)
     assert KNOWN[engine, "tuned"]["stops"]["place_m"] == pytest.approx(fastest / 480, rel=0.02)
 
 
 @each("engine", ["box2d", "planck"])
-def test_a_disc_is_held_off_the_floor_as_shipped(engine: str) -> None:
-    """By 5 mm, where nothing moves."""
+def test_default_box2d_and_planck_hold_discs_5_mm_off_the_floor(engine: str) -> None:
+    """In the figures a disc at rest is 5 mm off its position with default settings."""
     assert KNOWN[engine, "default"]["holds"]["place_m"] == pytest.approx(0.005, rel=0.01)
 
 
-def test_a_disc_creeps_that_friction_holds() -> None:
-    """In MuJoCo as shipped, and in no other engine."""
+def test_only_default_mujoco_creeps_in_the_figures() -> None:
+    """Of all methods in the figures only default MuJoCo creeps faster than 1 mm/s where friction holds."""
     fast = {key: known["holds"]["rest_m_s"] for key, known in KNOWN.items() if "holds" in known and key[0] != "pit"}
     assert [key for key, rest in fast.items() if rest > 1e-3] == [("mujoco", "default")]
 
 
 @each("scene", SCENES)
-def test_starts_are_of_one_kind_and_differ(scene: Scene) -> None:
-    """What lies on the wall does so at every start; what comes through the air begins further up."""
+def test_contact_starts_differ_unless_all_discs_rest(scene: Scene) -> None:
+    """The eight starts of a contact scene differ, except in a scene whose discs are all at rest."""
     starts = [contact.started(scene, start) for start in range(contact.STARTS)]
     assert starts[0].discs == scene.discs
     still = all(disc.velocity_m_s == (0.0, 0.0) and not disc.spin_rad_s for disc in scene.discs)
@@ -78,15 +78,18 @@ SMOOTH = {
 }
 
 
-def test_the_tables_are_those_of_the_figures() -> None:
-    """The page is what `walls.json` makes it, with a row for each way of building a wall."""
+def test_wall_tables_match_their_figures() -> None:
+    """The page on walls has exactly the tables generated from `walls.json`, with a row for each wall type."""
     page = walls.PAGE.read_text(encoding="utf-8")
     assert walls.filled(page, ROWS) == page
     assert [(row["engine"], row["way"]) for row in ROWS] == [(way.engine, way.words) for way in walls.WAYS]
 
 
-def test_who_passes_a_thin_wall_is_as_the_page_says() -> None:
-    """What sweeps passes at no start, what looks once a step by the closed form to four starts, and p2 by its own."""
+def test_thin_wall_figures_match_their_closed_forms() -> None:
+    r"""In the figures swept engines pass a thin wall from no start, discrete ones as often as the closed form.
+
+    PhysX, Newton, Drake, p2 and DART's capsules have bounds of their own.
+    """
     for row in ROWS:
         through = row["thin"]["through"]
         if row["engine"] in SWEEPING or any(asked in row["way"] for asked in BY_ASKING):
@@ -116,16 +119,19 @@ def test_who_passes_a_thin_wall_is_as_the_page_says() -> None:
             assert through[0] == 0
 
 
-def test_who_is_smooth_over_joints_is_as_the_page_says() -> None:
-    """Ways that the page calls smooth meet no joint at any start, and every other meets some, or no floor at all."""
+def test_smooth_wall_types_are_those_listed() -> None:
+    """In the figures exactly the wall types in `SMOOTH` deflect no disc at a joint from any start."""
     for row in ROWS:
         if (row["engine"], row["way"]) == ("DART", "capsules"):
             continue
         assert ((row["engine"], row["way"]) in SMOOTH) == (row["seams"]["other"] == [0, 0]), row
 
 
-def test_what_comes_of_ends_is_as_the_page_says() -> None:
-    """Who checks once per step is off by the step's way, Box2D and Planck by their slop, and v3's chain has no end."""
+def test_wall_end_figures_are_in_their_ranges() -> None:
+    r"""In the figures errors at wall ends are those of a step for discrete engines, and of the slop for Box2D.
+
+    Planck has the errors of Box2D. The chain of Box2D v3 has no end, and DART's capsules are spheres.
+    """
     looking = {"DART", "MuJoCo", "ODE", "p2-es", "pymunk"}
     for row in ROWS:
         median, worst = row["ends"]["median_deg"], row["ends"]["worst_deg"]
@@ -141,8 +147,8 @@ def test_what_comes_of_ends_is_as_the_page_says() -> None:
             assert worst[2] < 6
 
 
-def test_who_comes_back_out_of_a_corner_is_as_the_page_says() -> None:
-    """To a millimetre a second, except for the engines that the page names with their errors."""
+def test_corner_figures_are_exact_except_for_listed_engines() -> None:
+    """In the figures discs leave a corner with errors below 1 mm/s, except in five engines with listed errors."""
     off = {"ODE": 0.02, "p2-es": 0.57, "cannon-es": 0.79, "Havok": 0.37, "PyBullet": 2.82}
     for row in ROWS:
         if (row["engine"], row["way"]) != ("DART", "capsules") and row["engine"] not in off:
@@ -153,8 +159,8 @@ def test_who_comes_back_out_of_a_corner_is_as_the_page_says() -> None:
 
 
 @each("figure", long_until(1, ["corners", "thin", "seams", "ends"]))
-def test_the_figures_are_those_of_the_engine(figure: str) -> None:
-    """pymunk, run again, gives its row."""
+def test_wall_figures_of_pymunk_are_reproducible(figure: str) -> None:
+    """Running pymunk again gives its figures, if the installed release is the measured one."""
     (way,) = (way for way in walls.WAYS if way.key == "neighbours")
     (kept,) = (row for row in ROWS if (row["engine"], row["way"]) == (way.engine, way.words))
     if walls.version_of(way) != kept["version"]:
@@ -163,8 +169,8 @@ def test_the_figures_are_those_of_the_engine(figure: str) -> None:
     assert found["other"] == expected["other"] if figure == "seams" else found == expected
 
 
-def test_one_bit_makes_another_digest() -> None:
-    """A run has the digest of its copy, and not that of a run one of whose velocities is the next float."""
+def test_digest_changes_with_one_bit() -> None:
+    """A copy of a run has the same digest, and a run with one velocity one float higher has another one."""
     trace = carom.solve_pic(all_scenes()["paper/late"].scene)
     moved = trace.final_velocity_m_s.copy()
     moved[0, 0] = np.nextafter(moved[0, 0], 1e9)
@@ -173,16 +179,16 @@ def test_one_bit_makes_another_digest() -> None:
 
 
 @pytest.mark.long
-def test_pic_comes_to_the_bits_that_the_page_says() -> None:
-    """Carom's own method, asked as `make determinism` asks, is the page's row."""
+def test_determinism_page_has_the_measured_row_of_pic() -> None:
+    """Measuring the determinism of PIC again gives the row on the page."""
     words = determinism.words_of("pic", "frame-by-frame")
     row = " | ".join(words[name] for name in (*determinism.COUNTED, "order"))
     assert f"| pic | frame-by-frame | 4 of 4 | {row} |" in determinism.PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.long
-def test_a_run_that_ends_its_process_is_not_the_same() -> None:
-    """A missing engine fails in a process of its own, which is shown as ended and counts as not the same."""
+def test_run_that_ends_its_process_is_reported_as_ended() -> None:
+    """A missing engine fails in a process of its own, and is shown as ended."""
     assert determinism.in_threads("no-such-engine", "default", "") == "ended"
 
 
@@ -192,13 +198,13 @@ SHARED = {"README", "driven", "left-out"}
 
 
 @each("page", PAGES)
-def test_the_tables_of_a_page_are_those_that_were_measured(page: Path) -> None:
-    """`python docs/figures/engine_pages.py` would change nothing."""
+def test_engine_pages_are_up_to_date(page: Path) -> None:
+    """`python docs/figures/engine_pages.py` would change no page of an engine."""
     assert page.read_text(encoding="utf-8") == engine_pages.filled(page)
 
 
-def test_each_adapter_has_a_page() -> None:
-    """Every engine that comes with Carom has one, with the same headings, and no other has."""
+def test_every_adapter_has_a_page_with_the_same_headings() -> None:
+    """Every engine that comes with Carom has a page with the four standard headings, and no other page exists."""
     own = {page.stem: page.read_text(encoding="utf-8") for page in PAGES if page.stem not in SHARED}
     assert set(own) == {name for name, point in list_adapter_points().items() if point.distribution == "carom"} - {
         "pic",
@@ -209,8 +215,8 @@ def test_each_adapter_has_a_page() -> None:
             assert f"\n## {heading}\n" in text, name
 
 
-def test_an_engine_that_has_a_history_tells_it_on_its_page() -> None:
-    """Each engine of the page of histories, and no other, has its sentences on its own page."""
+def test_engine_pages_show_their_history() -> None:
+    """Exactly the engines of the history page have a history section on their own page."""
     names = {
         name: load_adapter(name).engine.name
         for name, point in list_adapter_points().items()
@@ -223,8 +229,8 @@ def test_an_engine_that_has_a_history_tells_it_on_its_page() -> None:
         assert not engine_pages.history_of(engine).startswith(" "), engine
 
 
-def test_a_hazard_is_what_is_off_at_some_start() -> None:
-    """A row is one of the table of hazards, of which some start is off; what no start shows is named apart."""
+def test_hazard_table_lists_only_scenes_with_errors() -> None:
+    """A page's hazard table has the scenes with an error from some start; the others are listed below it."""
     text = engine_pages.hazards_of("box2d3")
     assert "| `engines/near-miss`: " in text
     assert "| 32 of 32 | 0.0272 to 0.086 | - |" in text
@@ -255,8 +261,8 @@ The size.
 """
 
 
-def test_the_tables_are_taken_from_a_campaign() -> None:
-    """Each is the whole of it and no more; a campaign without one is refused."""
+def test_stress_tables_are_taken_from_a_campaign() -> None:
+    """The page's tables are the first result columns of a campaign's tables; a campaign without one is refused."""
     filled = stress_tables.kept(stress_tables.filled(STRESS, CAMPAIGN))
     assert list(filled) == list(stress_tables.KINDS)
     assert [rows[2][0] for rows in filled.values()] == ["grazing", "boost", "box2d-1094"]
@@ -266,15 +272,15 @@ def test_the_tables_are_taken_from_a_campaign() -> None:
         stress_tables.filled(STRESS, CAMPAIGN.partition("## Invariances")[0])
 
 
-def test_the_page_has_every_stress_test_and_invariance() -> None:
-    """What was added since the campaign would be missing from its tables."""
+def test_stress_page_has_every_stress_test_and_invariance() -> None:
+    """The tables of the page list every stress test and every invariance of the code, in order."""
     kept = stress_tables.kept(STRESS)
     assert [row[0] for row in kept["stress test"][2:]] == [attack.name for _, attack in list_attacks()]
     assert [row[0] for row in kept["invariance"][2:]] == [relation.name for relation in list_relations()]
     assert all(len({len(row) for row in rows}) == 1 for rows in kept.values())
 
 
-def test_the_page_of_stress_is_short() -> None:
-    """800 words without its commands."""
+def test_stress_page_has_at_most_800_words() -> None:
+    """The reference page on stress has at most 800 words without its commands."""
     text = (ROOT / "docs" / "reference" / "stress.md").read_text(encoding="utf-8")
     assert len(re.sub(r"(?s)```.*?```", "", text).split()) <= 800

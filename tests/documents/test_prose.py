@@ -12,20 +12,20 @@ from tests.documents.code_blocks import ROOT
 TEXTS = prose.pages()
 
 
-def test_the_documents_have_no_fault() -> None:
-    """`python -m docs.prose` finds nothing: words, lengths of sentences and of pages, word order."""
+def test_documents_follow_the_style_rules() -> None:
+    """`python -m docs.prose` reports nothing for the documents: words, sentence and page lengths, word order."""
     texts = TEXTS | {"CHANGELOG.md": (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")}
     assert [*prose.over_limit(texts), *(one for name, text in texts.items() for one in prose.faults(name, text))] == []
 
 
 @pytest.mark.long
-def test_the_sources_have_no_fault() -> None:
-    """`python -m docs.prose` finds nothing in docstrings, comments and messages of the files that it checks."""
+def test_sources_follow_the_style_rules() -> None:
+    """`python -m docs.prose` reports nothing for docstrings, comments and messages of the checked files."""
     assert list(prose.source_faults(prose_sources.source_paths())) == []
 
 
-def test_every_page_reads_easily() -> None:
-    """The median Flesch reading ease of each page is at least the target."""
+def test_every_page_is_easy_to_read() -> None:
+    """The median Flesch reading ease of each page is at least 45."""
     low = {name: ease for name, text in TEXTS.items() if (ease := prose.page_ease(name, text) or 100.0) < 45}
     assert low == {}
 
@@ -48,8 +48,8 @@ def test_every_page_reads_easily() -> None:
         (" ".join(["word"] * 40) + ".", ""),
     ],
 )
-def test_a_fault_is_found_where_it_is(text: str, fault: str) -> None:
-    """Words, inversions and lengths of hand-written sentences are faults; code, names and generated blocks are not."""
+def test_style_faults_are_found_in_prose_only(text: str, fault: str) -> None:
+    """Words, inversions and long sentences are faults; in code, links and generated blocks nothing is."""
     found = "\n".join(prose.faults("page.md", text))
     assert fault in found
     assert bool(fault) == bool(found)
@@ -71,20 +71,23 @@ def test_a_fault_is_found_where_it_is(text: str, fault: str) -> None:
         ('f("two words", "x = one + two + three;")', []),
     ],
 )
-def test_prose_is_found_in_a_python_file(source: str, found: list[tuple[int, str]]) -> None:
-    """Docstrings, comments and messages are read with their lines; code, short strings and entries' names are not."""
+def test_prose_of_a_python_file_is_extracted(source: str, found: list[tuple[int, str]]) -> None:
+    """Docstrings, comments and messages are extracted with their lines; code, short strings and names are not."""
     passages = prose_sources.passages("x.py", source)
     assert [(line, " ".join(text.split())) for line, text in passages] == [(n, " ".join(t.split())) for n, t in found]
 
 
-def test_an_entry_of_a_docstring_is_a_paragraph() -> None:
-    """The entries of a docstring's section have sentences of their own."""
+def test_docstring_entries_are_separate_paragraphs() -> None:
+    """Each entry of a docstring's section is a paragraph of its own."""
     ((_, text),) = prose_sources.passages("x.py", '"""It.\n\nArgs:\n    one: One thing\n    two: another\n"""')
     assert list(prose.paragraphs(text)) == ["It.", "One thing", "another"]
 
 
-def test_prose_is_found_in_compiled_sources() -> None:
-    """Comments of C, and comments and docstrings of Cython, are read; literals, file tables and C in Cython are not."""
+def test_prose_of_compiled_sources_is_extracted() -> None:
+    r"""Comments of C, and comments and docstrings of Cython, are extracted.
+
+    String literals, file tables and C in Cython are not.
+    """
     c = '/* It is\n   one. */\nchar *x = "/* not one */"; // Another.\n'
     assert [(line, " ".join(text.split())) for line, text in prose_sources.passages("x.h", c)] == [
         (1, "It is one."),
@@ -97,8 +100,8 @@ def test_prose_is_found_in_compiled_sources() -> None:
     assert not list(prose_sources.passages("x.pyx", 'cdef extern from *:\n    """\n    #define one two\n    """\n'))
 
 
-def test_words_outside_generated_blocks_are_counted() -> None:
-    """A generated block and a generated page have no words; code and tables have."""
+def test_word_count_excludes_generated_text() -> None:
+    """Generated blocks and pages count no words, code and tables do; pages above their limits are reported."""
     assert prose.count_words("page.md", "one `two`\n<!-- made by x.py: y -->\nthree\n<!-- end -->\n| 4 |") == 5
     assert prose.count_words("docs/results/hazards.md", "one") == 0
     assert list(prose.over_limit({"README.md": "word " * 701})) == ["README.md: 701 words, at most 700"]
@@ -107,22 +110,22 @@ def test_words_outside_generated_blocks_are_counted() -> None:
     ]
 
 
-def test_short_words_in_short_sentences_read_more_easily() -> None:
-    """Reading ease falls with the length of sentences and with syllables."""
+def test_reading_ease_falls_with_long_sentences_and_words() -> None:
+    """Reading ease falls with the length of sentences and with the number of syllables."""
     easy = prose.reading_ease("The disc hits the wall. It turns back.")
     assert easy > prose.reading_ease("The disc hits the wall and then it turns back on its own way.") > 60
     assert prose.reading_ease("Simultaneity necessitates conventional disambiguation.") < 0
 
 
-def test_the_tables_of_verdicts_and_grades_are_generated() -> None:
-    """`python docs/figures/scoring_tables.py` would change nothing."""
+def test_scoring_tables_are_up_to_date() -> None:
+    """`python docs/figures/scoring_tables.py` would not change the page with its two tables."""
     page = scoring_tables.PAGE.read_text(encoding="utf-8")
     assert scoring_tables.filled(page) == page
     assert page.count("made by docs/figures/scoring_tables.py") == 2
 
 
 @pytest.mark.long
-def test_the_diagram_of_the_stages_is_generated() -> None:
+def test_stages_diagram_is_up_to_date() -> None:
     """`python docs/figures/stages.py` would change nothing, and the diagram has the five stages."""
     page = stages.PAGE.read_text(encoding="utf-8")
     assert stages.filled(page) == page
@@ -131,8 +134,11 @@ def test_the_diagram_of_the_stages_is_generated() -> None:
     assert stages.diagram() in page
 
 
-def test_the_generated_reference_has_every_command_and_field() -> None:
-    """A section for each command with its options, and one for each object of a scene file with its fields."""
+def test_generated_reference_lists_commands_and_fields() -> None:
+    r"""The command page has sections with options, and the scene page has the fields of the objects.
+
+    Three commands, one option and two fields are tried.
+    """
     commands, scene = reference.commands_page(), reference.scene_page()
     assert all(f"## carom {name}\n" in commands for name in ("run", "advise", "import"))
     assert "| `-o, --out PATH` |" in commands
@@ -147,8 +153,8 @@ def slugs(page: Path) -> set[str]:
 
 
 @pytest.mark.long
-def test_citations_lead_to_pages() -> None:
-    """Each page and heading of the documents that sources, tests or settings name exists."""
+def test_cited_pages_and_headings_exist() -> None:
+    """Each page and heading of the documents that sources, tests or settings cite exists."""
     files = [ROOT / "Makefile", ROOT / "action.yml", ROOT / "pyproject.toml"]
     for folder in ("src", "adapters", "tests", "benchmarks", "docs"):
         files += [

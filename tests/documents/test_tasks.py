@@ -47,28 +47,28 @@ def weights(word: str) -> dict[str, float]:
 
 
 @each("word, page", SEARCHED.items())
-def test_a_word_that_people_search_finds_its_page(word: str, page: str) -> None:
-    """No other page speaks of it more."""
+def test_search_words_lead_to_their_page(word: str, page: str) -> None:
+    """No page uses a search word more than the page that is meant for it."""
     assert weights(word)[page] > 0
     assert weights(word)[page] == max(weights(word).values())
 
 
 @each("task", TASKS)
-def test_a_page_of_a_task_is_short_and_has_a_command(task: str) -> None:
-    """It is read in two minutes, and its first block is a command or a program."""
+def test_how_to_pages_are_short_and_start_with_a_command(task: str) -> None:
+    """A how-to page has at most 400 words without code, and starts with a block of commands."""
     text = (ROOT / "docs" / "how-to" / f"{task}.md").read_text(encoding="utf-8")
     assert len(re.sub(r"(?s)```.*?```", "", text).split()) <= 400
     assert re.match(r"# .+\n\n(<!-- not run: .+ -->\n)?```sh\n", text)
 
 
-def test_the_glossary_has_twelve_words() -> None:
-    """A paragraph a word."""
+def test_glossary_has_twelve_entries() -> None:
+    """The glossary defines exactly twelve words."""
     text = (ROOT / "docs" / "reference" / "glossary.md").read_text(encoding="utf-8")
     assert len(re.findall(r"^\*\*.+?\*\*: \S", text, re.MULTILINE)) == 12
 
 
-def test_the_gallery_plays_scenes_of_the_catalogue() -> None:
-    """Each replay is of a scene that there is, and of PIT where it differs from PIC."""
+def test_gallery_replays_scenes_where_pit_has_findings() -> None:
+    """Each of at least five gallery replays is of a catalogue scene in which PIT differs from PIC."""
     text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     found = re.findall(r"<!-- replay: (\S+)(?: (\d+))? -->", text)
     assert len(found) == text.count("<!--") >= 5
@@ -77,8 +77,8 @@ def test_the_gallery_plays_scenes_of_the_catalogue() -> None:
         assert score.findings, name
 
 
-def test_contributors_have_a_part_of_their_own() -> None:
-    """Pages for contributors are in no other part of the navigation, and every page is in one part."""
+def test_navigation_has_every_page_once() -> None:
+    """Every page is in one part of the navigation; the contributors' part has exactly their pages."""
     # Tags of Python are for extensions; what is asked for here is the navigation.
     nav = yaml.safe_load("nav:" + (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2])["nav"]
     parts = {name: part for one in nav for name, part in one.items()}
@@ -109,8 +109,8 @@ def replays(cell: Any) -> list[str]:
 
 
 @pytest.mark.long
-def test_every_cell_shows_what_is_kept_of_it() -> None:
-    """Run again in an empty folder, no cell fails; each shows the same text, replay and kinds of picture."""
+def test_notebook_cells_reproduce_their_stored_output() -> None:
+    """Run again in an empty folder, each notebook cell shows the same text, replay and kinds of output."""
     for kept, run in zip(KEPT.cells, executed().cells, strict=True):
         assert texts(run) == texts(kept), kept.source
         assert [sorted(out.get("data", ())) for out in run.get("outputs", [])] == [
@@ -119,8 +119,11 @@ def test_every_cell_shows_what_is_kept_of_it() -> None:
         assert replays(run) == replays(kept), kept.source
 
 
-def test_it_reads_on_a_code_host() -> None:
-    """Each cell was run in order; pictures, a replay and tables are kept, without data of the machine."""
+def test_stored_notebook_is_complete_and_free_of_local_paths() -> None:
+    r"""All notebook cells were run in order, with pictures, tables and a replay, and without errors.
+
+    No local path is in the output, and the file is smaller than 1 MB.
+    """
     assert [cell.execution_count for cell in CODE] == list(range(1, len(CODE) + 1))
     kinds = {kind for cell in CODE for output in cell.outputs for kind in output.get("data", ())}
     assert {"text/plain", "text/html", "image/png"} <= kinds
@@ -131,8 +134,8 @@ def test_it_reads_on_a_code_host() -> None:
     assert NOTEBOOK.stat().st_size < 1_000_000
 
 
-def test_each_exercise_has_an_answer() -> None:
-    """The numbers of the exercises are those of the answers."""
+def test_notebook_exercises_have_answers() -> None:
+    """The five exercises of the notebook have answers with the same numbers."""
     text = "\n".join(cell.source for cell in KEPT.cells if cell.cell_type == "markdown")
     exercises, answers = text.partition("## 9. Answers")[::2]
     asked = re.findall(r"^(\d)\. \*\*.+?\*\*", exercises.partition("## 8.")[2], re.MULTILINE)
@@ -143,8 +146,8 @@ def test_each_exercise_has_an_answer() -> None:
 CHANGELOG = "# Changelog\n\n## 0.2.0 (unreleased)\n\n- Older.\n\n## 0.1.0\n\n- First.\n"
 
 
-def test_fragments_come_first_in_the_newest_section_and_are_gone(tmp_path: Path) -> None:
-    """By their names, above the existing text; the note on fragments stays, and a second time nothing changes."""
+def test_changelog_fragments_are_inserted_and_deleted(tmp_path: Path) -> None:
+    """Fragments are inserted by name above the newest section's text and deleted; a second run changes nothing."""
     log = tmp_path / "CHANGELOG.md"
     log.write_text(CHANGELOG)
     fragments = tmp_path / "fragments"
@@ -157,8 +160,8 @@ def test_fragments_come_first_in_the_newest_section_and_are_gone(tmp_path: Path)
         assert [path.name for path in fragments.iterdir()] == ["README.md"]
 
 
-def test_what_is_no_list_or_has_no_place_is_refused_and_kept(tmp_path: Path) -> None:
-    """A fragment that begins as no list, and a changelog without a section, are errors; no file is changed."""
+def test_invalid_changelog_fragment_is_refused(tmp_path: Path) -> None:
+    """A fragment that is no list, or a changelog without a section, is an error that changes no file."""
     log, fragments = tmp_path / "CHANGELOG.md", tmp_path / "fragments"
     fragments.mkdir()
     for changelog, fragment in ((CHANGELOG, "Words.\n"), ("# Changelog\n", "- Words.\n")):
@@ -169,8 +172,8 @@ def test_what_is_no_list_or_has_no_place_is_refused_and_kept(tmp_path: Path) -> 
         assert (log.read_text(), (fragments / "a.md").read_text()) == (changelog, fragment)
 
 
-def test_the_fragments_of_this_repository_can_be_assembled(tmp_path: Path) -> None:
-    """The present fragments are lists, and the changelog has a section for them."""
+def test_current_changelog_fragments_can_be_assembled(tmp_path: Path) -> None:
+    """The present fragments and an added one are assembled into the changelog."""
     fragments = tmp_path / "fragments"
     fragments.mkdir()
     for path in (ROOT / "changelog.d").glob("*.md"):
@@ -187,22 +190,25 @@ pytestmark = pytest.mark.skipif(not readme.SAMPLE.exists(), reason="a source dis
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text()
 
 
-def test_every_file_that_the_readme_links_to_exists() -> None:
-    """No link of the README leads nowhere."""
+def test_readme_links_exist() -> None:
+    """Every relative link of the README leads to an existing file."""
     root = Path(__file__).resolve().parents[2]
     links = [link for link in re.findall(r"\]\(([^)#]+)\)", README) if "://" not in link]
     assert links
     assert [link for link in links if not (root / link).exists()] == []
 
 
-def test_the_readme_is_short() -> None:
-    """At most 135 lines, and a C compiler among what a machine needs."""
+def test_readme_has_at_most_135_lines() -> None:
+    """The README has at most 135 lines and mentions the C compiler."""
     assert len(README.splitlines()) <= 135
     assert "C compiler" in README
 
 
-def test_the_pictures_are_there_and_small() -> None:
-    """A first screen, the discs that one throws, a replay that moves, in light and dark with words, and each scene."""
+def test_readme_pictures_are_complete_and_small() -> None:
+    r"""The README has three pictures for light and dark mode with long texts, and one for each gallery scene.
+
+    Together they have at most 500 kB, and only the replay is animated.
+    """
     root = Path(__file__).resolve().parents[2]
     shown = re.findall(
         r'<source media="\(prefers-color-scheme: dark\)" srcset="(\S+?\.webp)"><img alt="(.+?)" src="(.+?)">', README
@@ -220,13 +226,13 @@ def test_the_pictures_are_there_and_small() -> None:
     assert frames == [False, False, False, False, True, True]
 
 
-def test_the_page_of_the_whole_suite_is_small() -> None:
-    """With every replay in it the sample's page has at most 3 MB."""
+def test_sample_report_is_at_most_3_mb() -> None:
+    """The sample report with every replay has at most 3 MB."""
     assert readme.SAMPLE.with_name("index.html").stat().st_size <= 3_000_000
 
 
-def test_the_blocks_are_those_of_committed_results() -> None:
-    """Run time against error, stability, accuracy and the diagram are what the script makes of committed results."""
+def test_readme_blocks_match_the_committed_results() -> None:
+    """The generated README blocks and the texts of its diagram are those made from the committed results."""
     made = {found[2]: found[3] for found in readme.BLOCK.finditer(README)}
     assert made == readme.blocks()
     assert list(made) == ["bench", "stability", "accuracy"]

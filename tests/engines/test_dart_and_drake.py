@@ -25,8 +25,8 @@ def _towards(speed: float, phase: float = 0.0) -> Scene:
 
 
 @each("speed", [50.0, 80.0, 100.0])
-def test_no_bounce_is_faster_than_100_m_s(dart: Adapter, drive: Drive, speed: float) -> None:
-    """Equal elastic discs exchange velocities: DART parts them at 100 m/s at most, at any start; the adapter tells."""
+def test_dart_separates_discs_at_100_m_per_s_at_most(dart: Adapter, drive: Drive, speed: float) -> None:
+    """DART limits the separation of elastic discs to 100 m/s from any start, and the adapter warns of it."""
     for phase in PHASES:
         seen = drive(dart, _towards(speed, phase), DT_S)
         parting = seen[-1].velocity_m_s[1, 0] - seen[-1].velocity_m_s[0, 0]
@@ -36,10 +36,10 @@ def test_no_bounce_is_faster_than_100_m_s(dart: Adapter, drive: Drive, speed: fl
 
 
 @each("closing, given_back", [(0.08, 0.0), (0.0999, 0.0), (0.1001, 1.0), (0.12, 1.0)])
-def test_contacts_of_up_to_a_tenth_of_a_metre_a_second_are_inelastic(
+def test_dart_contacts_below_0_1_m_per_s_are_inelastic(
     dart: Adapter, finish: Finish, closing: float, given_back: float
 ) -> None:
-    """Equal elastic discs exchange velocities: below DART's threshold they stay together, at any start."""
+    """Elastic discs that close at less than 0.1 m/s stay together in DART; faster ones rebound."""
     for phase in PHASES:
         velocity = finish(dart, _towards(closing / 2, phase), DT_S).velocity_m_s
         # Of an inelastic pair the correction of overlaps leaves a hundredth of the depth over the step at most.
@@ -47,8 +47,8 @@ def test_contacts_of_up_to_a_tenth_of_a_metre_a_second_are_inelastic(
 
 
 @pytest.mark.usefixtures("dart")
-def test_a_coefficient_above_one_is_made_none(capfd: pytest.CaptureFixture[str]) -> None:
-    """DART multiplies two coefficients: of 2 and 0.5 it does not make 1 but 0, and says so on stderr."""
+def test_dart_replaces_a_restitution_above_one_by_zero(capfd: pytest.CaptureFixture[str]) -> None:
+    """DART multiplies two restitutions; of 2 and 0.5 it makes 0 instead of 1, with a warning on stderr."""
     import dartpy
 
     world: Any = dartpy.simulation.World()
@@ -71,8 +71,8 @@ def test_a_coefficient_above_one_is_made_none(capfd: pytest.CaptureFixture[str])
     assert "Invalid restitution" in capfd.readouterr().err
 
 
-def test_walls_can_have_no_more_restitution_than_discs_leave_them(dart: Adapter) -> None:
-    """A wall's coefficient of 1 with discs of 0.25 needs a factor of 2, which DART lacks: that is refused."""
+def test_dart_adapter_refuses_walls_that_need_a_factor_above_one(dart: Adapter) -> None:
+    """A wall restitution of 1 with discs of 0.25 needs a factor of 2, which DART lacks, so it is refused."""
     scene = staged(
         "hazard", *_towards(1.0).discs, wall_at(-30, 0, 1, 0), restitution=0.25, wall_restitution=1.0, duration_s=1.0
     )
@@ -80,8 +80,8 @@ def test_walls_can_have_no_more_restitution_than_discs_leave_them(dart: Adapter)
         dart.prepare(scene, dart.profiles["tuned"].settings(1 / 60))
 
 
-def test_each_elastic_bounce_loses_two_parts_in_a_hundred_thousand(dart: Adapter, drive: Drive) -> None:
-    """A wall gives an elastic disc its speed back: DART's mixing takes 2e-5 of it at each of ten bounces."""
+def test_dart_loses_2e_5_of_the_speed_per_bounce(dart: Adapter, drive: Drive) -> None:
+    """DART's constraint mixing takes 2e-5 of the speed at each of at least ten elastic bounces."""
     wall = wall_at(-1, 0, 1, 0), wall_at(1, 0, -1, 0)
     for phase in PHASES:
         disc = disc_at(phase * 4 * DT_S, 0, 4)
@@ -99,8 +99,8 @@ def _head_on(closing: float, restitution: float = 1.0, away_s: float = 0.5) -> S
     return staged("hazard", *discs, restitution=restitution, duration_s=2 * away_s)
 
 
-def test_contacts_are_over_before_the_step_is(drake: Adapter, drive: Drive) -> None:
-    """Discs that part are apart: at no end of a step do they overlap, and yet a monitor reports the impact."""
+def test_drake_reports_contacts_that_end_within_a_step(drake: Adapter, drive: Drive) -> None:
+    """In Drake discs never overlap at the end of a step, and yet the impact is reported in one step."""
     scene = _head_on(4.0)
     seen = drive(drake, scene, 1 / 60)
     gaps = [math.dist(*one.position_m) - 1.0 for one in seen]
@@ -108,14 +108,14 @@ def test_contacts_are_over_before_the_step_is(drake: Adapter, drive: Drive) -> N
     assert [len(one.contacts) for one in seen].count(1) == 1
 
 
-def test_there_is_no_restitution_but_that_of_an_elastic_impact(drake: Adapter) -> None:
-    """A scene with another one is refused."""
+def test_drake_adapter_refuses_restitution_below_one(drake: Adapter) -> None:
+    """Drake supports only elastic impacts, so a scene with restitution 0.5 is refused."""
     with pytest.raises(AdapterError, match="restitution"):
         drake.prepare(_head_on(1.0, restitution=0.5), drake.profiles["tuned"].settings(1 / 60))
 
 
-def test_a_contact_lasts_as_long_as_half_a_swing_of_its_spring(drake: Adapter, drive: Drive) -> None:
-    """Two springs in a row turn half of a mass round in pi sqrt(m / k): 3.1 ms as shipped."""
+def test_drake_contact_lasts_half_a_period_of_its_spring(drake: Adapter, drive: Drive) -> None:
+    """A contact of two default springs in series lasts pi sqrt(m / k) = 3.1 ms."""
     dt_s = 1e-4
     fine = {"target_accuracy": 1e-7}
     seen = drive(drake, _head_on(4.0, away_s=0.02), dt_s, "default", **fine)

@@ -56,8 +56,8 @@ def release(kept: ReleaseCache, registry: str, package: str, version: str) -> Pa
 
 
 @each("version", COLUMNS)
-def test_slow_bounces_of_rapier(version: str, kept: ReleaseCache) -> None:
-    """Bare, as shipped, over 32 phases: what is given back at 0.2 and 1 m/s is the column's; 5 and 20 m/s are whole."""
+def test_rapier_releases_have_the_listed_slow_rebounds(version: str, kept: ReleaseCache) -> None:
+    """Bare Rapier returns the listed share of 0.2 and 1 m/s over 32 phases; 5 and 20 m/s return fully."""
     folder = release(kept, "npm", RAPIER, version)
     script = Path(__file__).with_name("rapier_releases.mjs")
     done = subprocess.run(["node", script, folder], capture_output=True, text=True, check=True, env=dict(os.environ))
@@ -70,8 +70,13 @@ def test_slow_bounces_of_rapier(version: str, kept: ReleaseCache) -> None:
 
 
 @each("version, shipped, told", [("0.19.3", 0.186, 1), ("0.20.0", 0, 2), ("0.21.0", 0, 1)])
-def test_rows_of_rapier(version: str, shipped: float, told: int, kept: ReleaseCache) -> None:
-    """Bare, over 32 phases, discs in a row exchange velocities, tuned in each release; 0.20.0 tells of each twice."""
+def test_rapier_releases_exchange_velocities_in_a_row(
+    version: str, shipped: float, told: int, kept: ReleaseCache
+) -> None:
+    r"""In each release of bare Rapier tuned discs in a row exchange velocities at all 32 phases.
+
+    Release 0.20.0 reports each contact twice. With default settings 0.19.3 is off by 0.186.
+    """
     script = Path(__file__).with_name("rapier_releases.mjs")
     command = ["node", str(script), str(release(kept, "npm", RAPIER, version)), "rows"]
     found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
@@ -84,8 +89,8 @@ def test_rows_of_rapier(version: str, shipped: float, told: int, kept: ReleaseCa
     )
 
 
-def test_what_rapier_0_20_tells_twice_is_laid_to_no_motion(kept: ReleaseCache) -> None:
-    """`carom history` calls 0.20 and 0.21 neither worse nor better in a row that bare discs leave right in both."""
+def test_history_does_not_blame_rapier_0_20_for_double_reports(kept: ReleaseCache) -> None:
+    """`carom history` does not call 0.20 worse, nor 0.21 changed, where only contacts are reported twice."""
     moved = told("rapier2d", "0.19.3,0.20.0,0.21.0", kept, "classics/sorting")
     assert ChangeKind.WORSE not in moved["0.20.0"]
     assert not any(one.real for one in moved["0.21.0"])
@@ -164,8 +169,8 @@ VELOCITIES_OF_MATTER = {
 
 
 @each("version, row", ROW_OF_MATTER.items())
-def test_bounces_of_matter(version: str, row: float, kept: ReleaseCache, tmp_path: Path) -> None:
-    """Bare, over 32 phases, the numbers of 0.12 and of 0.14 part in six scenes, and those of 0.18 and 0.19 in a row."""
+def test_matter_releases_have_the_listed_errors(version: str, row: float, kept: ReleaseCache, tmp_path: Path) -> None:
+    """Bare matter.js has the listed errors in five scenes, which change at 0.14, and in a row also at 0.19."""
     found = bare("matter", version, kept, tmp_path)
     new = version not in ("0.10.0", "0.12.0")
     assert off("classics/sorting", found["classics/sorting"], VELOCITIES, 2.5) == pytest.approx([row] * 32, abs=5e-4)
@@ -188,10 +193,10 @@ def test_bounces_of_matter(version: str, row: float, kept: ReleaseCache, tmp_pat
         ("0.20.0", -0.0040, (4.09e-11, 4.1e-11)),
     ],
 )
-def test_discs_of_matter_that_go_on_together(
+def test_matter_pushed_inelastic_discs_apart_until_0_12(
     version: str, apart: float, fast: tuple[float, float], kept: ReleaseCache, tmp_path: Path
 ) -> None:
-    """Bare, with restitution 0, two begin to touch once at each phase; until 0.12 they are then pushed apart."""
+    """With restitution 0 two discs touch once at each of 32 phases; until 0.12 some are then pushed apart."""
     name = "classics/perfectly-inelastic"
     runs = bare("matter", version, kept, tmp_path, [name])[name]
     errors = [abs(vx - 2.0) for run in runs for _, _, vx, _ in run["end"]]
@@ -203,10 +208,10 @@ def test_discs_of_matter_that_go_on_together(
 
 
 @each("version, cradle, together", [("0.19.3", 0.1125, (5.02e-4, 5.03e-4)), ("0.20.0", 0.0, (0.03e-4, 0.27e-4))])
-def test_cradles_of_rapier_bare(
+def test_rapier_releases_have_the_listed_cradle_errors(
     version: str, cradle: float, together: tuple[float, float], kept: ReleaseCache, tmp_path: Path
 ) -> None:
-    """Bare, over 32 phases: the worst velocity of a cradle, and how far off two end that go on together, in metres."""
+    """Bare Rapier has the listed worst error in a cradle and range of errors of discs that go on together."""
     found = bare("rapier", version, kept, tmp_path)
     errors = off("classics/cradle-gaps", found["classics/cradle-gaps"], VELOCITIES, 2.0)
     assert max(errors) == pytest.approx(cradle, abs=5e-5)
@@ -224,10 +229,10 @@ def test_cradles_of_rapier_bare(
         ("mujoco", "3.3.0", "4.0.0", 1e-13),
     ],
 )
-def test_bare_states_have_not_moved(
+def test_bare_engine_states_are_equal_in_two_releases(
     engine: str, old: str, new: str, rounding: float, kept: ReleaseCache, tmp_path: Path
 ) -> None:
-    """Bare, as shipped, places and velocities at the end of each scene are equal at 32 phases, or to rounding."""
+    """Bare final states in every scene at 32 phases are equal in both releases, or equal to rounding."""
     before, after = (bare(engine, version, kept, tmp_path) for version in (old, new))
     assert len(before) == len(find_scenes(SCENES))
     for name, runs in before.items():
@@ -247,10 +252,10 @@ NEWTON_4103 = {
 
 
 @each("version, right", NEWTON_4103.items())
-def test_restitution_of_newton_solved_anew(
+def test_newton_1_6_1_restitution_differs_from_1_5_2(
     version: str, right: dict[str, tuple[float, float]], kept: ReleaseCache, tmp_path: Path
 ) -> None:
-    """Of newton #4103: two with restitution 0 go on together since, and impacts that share a disc keep no energy."""
+    """Since 1.6.1 inelastic discs stay together (newton #4103); shared contacts gain or lose the listed energy."""
     names = ["issues/newton-4103", "classics/one-into-two", "classics/cradle-touching"]
     found = bare("newton", version, kept, tmp_path, names)
     found_parted = [second[2] - first[2] for first, second in found[names[0]]]
@@ -262,8 +267,8 @@ def test_restitution_of_newton_solved_anew(
         assert (min(left), max(left)) == pytest.approx(right[name.partition("/")[2]], abs=5e-4), name
 
 
-def test_carom_sees_the_slow_bounces_of_matter(kept: ReleaseCache) -> None:
-    """`carom history` calls 0.14 better and 0.19 worse where the bare runs are, and no other."""
+def test_history_finds_the_changes_of_matter(kept: ReleaseCache) -> None:
+    """`carom history` calls matter.js 0.14 better and 0.19 worse in a row, and no other release changed."""
     moved = told("matter", "0.10.0,0.12.0,0.14.0,0.17.1,0.18.0,0.19.0,0.20.0", kept, "classics/sorting")
     assert ChangeKind.BETTER in moved["0.14.0"]
     assert ChangeKind.WORSE in moved["0.19.0"]
@@ -271,14 +276,14 @@ def test_carom_sees_the_slow_bounces_of_matter(kept: ReleaseCache) -> None:
 
 
 @each("version, scaled", [("0.12.0", False), ("0.14.0", True), ("0.20.0", True)])
-def test_the_inertia_of_matter_follows_the_mass_since_0_14(version: str, scaled: bool, kept: ReleaseCache) -> None:
-    """Until 0.12 `Body.setMass` leaves a body the moment of inertia that it was made with."""
+def test_matter_scales_inertia_with_mass_since_0_14(version: str, scaled: bool, kept: ReleaseCache) -> None:
+    """Until 0.12 `Body.setMass` leaves a body's moment of inertia unchanged; since 0.14 it scales it."""
     made, given = bare_matter(version, kept)["inertia"]
     assert (given == pytest.approx(made)) is scaled
 
 
-def test_walls_fill_the_grid_of_old_releases_of_matter(kept: ReleaseCache) -> None:
-    """Before 0.18 a body takes the cells of 48 pixels that it covers: the adapter gives its grid larger ones."""
+def test_walls_fill_the_grid_of_matter_before_0_18(kept: ReleaseCache) -> None:
+    """Before 0.18 a wall of matter.js occupies each grid cell of 48 pixels that it covers; since then none."""
     small, large = bare_matter("0.17.1", kept)["cells"]
     assert small >= (4800 / 48) ** 2
     assert large >= (9600 / 48) ** 2
@@ -296,8 +301,8 @@ DART_BARE = {
 
 
 @each("version", DART_BARE)
-def test_spheres_of_dart_are_spheres_since_6_20(version: str, kept: ReleaseCache) -> None:
-    """Bare, as shipped: until 6.19 spheres are meshes, and a disc leaves a box, or from 6.17 on turns too often."""
+def test_dart_spheres_are_exact_since_6_20(version: str, kept: ReleaseCache) -> None:
+    """Until 6.19 DART's spheres are meshes: discs leave a box or turn too often; since 6.20 the turns are right."""
     script = Path(__file__).with_name("dart_releases.py")
     command = [sys.executable, str(script), str(release(kept, "pip", "dartpy", version))]
     told = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
@@ -325,8 +330,8 @@ def told(engine: str, versions: str, kept: ReleaseCache, *scenes: str) -> dict[s
         ("jolt", "0.29.0,1.1.0"),
     ],
 )
-def test_not_one_bit_has_moved(engine: str, versions: str, kept: ReleaseCache) -> None:
-    """From the first of these releases to the last, in every cell that runs, impacts and final states are equal."""
+def test_history_finds_no_changed_bit_in_these_releases(engine: str, versions: str, kept: ReleaseCache) -> None:
+    """In these releases impacts and final states of every cell that runs are equal."""
     moved = told(engine, versions, kept, "paper", "classics/box", "classics/sorting")
     assert set.union(*moved.values()) <= {ChangeKind.NOTHING, ChangeKind.NOT_RUN}
 
@@ -338,10 +343,10 @@ def test_not_one_bit_has_moved(engine: str, versions: str, kept: ReleaseCache) -
         ("mujoco", "3.17.0", "4.0.0", ["classics/bullet", "classics/box"]),  # tuned asks for speculative contacts
     ],
 )
-def test_what_is_asked_otherwise_is_laid_to_no_release(
+def test_history_separates_other_settings_from_real_changes(
     engine: str, before: str, release: str, scenes: list[str], kept: ReleaseCache
 ) -> None:
-    """Changes of defaults or requested settings are reported, and not called worse or better."""
+    """Changed defaults or requested settings are reported as such, and not as worse or better."""
     moved = told(engine, f"{before},{release}", kept, *scenes)[release]
     assert ChangeKind.OTHER_SETTINGS in moved
     assert not any(one.real for one in moved)
@@ -359,7 +364,7 @@ TURNED = {
 def test_tuned_discs_of_rapier_turn_earlier_since_0_20(
     version: str, since: int, kept: ReleaseCache, tmp_path: Path
 ) -> None:
-    """Bare, over 32 phases, a coordinate of each scene differs at every phase."""
+    """Bare tuned Rapier has the listed range of position errors in each scene, which changes at 0.20."""
     asked = json.dumps({"lengthUnit": 1024, "normalizedPredictionDistance": 0, "contact_natural_frequency": 0})
     found = bare("rapier", version, kept, tmp_path, list(TURNED), asked=asked)
     for name, ((disc, axis), *ranges) in TURNED.items():
@@ -376,15 +381,17 @@ LEANT = {
 
 
 @each("version, since", [("6.19.5", 0), ("6.20.0", 1)])
-def test_where_discs_of_dart_end(version: str, since: int, kept: ReleaseCache, tmp_path: Path) -> None:
-    """Bare, over 32 phases, discs that meet off centre end on the other side of their right places since 6.20."""
+def test_dart_releases_have_the_listed_final_positions(
+    version: str, since: int, kept: ReleaseCache, tmp_path: Path
+) -> None:
+    """Since 6.20 DART's discs that meet off centre end on the other side of their exact positions."""
     found = bare("dart", version, kept, tmp_path, list(LEANT))
     for name, ((disc, axis), *ranges) in LEANT.items():
         assert_range((np.array(found[name]) - right(name))[:, disc, axis], *ranges[since])
 
 
-def test_pymunk_before_5_7_is_refused_and_not_blamed(kept: ReleaseCache) -> None:
-    """Its arbiters report no contact to the adapter, although discs bounce: no row is run."""
+def test_history_does_not_run_pymunk_before_5_7(kept: ReleaseCache) -> None:
+    """Pymunk 5.6 reports no contacts to the adapter, so it is not run, since it is older than 5.7."""
     plain = [entry.scene for entry in find_scenes(["classics/box"])]
     found = run_history("pymunk", plain, kept, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
     assert found.releases[0].not_run == "older than 5.7, the oldest release that its adapter drives"

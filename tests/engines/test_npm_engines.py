@@ -23,8 +23,8 @@ SINGLE = 1e-5
 
 
 @each("name, limit_m_s", [("box2d3", 400), ("jolt", 500), ("rapier2d", 400)])
-def test_speeds_end_at_a_limit_as_shipped(name: str, limit_m_s: float, named: Named, finish: Finish) -> None:
-    """A light disc sent off at 600 m/s by a heavy one moves as fast as the engine lets it; the adapter warns."""
+def test_default_engines_limit_speeds_with_a_warning(name: str, limit_m_s: float, named: Named, finish: Finish) -> None:
+    """A disc that should leave at 600 m/s has the engine's speed limit, and the adapter warns; tuned has none."""
     heavy = Disc(position_m=(0, 0), velocity_m_s=(300.3, 0), radius_m=3, mass_kg=1000)
     light = Disc(position_m=(10, 0), radius_m=3, mass_kg=1)
     for scene in at_starts(Scene(name="sling", discs=[heavy, light], duration_s=0.1, frame_rate_hz=240)):
@@ -73,8 +73,8 @@ console.log(JSON.stringify({ told: toldOf, given: givenOf }));
 """
 
 
-def test_impulses_told_by_box2d_v3_are_no_change_of_momentum(named: Named) -> None:
-    """The disc at rest is given 5 N s, and `totalNormalImpulse` tells 5.6 to 8.4, by start: the adapter tells none."""
+def test_box2d_v3_reports_impulses_above_the_change_of_momentum(named: Named) -> None:
+    """For a change of 5 N s `totalNormalImpulse` is 5.6 to 8.4 N s, by start, so the adapter reports none."""
     named("box2d3")
     command = ["node", "--input-type=module", "-e", BARE_BOX2D]
     folder = Path(npm.__file__).parent
@@ -84,8 +84,8 @@ def test_impulses_told_by_box2d_v3_are_no_change_of_momentum(named: Named) -> No
     assert max(found["told"]) == pytest.approx(8.4, abs=0.05)
 
 
-def test_a_cast_of_jolt_turns_the_path_rightly_and_late(named: Named, finish: Finish) -> None:
-    """An oblique impact at 3, 4, 5 has its velocities to 1e-3, and the rest of its step is lost: discs lag behind."""
+def test_jolt_cast_gives_right_velocities_and_loses_its_step(named: Named, finish: Finish) -> None:
+    """After an oblique impact velocities are right to 0.1 %, but the rest of the step is lost and discs lag."""
     for scene in at_starts(oblique()):
         end = finish(named("jolt"), scene, DT_S, "swept")
         np.testing.assert_allclose(end.velocity_m_s, after_oblique(), atol=5e-3)
@@ -107,11 +107,12 @@ def given_back(adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 
     return found
 
 
-def test_cannon_as_shipped_gives_back_what_a_stage_of_the_overlap_makes_of_it(named: Named, finish: Finish) -> None:
-    """Of a relaxation of 3 steps: 12/13 of the impulse, and 4/13 of the overlap pushed apart, so 11/13 to 15/13.
+def test_default_cannon_restitution_depends_on_the_overlap(named: Named, finish: Finish) -> None:
+    r"""Default cannon returns 11/13 to 15/13 of the speed, by the depth of the overlap; tuned it returns all.
 
-    By the formula of the SPOOK stepper (Lacoursiere 2007) a = 4 / (h (1 + 4 d)), b = 4 d / (1 + 4 d) with d = 3. Its
-    softness, 4 / (h^2 k (1 + 4 d)) with k = 1e7, takes less than a thousandth of it from discs of 1 kg.
+    By the formula of the SPOOK stepper (Lacoursiere 2007) a = 4 / (h (1 + 4 d)), b = 4 d / (1 + 4 d) with d = 3
+    steps: 12/13 of the impulse, and 4/13 of the overlap. Its softness, 4 / (h^2 k (1 + 4 d)) with k = 1e7, takes
+    less than a thousandth from discs of 1 kg.
     """
     found = given_back(named("cannon"), finish, "default")
     middles = [11 / 13 + 4 / 13 * (k + 0.5) / STARTS for k in range(STARTS)]
@@ -119,8 +120,8 @@ def test_cannon_as_shipped_gives_back_what_a_stage_of_the_overlap_makes_of_it(na
     assert given_back(named("cannon"), finish, "tuned") == pytest.approx([1.0] * STARTS, abs=1e-12)
 
 
-def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> None:
-    """An impulse of 1e6 N s, the most that it gives, is reported; a lesser one is not."""
+def test_cannon_warns_of_a_limited_impulse(named: Named, drive: Drive) -> None:
+    """An impulse above cannon's maximum of 1e6 N s is reported as a warning; a smaller one is not."""
 
     def warned(mass_kg: float) -> bool:
         scene = head_on(5.0)
@@ -132,10 +133,13 @@ def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> 
 
 
 @each("rate_hz, mass_kg", [(60, 1.0), (240, 1.0), (960, 1.0), (60, 100.0)])
-def test_p2_as_shipped_gives_less_back_of_a_finer_step_and_of_a_heavier_disc(
+def test_default_p2_restitution_falls_with_rate_and_mass(
     rate_hz: int, mass_kg: float, named: Named, finish: Finish
 ) -> None:
-    """It gives 1 / (1 + e / (2 / m)) of the law's impulse, e = 4 / (h^2 k (1 + 4 d)), k = 1e6, d = 4 (Lacoursiere)."""
+    r"""Default p2 gives 1 / (1 + e / (2 / m)) of the impulse, with e = 4 / (h^2 k (1 + 4 d)) (Lacoursiere).
+
+    Here k = 1e6 and d = 4. Tuned, it returns all of the speed.
+    """
     softness = 4 * rate_hz**2 / (1e6 * (1 + 4 * 4))
     given = 1 / (1 + softness / (2 / mass_kg))
     p2, dt_s = named("p2"), 1 / rate_hz
@@ -147,10 +151,10 @@ def test_p2_as_shipped_gives_less_back_of_a_finer_step_and_of_a_heavier_disc(
     "profile, rate_hz, units_per_m",
     [("default", 30, 1), ("default", 60, 1), ("tuned", 30, 16), ("tuned", 60, 16), ("tuned", 240, 16)],
 )
-def test_havok_takes_a_fall_of_a_step_off_each_bounce(
+def test_havok_loses_a_step_of_gravity_per_bounce(
     profile: str, rate_hz: int, units_per_m: int, named: Named, finish: Finish
 ) -> None:
-    """Without gravity a disc leaves an immovable one with 9.81 units/s2 times the step less, at any speed and start."""
+    """Without gravity a disc loses 9.81 units/s^2 times the step per bounce, at any speed and start."""
     lost = 9.81 / rate_hz / units_per_m
     for speed in (5.0, 20.0):
         for phase in PHASES:
@@ -161,8 +165,8 @@ def test_havok_takes_a_fall_of_a_step_off_each_bounce(
             assert speed - left == pytest.approx(lost, abs=speed * SINGLE)
 
 
-def test_havok_as_shipped_loses_bounces_at_fine_steps(named: Named, finish: Finish) -> None:
-    """At 960 steps a second discs that close at 5 m/s leave together, unless its adjustment to the step is off."""
+def test_default_havok_loses_bounces_at_fine_steps(named: Named, finish: Finish) -> None:
+    """At 960 steps a second discs do not rebound, unless the adjustment `idealStepTime` is 0."""
     for phase in PHASES:
         scene = head_on(5.0, phase=phase + 0.5 / STARTS, dt_s=1 / 960)
         ends = [
@@ -175,8 +179,8 @@ def test_havok_as_shipped_loses_bounces_at_fine_steps(named: Named, finish: Fini
 
 
 @each("package", ["planck", "box2d3-wasm", "@dimforge/rapier2d-compat"])
-def test_a_paddle_that_is_put_from_place_to_place_is_at_rest_for_contacts(package: str) -> None:
-    """So put at -1 m/s it sends a disc of 2 m/s back at -2 m/s, at each of sixteen starts, and not at -4."""
+def test_teleported_paddle_acts_like_a_wall_at_rest(package: str) -> None:
+    """A paddle moved by its position at -1 m/s sends a disc of 2 m/s back at -2 m/s instead of -4 m/s."""
     if not (NPM / "node_modules" / package).is_dir():
         pytest.skip(f"{package} is not installed: make engines")
     program = (HERE / "put.mjs").read_text(encoding="utf-8")
@@ -206,8 +210,8 @@ def ended(runs: list[dict[str, Any]]) -> list[End]:
     return found
 
 
-def test_what_rolls_is_slowed_down_by_the_law() -> None:
-    """By c g t / (1 + k), with c of .01 to .15."""
+def test_bare_box2d_v3_rolling_resistance_follows_the_law() -> None:
+    """Rolling resistance of 0.01 to 0.15 slows a disc by c g t / (1 + k) in bare Box2D v3."""
     runs = [
         {"velocity": [speed, 0], "spin": -speed / ALONE_RADIUS_M, "resists": resists}
         for speed, resists in zip(
@@ -218,8 +222,8 @@ def test_what_rolls_is_slowed_down_by_the_law() -> None:
         assert end[2] == pytest.approx(run["velocity"][0] - run["resists"] * G / 1.5, abs=2e-4)
 
 
-def test_what_it_resists_stays_on_a_slope() -> None:
-    """With c a twentieth above the slope's tangent it moves by less than a tenth of a millimetre in two seconds."""
+def test_bare_box2d_v3_rolling_resistance_holds_on_a_slope() -> None:
+    """With c 5 % above the slope's tangent a disc moves by less than 0.1 mm in 2 s in bare Box2D v3."""
     runs = []
     for tangent in np.linspace(0.05, 0.19, ALONE_STARTS).tolist():
         long = math.hypot(1.0, tangent)
@@ -227,8 +231,8 @@ def test_what_it_resists_stays_on_a_slope() -> None:
     assert all(abs(end[0]) < 1e-4 for end in ended(runs))
 
 
-def test_with_more_of_it_than_of_friction_a_disc_slides_without_turning() -> None:
-    """As a block: after v^2/(2 f g) it stops, to v dt / 2."""
+def test_bare_box2d_v3_disc_slides_if_resistance_exceeds_friction() -> None:
+    """With more rolling resistance than friction a disc slides v^2/(2 f g) without turning, to v dt / 2."""
     speeds = np.linspace(1.0, 2.4, ALONE_STARTS).tolist()
     runs = [{"velocity": [speed, 0], "friction": 0.2, "resists": 0.3, "steps": 2 * HERTZ} for speed in speeds]
     for speed, end in zip(speeds, ended(runs), strict=True):
@@ -237,8 +241,8 @@ def test_with_more_of_it_than_of_friction_a_disc_slides_without_turning() -> Non
 
 
 @each("restitution", [0.0, 0.5, 1.0])
-def test_in_a_bounce_friction_takes_no_more_than_of_the_way_in(restitution: float) -> None:
-    """Of f (1 + e) w at most f w: where e is 1, half of Coulomb's, and of some starts a tenth."""
+def test_bare_box2d_v3_friction_in_a_bounce_is_too_weak(restitution: float) -> None:
+    """Instead of f (1 + e) w friction takes at most f w in a bounce; with e > 0 from some starts less than half."""
     runs = [
         {
             "gravity": [0, 0], "velocity": [5.0, -into], "height": into * (4.1 + 0.1 * k) / HERTZ, "friction": 0.1,

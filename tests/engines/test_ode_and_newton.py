@@ -29,24 +29,24 @@ def heap() -> Scene:
 
 
 @each("mass_kg", [1.0, 10.0, 100.0])
-def test_softness_is_that_of_the_manual(ode: Adapter, mass_kg: float) -> None:
-    """ODE solves J v + CFM / h λ = c for J v = c: each impulse is the right one over 1 + CFM / (h Σ 1/m)."""
+def test_ode_softness_follows_its_manual(ode: Adapter, mass_kg: float) -> None:
+    """ODE solves J v + CFM / h λ = c for J v = c: impulses are right over 1 + CFM / (h Σ 1/m)."""
     softness = 1e-5 / DT_S / (2 / mass_kg)
     expected = 2 / (1 + softness) - 1
     for scene in starts_of(head_on(5.0, mass_kg=mass_kg), STARTS):
         assert parted(ode, scene, "default") == pytest.approx(expected, rel=1e-5)  # some roundings of 32 bits
 
 
-def test_a_heap_leaves_the_plane_by_no_bit(ode: Adapter) -> None:
-    """Contacts of spheres whose third coordinate is 0 push in the plane alone: after any number it is 0, to the bit."""
+def test_ode_heap_stays_in_the_plane_to_the_bit(ode: Adapter) -> None:
+    """After 60 steps of a heap of 30 discs in ODE all third coordinates and velocities are exactly 0."""
     world: Any = ode.prepare(heap(), ode.profiles["default"].settings(DT_S))
     world.advance(60)
     assert all(body.getPosition()[2] == 0.0 == body.getLinearVel()[2] for body in world._bodies)  # noqa: SLF001 - ODE's own
     world.close()
 
 
-def test_a_step_below_32_bits_is_taken_and_moves_nothing(ode: Adapter) -> None:
-    """A step of 1e-300 s, to which a bisection may come, ends no process, and no disc is moved by it."""
+def test_ode_step_below_32_bits_moves_nothing(ode: Adapter) -> None:
+    """A step of 1e-300 s, which a bisection may request, neither fails nor moves a disc."""
     scene = head_on(5.0)
     world: Any = ode.prepare(scene, ode.profiles["located"].settings(DT_S))
     before = world.observe().position_m
@@ -67,7 +67,7 @@ def test_a_step_below_32_bits_is_taken_and_moves_nothing(ode: Adapter) -> None:
 )
 @pytest.mark.usefixtures("newton")
 def test_newtons_own_verification_passes(case: str, settings: dict[str, Any]) -> None:
-    """Fall, momentum and heights of a bounce are within Newton's tolerances, also where it runs them on a GPU alone."""
+    """Newton's own tests of fall, momentum and bounce heights pass on the CPU."""
     import warp
     from newton.solvers import SolverXPBD
     from newton.tests import test_physics_verification as own
@@ -78,16 +78,16 @@ def test_newtons_own_verification_passes(case: str, settings: dict[str, Any]) ->
 
 
 @each("restitution", [0.0, 0.5, 1.0])
-def test_restitution_counts_only_where_it_is_turned_on(newton: Adapter, restitution: float) -> None:
-    """Discs part with the scene's restitution at each start, and without `enable_restitution` with less than .1."""
+def test_newton_needs_enable_restitution(newton: Adapter, restitution: float) -> None:
+    """Discs rebound with the scene's restitution; without `enable_restitution` with less than 0.1."""
     for start in starts_of(head_on(5.0), STARTS):
         scene = start.model_copy(update={"restitution": restitution})
         assert parted(newton, scene, "default") == pytest.approx(restitution, abs=1e-5)
         assert 0.0 < parted(newton, scene, "default", enable_restitution=False) < 0.1
 
 
-def test_nothing_leaves_the_plane(newton: Adapter) -> None:
-    """Discs that fall into a slanted corner stay in the plane, to the bit."""
+def test_newton_discs_stay_in_the_plane_to_the_bit(newton: Adapter) -> None:
+    """Discs that fall into a slanted corner in Newton stay in the plane, to the bit."""
     scene = Scene(
         name="corner",
         discs=[Disc(position_m=(x, y), radius_m=0.3) for x in (1, 2, 3) for y in (1, 2, 3)],
@@ -131,15 +131,15 @@ def struck(speed_m_s: float, phase: float) -> tuple[float, float]:
 
 @pytest.mark.parametrize(("speed_m_s", "least", "most"), [(4e-4, 4e-5, 5e-5), (1e-3, 4e-5, 5e-5), (1e-2, -1e-5, 1e-5)])
 @pytest.mark.usefixtures("newton")
-def test_a_slow_impact_loses_momentum(speed_m_s: float, least: float, most: float) -> None:
-    """Bare, over 32 phases, a push below 0.1 mm/s is cut, and with it half as much of what parts; not at 10 mm/s."""
+def test_bare_newton_loses_momentum_in_slow_impacts(speed_m_s: float, least: float, most: float) -> None:
+    """In bare Newton slow impacts lose up to 0.04 to 0.05 mm/s of momentum over 32 phases; at 10 mm/s none."""
     lost = [speed_m_s - sum(struck(speed_m_s, k / 32)) for k in range(32)]
     assert least <= max(lost) < most
 
 
 @pytest.mark.usefixtures("newton")
-def test_a_plane_that_faces_down_is_made_one_that_faces_up() -> None:
-    """Newton's equation of the plane z = 2 that faces down gives a shape that is not turned: walls are given turned."""
+def test_newton_plane_that_faces_down_is_not_rotated() -> None:
+    """Newton's shape of the plane z = 2 facing down has no rotation, so the adapter gives walls rotated."""
     import newton
 
     builder = newton.ModelBuilder()

@@ -23,7 +23,7 @@ ROUNDING = 1e-12
 
 @each("frames", [24, 30, 60])
 def test_planck_can_be_made_event_driven(frames: int, named: Named, drive: Drive) -> None:
-    """With bullets and a slop of 1e-14 m an oblique impact has its closed form, time and velocities, at any start."""
+    """With bullets and a slop of 1e-14 m an oblique impact has its exact time and velocities, from any start."""
     planck = named("planck")
     starts = at_starts(oblique().model_copy(update={"frame_rate_hz": float(frames)}))
     assert len(starts) == STARTS
@@ -35,8 +35,8 @@ def test_planck_can_be_made_event_driven(frames: int, named: Named, drive: Drive
         assert contact.normal == pytest.approx((0.8, 0.6), abs=ROUNDING)
 
 
-def test_planck_tuned_is_not(named: Named, finish: Finish) -> None:
-    """Without bullets the same impact is found late in most of 16 starts, its direction off by up to percents."""
+def test_tuned_planck_is_late_in_most_starts(named: Named, finish: Finish) -> None:
+    """Without bullets the same impact has errors above 0.01 m/s from most of 16 starts, and up to over 0.1 m/s."""
     errors = [
         float(np.abs(finish(named("planck"), scene, 1 / 60, "tuned").velocity_m_s - after_oblique()).max())
         for scene in at_starts(oblique())
@@ -45,8 +45,8 @@ def test_planck_tuned_is_not(named: Named, finish: Finish) -> None:
     assert max(errors) > 0.1
 
 
-def test_planck_as_shipped_keeps_a_centimetre_from_walls(named: Named, drive: Drive) -> None:
-    """A slow step shows where a disc turns: 1 cm before the wall, twice the slop of 5 mm."""
+def test_default_planck_reverses_discs_1_cm_before_walls(named: Named, drive: Drive) -> None:
+    """With a fine step a disc reverses 1 cm before the wall, twice the slop of 5 mm; tuned at the wall."""
     disc = Disc(position_m=(1, 0), velocity_m_s=(-2, 0), radius_m=0.5)
     scene = Scene(name="wall", discs=[disc], walls=[Wall(point_m=(0, 0), normal=(1, 0))], duration_s=0.5)
     for profile, skin_m in (("default", 0.01), ("tuned", 0.0)):
@@ -54,8 +54,8 @@ def test_planck_as_shipped_keeps_a_centimetre_from_walls(named: Named, drive: Dr
         assert nearest - 0.5 == pytest.approx(skin_m, abs=2e-4)
 
 
-def test_planck_slows_down_what_moves_more_than_two_metres_a_step(named: Named, finish: Finish) -> None:
-    """A light disc sent off by a heavy one at nearly twice its speed moves 2 m a step, with a warning."""
+def test_default_planck_limits_motion_to_2_m_per_step(named: Named, finish: Finish) -> None:
+    """A disc that should move more than 2 m a step is slowed down to that, with a warning; tuned it is not."""
     heavy = Disc(position_m=(0, 0), velocity_m_s=(100, 0), radius_m=0.5, mass_kg=1000)
     sling = Scene(name="sling", discs=[heavy, Disc(position_m=(6, 0), radius_m=0.5, mass_kg=1)], duration_s=0.2)
     law = 2 * 1000 * 100 / 1001
@@ -72,15 +72,15 @@ def test_planck_slows_down_what_moves_more_than_two_metres_a_step(named: Named, 
     assert caught > STARTS // 4
 
 
-def test_planck_event_driven_grips_a_wall_as_coulomb_has_it(named: Named, finish: Finish) -> None:
-    """A disc of inertia 1/2 that grips keeps two thirds of its speed along the wall, and rolls: 2 of 3 m/s here."""
+def test_event_driven_planck_follows_coulomb_at_a_wall(named: Named, finish: Finish) -> None:
+    """A gripping disc of inertia factor 1/2 keeps two thirds of its speed along the wall: 2 of 3 m/s."""
     end = finish(named("planck"), all_scenes()["spin/grip"].scene, 1 / 60, "event-driven")
     np.testing.assert_allclose(end.velocity_m_s, [[2, 2]], atol=ROUNDING)
     np.testing.assert_allclose(sure(end.spin_rad_s), [-2], atol=ROUNDING)
 
 
-def test_planck_as_shipped_turns_no_disc_more_than_a_quarter_turn_a_step(named: Named, finish: Finish) -> None:
-    """A disc that a grip should leave with two thirds of 180 rad/s keeps pi / 2 a step, with a warning."""
+def test_default_planck_limits_rotation_to_a_quarter_turn(named: Named, finish: Finish) -> None:
+    """A disc that a grip should spin at 120 rad/s turns by pi / 2 a step, with a warning."""
     rough = all_scenes()["spin/grip"].scene
     (disc,) = rough.discs
     fast = disc.model_copy(update={"velocity_m_s": (60 * disc.velocity_m_s[0], disc.velocity_m_s[1])})
@@ -109,8 +109,8 @@ console.log(JSON.stringify(found));
 """
 
 
-def test_what_is_imported_is_what_planck_loads() -> None:
-    """Place, velocity, spin, radius, mass and moment of inertia of each disc are those of Planck's own loader."""
+def test_imported_planck_dump_equals_plancks_own_loader() -> None:
+    """Position, velocity, spin, radius, mass and inertia of imported discs are those of Planck's own loader."""
     if not (NPM / "node_modules" / "planck").is_dir():
         pytest.skip("planck is not installed: make engines")
     command = ["node", "--input-type=module", "-e", LOADED, str(DUMP)]
@@ -128,8 +128,11 @@ def test_what_is_imported_is_what_planck_loads() -> None:
             assert disc.inertia_factor * disc.mass_kg * radius**2 == pytest.approx(inertia, rel=2**-50)
 
 
-def test_plancks_settings_are_found_as_good_as_by_hand(named: Named) -> None:
-    """On `classics` no more scenes are wrong, and no fewer exact or close, than with any profile written by hand."""
+def test_tuning_planck_is_as_good_as_its_written_profiles(named: Named) -> None:
+    r"""On `classics` the settings found by tuning are as good as the best of three written profiles.
+
+    No more scenes are wrong, and no fewer are exact or close.
+    """
     named("planck")
     found, written = merits("planck", ["tuned", "swept", "event-driven"], 60)
     assert_as_good(found, written)

@@ -26,8 +26,8 @@ def _bullet(phase: float, mass_kg: float) -> Scene:
     return _scene(disc_at(start, 0, 100, r=0.05), disc_at(0, 0, r=0.05, m=mass_kg), duration_s=0.2)
 
 
-def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finish) -> None:
-    """A free body keeps its velocity; that of 600 m/s is made 400 m/s, which the adapter tells and `tuned` undoes."""
+def test_default_rapier_clamps_speeds_to_400_m_per_s(rapier: Adapter, finish: Finish) -> None:
+    """A free body of 600 m/s is clamped to 400 m/s with a warning; tuned it keeps its speed."""
     scene = _scene(disc_at(0, 0, 600))
     shipped, tuned = (finish(rapier, scene, 1 / 64, profile) for profile in ("default", "tuned"))
     assert shipped.velocity_m_s[0, 0] == 400
@@ -36,8 +36,8 @@ def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finis
     assert not tuned.warning
 
 
-def test_a_bounce_comes_when_bodies_have_moved_without_it(rapier: Adapter, drive: Drive) -> None:
-    """Equal discs exchange velocities; in the step that answers, both first move with half, as if e were 0."""
+def test_rapier_moves_bodies_before_it_applies_restitution(rapier: Adapter, drive: Drive) -> None:
+    """In the step of a bounce both discs first move with half the speed, as if e were 0, then exchange velocities."""
     dt_s = 1 / 64
     for phase in range(16):
         scene = _scene(disc_at(-2 - phase / 16 * 4 * dt_s, 0, 4), disc_at(0, 0))
@@ -48,8 +48,8 @@ def test_a_bounce_comes_when_bodies_have_moved_without_it(rapier: Adapter, drive
         assert seen[hit].velocity_m_s[:, 0] == pytest.approx([0, 4], abs=4 * 4 * ROUNDING)
 
 
-def test_located_ends_the_step_that_comes_before_the_bounce(rapier: Adapter) -> None:
-    """Equal discs exchange velocities: by a step taken in two parts, of which the first is short, none is late."""
+def test_located_rapier_shortens_the_step_of_the_bounce(rapier: Adapter) -> None:
+    """The step of the bounce is split, so that positions after two steps are those of an exact exchange."""
     scene = _scene(disc_at(-1, 0, 4), disc_at(0, 0))
     dt_s = 1 / 64
     world = rapier.prepare(scene, rapier.profiles["located"].settings(dt_s))
@@ -63,15 +63,15 @@ def test_located_ends_the_step_that_comes_before_the_bounce(rapier: Adapter) -> 
 
 @pytest.mark.parametrize("phase", [k / 16 for k in range(16)])
 @pytest.mark.usefixtures("rapier")
-def test_continuous_detection_stops_at_fixed_bodies(phase: float) -> None:
-    """A disc that hits an immovable one comes back with its speed, in each of 16 phases of a step."""
+def test_rapier_ccd_stops_at_fixed_bodies(phase: float) -> None:
+    """With CCD a disc that hits an immovable one returns with its speed, in each of 16 phases of a step."""
     velocity, _ = _with_ccd(_bullet(phase, math.inf))
     assert velocity == pytest.approx(-100, rel=1e-5)
 
 
 @pytest.mark.usefixtures("rapier")
-def test_continuous_detection_does_not_stop_at_dynamic_bodies() -> None:
-    """Equal discs exchange velocities head-on; in most of 16 phases Rapier lets them pass through each other."""
+def test_rapier_ccd_does_not_stop_at_dynamic_bodies() -> None:
+    """With CCD equal discs still pass through each other in at least 12 of 16 phases."""
     ends = (_with_ccd(_bullet(k / 16, 1.0)) for k in range(16))
     through = [velocity == 100 and other == 0 for velocity, other in ends]
     assert sum(through) >= 12
@@ -96,8 +96,8 @@ def _with_ccd(scene: Scene) -> tuple[float, float]:
     return first, second
 
 
-def test_soft_continuous_detection_turns_an_oblique_path_wrongly(rapier: Adapter, finish: Finish) -> None:
-    """A disc that hits at an offset of 3/5 leaves along a 3-4-5 triangle: looked ahead from afar it mostly does not."""
+def test_rapier_soft_ccd_has_wrong_directions(rapier: Adapter, finish: Finish) -> None:
+    """After an oblique impact with soft CCD velocities are off by more than 5 % in at least 8 of 16 phases."""
     # Along the line of centres at the impact, (0.8, -0.6), the second disc takes 16 m/s away.
     right = np.array([16 * 0.8, 16 * -0.6])
     errors = []
@@ -109,8 +109,8 @@ def test_soft_continuous_detection_turns_an_oblique_path_wrongly(rapier: Adapter
 
 
 @pytest.mark.usefixtures("rapier")
-def test_asking_for_contacts_between_steps_ends_in_a_panic(capfd: pytest.CaptureFixture[str]) -> None:
-    """Detecting contacts alters no state: but the next step's solver has no impulses to begin with, and panics."""
+def test_rapier_panics_if_contacts_are_detected_between_steps(capfd: pytest.CaptureFixture[str]) -> None:
+    """After `detect_collisions()` between steps, Rapier's next step panics with an index out of bounds."""
     import rapier3d
 
     world: Any = rapier3d.PhysicsWorld()
@@ -129,8 +129,8 @@ def test_asking_for_contacts_between_steps_ends_in_a_panic(capfd: pytest.Capture
 
 
 @pytest.mark.usefixtures("rapier")
-def test_asking_for_contacts_before_the_first_step_leaves_bodies_that_never_move() -> None:
-    """A free body moves with its velocity: after `detect_collisions()` it stays where it is."""
+def test_rapier_bodies_freeze_if_contacts_are_detected_first() -> None:
+    """After `detect_collisions()` before the first step a free body never moves."""
     import rapier3d
 
     world: Any = rapier3d.PhysicsWorld()
@@ -167,10 +167,10 @@ def impacts(look: Observation) -> set[tuple[object, ...]]:
 
 @each("scene", SCENES)
 @each("profile, changes", [("default", {}), ("tuned", AS_NPM), ("swept", AS_NPM)])
-def test_both_are_the_same_to_the_bit(
+def test_rapier_wheel_and_npm_package_are_bit_identical(
     scene: Scene, profile: str, changes: dict[str, Setting], named: Named, drive: Drive
 ) -> None:
-    """After every step all positions and velocities are equal, and contacts with their times, normals and impulses."""
+    """Positions, velocities and contacts of both builds are equal after every step, with equal settings."""
     plane = drive(named("rapier2d"), scene, DT_S, profile)
     space = drive(named("rapier"), scene, DT_S, profile, **changes)
     for one, other in zip(plane, space, strict=True):
@@ -180,8 +180,8 @@ def test_both_are_the_same_to_the_bit(
 
 
 @each("name, same", [("paper/multiple", True), ("classics/slanted-wall", False)])
-def test_the_tuned_ones_part_at_fixed_bodies(name: str, same: bool, named: Named, drive: Drive) -> None:
-    """The wheel ignores overlaps with walls, which npm's build cannot do: without walls they are the same."""
+def test_tuned_rapier_builds_differ_only_with_walls(name: str, same: bool, named: Named, drive: Drive) -> None:
+    """The wheel can ignore overlaps with walls and npm's build cannot; without walls both are equal."""
     (scene,) = (scene for scene in SCENES if scene.name == name)
     changes = {setting: value for setting, value in AS_NPM.items() if setting != "static_contact_natural_frequency"}
     plane = drive(named("rapier2d"), scene, DT_S, "tuned")

@@ -32,8 +32,8 @@ _LOOP = (
 _PIC = (
     *(f"{_U}/event_driven", f"{_U}/test_pic.py", f"{_U}/test_ambiguity.py"),
     *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
-    *(f"{_V}/test_equivalences.py::test_every_form_of_pic", f"{_V}/test_equivalences.py::test_all_pairs_give"),
-    *(f"{_V}/test_equivalences.py::test_frames_change", f"{_V}/test_pic_kernel_known_answers.py"),
+    *(f"{_V}/test_equivalences.py::test_all_forms_of_pic", f"{_V}/test_equivalences.py::test_all_pairs_are"),
+    *(f"{_V}/test_equivalences.py::test_framewise_pic_is", f"{_V}/test_pic_kernel_known_answers.py"),
     *(f"{_V}/test_friction_law.py", f"{_V}/test_driven.py", f"{_V}/test_gravity.py", f"{_V}/test_contact.py"),
     *(f"{_V}/test_table_friction.py", f"{_V}/test_pic_against_certified.py", f"{_U}/test_touched_bodies.py"),
     *(f"{_U}/test_falling.py", f"{_U}/test_contacts.py"),

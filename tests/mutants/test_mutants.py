@@ -67,8 +67,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root
 
 
-def test_faults_are_found_in_statements_and_constants_and_not_in_docstrings(project: Path) -> None:
-    """A comparison, an operator, a word and a number each have their other; a signature and a sentence have none."""
+def test_faults_are_planted_in_statements_and_constants_only(project: Path) -> None:
+    """Comparisons, operators, words, numbers and constants have faults; signatures and docstrings have none."""
     found = {(fault.before, fault.after) for fault in faults_in(project)}
     condition, sum_ = "if a < b and not b < 0:", "return a + (b - a) / 2"
     assert found == {
@@ -86,8 +86,8 @@ def test_faults_are_found_in_statements_and_constants_and_not_in_docstrings(proj
     }
 
 
-def test_a_process_has_the_fault_whose_number_it_is_told_and_no_other(project: Path, tmp_path: Path) -> None:
-    """Without a number the copy computes what the source does; with that of a fault, what it does with that fault."""
+def test_process_has_only_the_requested_fault(project: Path, tmp_path: Path) -> None:
+    """Without a number the copy computes the original results; with a number, those of that fault."""
     faults = [fault for fault in faults_in(project) if not fault.constant]
     copy = tmp_path / "copy"
     make_copy(project, copy, list(enumerate(faults, start=1)))
@@ -104,8 +104,8 @@ def test_a_process_has_the_fault_whose_number_it_is_told_and_no_other(project: P
     assert middles(numbers["return max(a, b)"], (1.0, 4.0), (4.0, 1.0)) == [2.5, 4.0]
 
 
-def test_faults_are_found_in_c(tmp_path: Path) -> None:
-    """As in Python: not in comments, and neither in a pointer's star nor in a cast."""
+def test_faults_are_planted_in_c_statements_only(tmp_path: Path) -> None:
+    """Faults in C are in statements, and not in comments, pointer stars and casts."""
     (tmp_path / "src/carom/core").mkdir(parents=True)
     (tmp_path / "src/carom/core/feature.h").write_text(SOURCE_C)
     found = {(fault.before, fault.after) for fault in faults_of(tmp_path, "physics")}
@@ -122,8 +122,8 @@ def test_faults_are_found_in_c(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
-def test_a_process_of_c_has_the_fault_whose_number_it_is_given(project: Path, tmp_path: Path) -> None:
-    """As in Python, for faults in a header."""
+def test_c_program_has_only_the_requested_fault(project: Path, tmp_path: Path) -> None:
+    """A compiled C program without a number computes the original results; with a number, those of that fault."""
     (project / "src/carom/core/feature.h").write_text(SOURCE_C)
     faults = [fault for fault in faults_in(project) if fault.path.endswith(".h")]
     copy = tmp_path / "copy"
@@ -148,15 +148,15 @@ def test_a_process_of_c_has_the_fault_whose_number_it_is_given(project: Path, tm
 
 
 def test_every_source_of_the_core_is_in_one_package() -> None:
-    """A new file is in a package without an entry: in that of the event-driven loop. The page's own code is in none."""
+    """Every source of the compiled core is in exactly one package; the WebAssembly sources are in none."""
     found = Counter(path for package in PACKAGES for path in sources_of(ROOT, package))
     for path in (ROOT / "src/carom/core").rglob("*"):
         if path.suffix in (".pyx", ".pxd", ".h", ".c"):
             assert found[path] == ("wasm" not in path.parts), path
 
 
-def test_every_package_has_places_for_faults_and_tests_that_must_notice() -> None:
-    """A package whose sources or tests were moved elsewhere would be tried by nothing."""
+def test_every_package_has_faults_and_existing_tests() -> None:
+    """Every package has at least one place for a fault, and all its test files exist."""
     for package in PACKAGES:
         assert any(True for _ in faults_of(ROOT, package)), package
     missing = [
@@ -165,14 +165,14 @@ def test_every_package_has_places_for_faults_and_tests_that_must_notice() -> Non
     assert missing == []
 
 
-def test_a_fault_is_known_by_its_line_wherever_that_stands() -> None:
-    """What was tried counts as long as the line is there, and not when it has changed."""
+def test_fault_key_depends_on_the_line_text_only() -> None:
+    """A fault's key stays the same if its line moves, and changes if its text changes."""
     one = Fault("physics", "a.py", 3, "x = 1", "x = 2")
     assert one.key == one._replace(line=7).key != one._replace(before="x = 3").key
 
 
-def test_a_fault_without_end_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What waits for ever says nothing: its process is killed by the clock, though it takes no processor time."""
+def test_waiting_process_is_killed_by_clock_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that waits for ever without processor time is killed and reported as "no end"."""
 
     def forever(*_: object) -> None:
         time.sleep(3600.0)
@@ -183,8 +183,11 @@ def test_a_fault_without_end_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.release
-def test_a_loop_without_end_is_ended_by_its_processor_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However busy the machine is: a process that is kept waiting by others is not taken for one without end."""
+def test_looping_process_is_killed_by_processor_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""A process that loops for ever is killed by its processor time and reported as "no end".
+
+    So a process that waits on a busy machine is not killed.
+    """
 
     def forever(*_: object) -> None:
         while True:
@@ -195,8 +198,11 @@ def test_a_loop_without_end_is_ended_by_its_processor_time(monkeypatch: pytest.M
     assert running.tried([], 1, None, 0.1) == ("no end", {})
 
 
-def test_what_a_document_lists_is_tried_first_and_keeps_its_reason(project: Path) -> None:
-    """All that is listed of each package, then others up to the requested number; a row may have no reason."""
+def test_listed_faults_are_tried_first_and_keep_their_reasons(project: Path) -> None:
+    r"""All faults listed in a document are tried first, then others up to the requested number.
+
+    A row's reason is read, and may be missing.
+    """
     faults = list(enumerate(faults_in(project), start=1))
     last = faults[-1][1]
     row = f"- `{last.path}`: `{last.before}` as `{last.after}`"
@@ -208,8 +214,8 @@ def test_what_a_document_lists_is_tried_first_and_keeps_its_reason(project: Path
     assert len(drawn(faults, ["physics"], 3, two)) == 3
 
 
-def test_a_state_of_an_earlier_version_is_refused(tmp_path: Path) -> None:
-    """Rows that do not name their package end the program in a sentence."""
+def test_state_file_of_an_earlier_version_is_refused(tmp_path: Path) -> None:
+    """A state file whose rows have no package ends the program with the name of the file."""
     state = tmp_path / "mutants.jsonl"
     state.write_text('{"key": "a.py: x -> y", "room": "physics", "line": 3, "by": ""}\n', encoding="utf-8")
     with pytest.raises(SystemExit, match=r"state of an earlier version: delete .*mutants\.jsonl"):

@@ -35,21 +35,21 @@ def run(step: dict[str, Any], folder: Path, **inputs: str) -> subprocess.Complet
     return subprocess.run([*BASH, step["run"]], cwd=folder, env=env, capture_output=True, text=True, check=False)
 
 
-def test_what_a_step_runs_holds_no_input() -> None:
-    """Inputs come as variables of the environment: none is pasted into a script, where it would be run."""
+def test_action_scripts_contain_no_inputs() -> None:
+    """Inputs reach scripts as environment variables only: pasted into a script they would be run."""
     scripts = [step["run"] for step in STEPS.values() if "run" in step]
     assert scripts
     assert not [script for script in scripts if "${{" in script]
 
 
-def test_each_input_is_used_and_each_use_is_an_input() -> None:
-    """What a step reads is declared, and what is declared is read by a step."""
+def test_action_inputs_are_declared_and_used() -> None:
+    """Every input that a step of the action reads is declared, and every declared input is read."""
     assert set(re.findall(r"inputs\.([\w-]+)", yaml.safe_dump(ACTION["runs"]))) == set(ACTION["inputs"])
 
 
 @pytest.mark.long
-def test_conformance_and_records(tmp_path: Path) -> None:
-    """The suite runs with and without known failures; the summary has the diff, and one build differs in nothing."""
+def test_action_runs_conformance_and_records(tmp_path: Path) -> None:
+    """The action runs the suite, and fails if a known failure passes; its summary shows no change of records."""
     few = {"engine": "pymunk", "pytest_arguments": "-k declares -p no:cacheprovider"}
     done = run(STEPS["Conformance"], tmp_path, **few)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -72,8 +72,8 @@ def test_conformance_and_records(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.engines
-def test_history(tmp_path: Path) -> None:
-    """The installed build is compared with the newest release, and the summary has the table."""
+def test_action_compares_the_installed_build_with_a_release(tmp_path: Path) -> None:
+    """The action compares the installed build with the newest release, and the summary has the table."""
     done = run(STEPS["History"], tmp_path, engine="pymunk", scenes="paper/late", releases="latest")
     if done.returncode == 3:
         pytest.skip(done.stderr)

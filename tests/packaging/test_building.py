@@ -43,10 +43,10 @@ def no_compiler(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return {"PATH": str(programs), "CC": ""}
 
 
-def test_without_a_compiler_zig_gives_the_same_bits(
+def test_zig_builds_the_same_bits_without_a_compiler(
     tree: Path, tmp_path: Path, bits: dict[str, Any], no_compiler: dict[str, str]
 ) -> None:
-    """Where no C compiler is found the build requires ziglang, as pinned, and its wheel gives the same results."""
+    """Without a C compiler the build requires the pinned ziglang, and its wheel gives the same bits."""
     code = "import carom_build as b; print(b.get_requires_for_build_wheel(), b.get_requires_for_build_editable())"
     backend = {"PYTHONPATH": str(tree / "build_backend")}
     pinned = core_wasm.compiler()
@@ -61,23 +61,26 @@ def test_without_a_compiler_zig_gives_the_same_bits(
     assert report["results"] == bits
 
 
-def test_with_a_compiler_nothing_is_downloaded(tree: Path) -> None:
-    """The build requires no ziglang where the compiler that setuptools calls is found."""
+def test_build_needs_no_zig_with_a_compiler(tree: Path) -> None:
+    """With a C compiler the build requires no further package."""
     code = "import carom_build as b; print(b.get_requires_for_build_wheel(), b.get_requires_for_build_editable())"
     done = run(sys.executable, "-c", code, cwd=tree, env={"PYTHONPATH": str(tree / "build_backend")})
     assert done.stdout.splitlines()[-1] == "[] []"
 
 
-def test_a_compiler_that_fails_is_an_error(tmp_path: Path) -> None:
-    """There is no wheel without the extension."""
+def test_failing_compiler_makes_no_wheel(tmp_path: Path) -> None:
+    """If the compiler fails, the build fails and leaves no wheel."""
     # A tree of its own: where another test has built, nothing is left to compile.
     done = make_wheel(copy_of_the_tree(tmp_path / "tree"), tmp_path, {"CC": "false"})
     assert done.returncode != 0
     assert not list(tmp_path.glob("*.whl"))
 
 
-def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: Path) -> None:
-    """After a change of a source the tests say what to do; doing it is enough, also where a file is only renamed."""
+def test_stale_extension_is_refused_with_the_build_command(tmp_path: Path) -> None:
+    r"""If a source was changed or renamed, pytest refuses to run and names the build command that repairs it.
+
+    Modules left by a failed build are refused, too.
+    """
     tree = copy_of_the_tree(tmp_path)
     for module in tree.rglob("*.pyx"):
         if module.name not in ("built.pyx", "damped_time.pyx"):  # what collecting imports: the others only take time
@@ -108,8 +111,8 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
     assert not collects()
 
 
-def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
-    """After an edit the modules that depend on it are compiled, and the one that contains the digest of all sources."""
+def test_only_changed_modules_are_compiled_again(tmp_path: Path) -> None:
+    """After an edit only modules that depend on it, and the one with the digest of all sources, are compiled."""
     tree = copy_of_the_tree(tmp_path)
     for module in tree.rglob("*.pyx"):
         if module.name not in ("built.pyx", "tree.pyx", "primitives.pyx"):  # the others would only take time
@@ -141,8 +144,8 @@ def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads the processor's features from /proc/cpuinfo")
-def test_nothing_is_fused_where_the_processor_could(tmp_path: Path) -> None:
-    """Built for this very processor, with its multiply-add, the extension passes the tests of all bits."""
+def test_native_build_fuses_no_multiply_add(tmp_path: Path) -> None:
+    """Built with `-march=native`, the extension passes the tests that compare all bits."""
     tree = copy_of_the_tree(tmp_path)
     build = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace")
     run(*build, cwd=tree, env={"CFLAGS": "-march=native"})
@@ -158,7 +161,7 @@ def test_nothing_is_fused_where_the_processor_could(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="preloads the sanitizers' libraries of GCC")
 def test_sanitizers_find_no_fault_in_the_core(tmp_path: Path) -> None:
-    """The core reads and writes only its own memory and has no undefined behavior in any test of its solvers."""
+    """Address and undefined-behaviour sanitizers find nothing in the tests of the core and the solvers."""
     tree = copy_of_the_tree(tmp_path)
     sanitizers = "-fsanitize=address,undefined"
     flags = {"CFLAGS": f"{sanitizers} -fno-sanitize-recover=all", "LDFLAGS": sanitizers}

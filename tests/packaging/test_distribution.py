@@ -34,8 +34,8 @@ def c_sources() -> set[str]:
     return {path.relative_to(ROOT / "src").as_posix() for path in (ROOT / "src").rglob("*.c")}
 
 
-def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
-    """The sdist carries adapters, tests, docs, the Makefile, the extension's sources; nothing compiled, no report."""
+def test_sdist_contains_everything_to_build_and_test(built: Path) -> None:
+    """The sdist has adapters, tests, docs, the Makefile and C sources, and no compiled file and no report."""
     with tarfile.open(next(built.glob("*.tar.gz"))) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
@@ -57,16 +57,16 @@ def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
     assert {name for name in names if name.endswith(".c")} == {f"src/{name}" for name in c_sources()}
 
 
-def test_one_wheel_serves_all_versions_of_python(built: Path) -> None:
-    """The wheel's name says CPython 3.11, its stable interface, and the platform: it serves every later version."""
+def test_wheel_supports_all_later_python_versions(built: Path) -> None:
+    """The wheel is tagged for CPython 3.11 with the stable ABI, which every later version supports."""
     (wheel,) = built.glob("*.whl")
     _, _, python, abi, platform = wheel.stem.split("-")
     assert (python, abi) == ("cp311", "abi3")
     assert platform != "any"
 
 
-def test_the_wheel_holds_code_data_and_nothing_else(built: Path) -> None:
-    """The wheel carries every file of both packages: code, data, stubs, the extension and its sources; and no tests."""
+def test_wheel_contains_only_the_packages(built: Path) -> None:
+    """The wheel has every file of both packages, and nothing else."""
     names = wheel_names(built)
     made = {"__pycache__", "node_modules"}
     for folder, package in (("src", "carom"), ("adapters", "carom_adapters")):
@@ -78,15 +78,15 @@ def test_the_wheel_holds_code_data_and_nothing_else(built: Path) -> None:
     assert {name for name in names if name.endswith(".c")} == c_sources()
 
 
-def test_the_wheel_holds_every_module_of_the_extension(built: Path) -> None:
-    """There is one compiled module for each .pyx file, and the one that all share."""
+def test_wheel_contains_every_compiled_module(built: Path) -> None:
+    """The wheel has one compiled module for each .pyx file, and the shared one."""
     compiled = {name.partition(".")[0] for name in wheel_names(built) if name.endswith((".so", ".pyd"))}
     sources = {path.relative_to(ROOT / "src").with_suffix("").as_posix() for path in (ROOT / "src").rglob("*.pyx")}
     assert compiled == sources | {"carom/core/_cython"}
 
 
-def test_the_installed_wheel_runs_compiled_and_finds_every_adapter(built: Path, tmp_path: Path) -> None:
-    """Installed from the wheel alone, away from the source tree, Carom runs compiled and finds all its adapters."""
+def test_installed_wheel_is_compiled_and_finds_every_adapter(built: Path, tmp_path: Path) -> None:
+    """Installed away from the source tree, Carom runs compiled and finds all its adapters."""
     report = report_of(install(next(built.glob("*.whl")), tmp_path / "site"), tmp_path)
     assert report["notes"] == []
     assert report["engines"] == dict.fromkeys(BUILT_IN, "carom")

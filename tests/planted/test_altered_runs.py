@@ -142,10 +142,13 @@ KINDS = [
         for rung in f.rungs
     ],
 )
-def test_a_fault_in_a_crowd_is_graded_as_it_is(
+def test_fault_in_a_gas_has_its_listed_grade(
     where: tuple[str, str], rung: Rung, begins: str, told: bool, bits: int
 ) -> None:
-    """Before the horizon or after it, in either width, reported or not: no better and no worse than the table says."""
+    r"""A fault in a gas gets a grade between the listed best and worst one, and the listed verdict.
+
+    It starts before or after the horizon, with 64-bit or 32-bit floats, with velocities reported or not.
+    """
     score = of_crowd(where, rung.size, begins=begins, told=told, bits=bits)
     best = Grade.EXACT if bits == 32 and rung.size < SEEN_32 else rung.best
     require(score, best, worst_of(rung, begins), rung.says, FAULTS[where].why)
@@ -154,10 +157,8 @@ def test_a_fault_in_a_crowd_is_graded_as_it_is(
 @pytest.mark.release
 @each("begins, told, bits", KINDS)
 @each("where", FAULTS)
-def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
-    where: tuple[str, str], begins: str, told: bool, bits: int
-) -> None:
-    """Each size is graded no better than a lesser one."""
+def test_larger_fault_in_a_gas_has_no_better_grade(where: tuple[str, str], begins: str, told: bool, bits: int) -> None:
+    """No size of a fault in a gas is graded better than a smaller one."""
     scores = [of_crowd(where, rung.size, begins=begins, told=told, bits=bits) for rung in FAULTS[where].rungs]
     grades = [WORSENING.index(score.grade) for score in scores]
     assert grades == sorted(grades), [WORSENING[grade].name for grade in grades]
@@ -172,8 +173,8 @@ def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
         for rung in f.rungs
     ],
 )
-def test_a_fault_of_a_disc_or_two_is_graded_as_it_is(name: str, rung: Rung, told: bool) -> None:
-    """At rest and before it, from the start, in long contacts: no better and no worse than the table says."""
+def test_fault_of_one_or_two_discs_has_its_listed_grade(name: str, rung: Rung, told: bool) -> None:
+    """A fault at rest, before it, or in a long contact gets a grade in the listed range, and the verdict."""
     says = rung.says if not told or rung.says is not Verdict.LATE else None  # if reported, it names the right instant
     require(of_alone(name, rung.size, told=told), rung.best, rung.worst, says, ALONE[name].why)
 
@@ -181,16 +182,16 @@ def test_a_fault_of_a_disc_or_two_is_graded_as_it_is(name: str, rung: Rung, told
 @pytest.mark.release
 @each("told", [False, True])
 @each("name", ALONE)
-def test_a_fault_that_grows_never_improves_its_grade(name: str, told: bool) -> None:
-    """Each size is graded no better than a lesser one, and what is not graded is less than any fault."""
+def test_larger_fault_of_one_or_two_discs_has_no_better_grade(name: str, told: bool) -> None:
+    """No size of a fault of one or two discs is graded better than a smaller one; ungraded counts as best."""
     order = [Grade.UNGRADED, *WORSENING]
     grades = [order.index(of_alone(name, rung.size, told=told).grade) for rung in ALONE[name].rungs]
     assert grades == sorted(grades), [order[grade].name for grade in grades]
 
 
 @each("begins", long_until(1, reversed(BEGINS)))
-def test_what_is_reported_gains_nothing(begins: str) -> None:
-    """A method that reports every impact, velocities and all, while its discs pass through each other, is wrong."""
+def test_reported_impacts_do_not_hide_passing_discs(begins: str) -> None:
+    """A run whose discs pass through each other is wrong, even if it reports every impact."""
     passes = free_from(right(GAS), BEGINS[begins])
     claims = dataclasses.replace(passes, impacts=right(GAS).impacts, told=True)
     score = judged(claims, horizon_s=GAS_HORIZON_S)
@@ -199,8 +200,8 @@ def test_what_is_reported_gains_nothing(begins: str) -> None:
 
 @pytest.mark.release
 @each("told", [False, True])
-def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
-    """PIT's states in a crowd are another path, each step of which is right to sampling: never exact, never close."""
+def test_pit_in_a_gas_is_graded_sampled_at_best(told: bool) -> None:
+    """A run with PIT's states in a gas is never graded exact or close."""
     score = judged(dataclasses.replace(sampled(GAS), told=told), horizon_s=GAS_HORIZON_S)
     require(score, Grade.SAMPLED, Grade.WRONG, None, "it finds impacts at step boundaries")
 
@@ -209,23 +210,23 @@ def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
 @each("aside_m", [0.0, 0.3])
 @each("steps", STEPS[1:])
 def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: float, phase: float) -> None:
-    """Two discs that are in each other for two steps or more, beyond the horizon, are wrong: PIT sees them close."""
+    """Two discs that pass through each other in two steps or more, beyond the horizon, are graded wrong."""
     score = judged(passing(steps, aside_m, phase), horizon_s=0.1)
     require(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "no velocity changes, on either side")
 
 
 @pytest.mark.release
 @each("fault", CROWD)
-def test_twenty_five_discs_hide_no_fault(fault: Fault) -> None:
-    """In the gas of 25 each gross fault, begun long after the horizon, is graded as in the gas of 12."""
+def test_gross_faults_are_found_in_a_gas_of_25(fault: Fault) -> None:
+    """In the gas of 25 each gross fault, started long after the horizon, is graded as in the gas of 12."""
     scene = all_scenes()["engines/gas-of-25"].scene
     for rung in (fault.rungs[0], fault.rungs[-1]):
         run = fault.plant(right(scene), 0.6 * scene.duration_s, rung.size)
         require(judged(run, horizon_s=0.1 * scene.duration_s), rung.best, rung.worst, rung.says, fault.why)
 
 
-def test_every_rung_is_larger_than_the_one_before() -> None:
-    """A ladder climbs, from nothing to a fault that can't be taken for less than the last rung says."""
+def test_fault_sizes_increase_to_a_gross_fault() -> None:
+    """The sizes of each fault increase from 0, and the largest is graded inaccurate or wrong at best."""
     faults: list[Fault | Alone] = [*FAULTS.values(), *ALONE.values()]
     for fault in faults:
         sizes = [rung.size for rung in fault.rungs]

@@ -38,8 +38,8 @@ def shown(reason: str) -> float:
 
 
 @each("fault, row", ROWS)
-def test_a_planted_fault_is_named_at_its_size(fault: Fault, row: Expected) -> None:
-    """The grade, every verdict, and the size that its reason shows are those of the table: no more, and no less."""
+def test_planted_fault_has_its_listed_grade_verdicts_and_size(fault: Fault, row: Expected) -> None:
+    """The grade, all verdicts, and the sizes in their reasons are exactly those of the table."""
     score = compare(REFERENCE, fault.plant(REFERENCE, row.size), sampling=without_error(REFERENCE))
     assert score.grade is row.grade
     assert set(score.verdicts) == (set(row.says) or {Verdict.CONFORMS})
@@ -51,8 +51,8 @@ def test_a_planted_fault_is_named_at_its_size(fault: Fault, row: Expected) -> No
 
 
 @each("fault", [fault for fault in FAULTS if fault.name not in ANOTHER_PATH])
-def test_a_fault_beyond_the_horizon_is_found_in_the_run_itself(fault: Fault) -> None:
-    """Where the reference may not be believed to the end, a run that contradicts itself is no better for that."""
+def test_inconsistent_run_beyond_the_horizon_is_found(fault: Fault) -> None:
+    """A run that contradicts itself beyond the horizon of the reference is inaccurate or wrong."""
     observed = fault.plant(REFERENCE, fault.table[-1].size)
     score = compare(REFERENCE, observed, sampling=without_error(REFERENCE), horizon=BETWEEN_S)
     assert score.grade in {Grade.INACCURATE, Grade.WRONG}
@@ -60,8 +60,8 @@ def test_a_fault_beyond_the_horizon_is_found_in_the_run_itself(fault: Fault) -> 
 
 
 @each("name", sorted(ANOTHER_PATH))
-def test_another_path_beyond_the_horizon_is_nobodys_fault(name: str) -> None:
-    """A run that takes another path where the reference is not to be believed, and agrees with itself, stays exact."""
+def test_consistent_run_beyond_the_horizon_stays_exact(name: str) -> None:
+    """A run that takes another path beyond the horizon, and is consistent with itself, is graded exact."""
     (fault,) = (fault for fault in FAULTS if fault.name == name)
     size = 1 if name == "tunnelling" else fault.table[-1].size  # the other one is within the horizon
     score = compare(REFERENCE, fault.plant(REFERENCE, size), sampling=without_error(REFERENCE), horizon=BETWEEN_S)
@@ -86,8 +86,8 @@ def graded(fault: Fault, reference: Trace, sampling: Trace) -> Iterator[Grade]:
         ],
     ),
 )
-def test_a_fault_that_grows_never_improves_its_grade(name: str, exact: bool, fault: Fault) -> None:
-    """In scenes of every kind, with a real PIT or one without error, each size is graded no better than a lesser."""
+def test_larger_planted_fault_has_no_better_grade(name: str, exact: bool, fault: Fault) -> None:
+    """In scenes of every kind, with PIT or an exact PIT, no size of a fault is graded better than a smaller one."""
     reference = solve_pic(catalogue()[name].scene)
     if len(reference.impacts) < fault.impacts or len(reference.scene.discs) < fault.discs:
         pytest.skip(f"{name} has too few impacts or discs")
@@ -99,8 +99,8 @@ def test_a_fault_that_grows_never_improves_its_grade(name: str, exact: bool, fau
 
 
 @each("name", ["paper/late", "classics/sorting", "classics/deflection", "classics/gas"])
-def test_nothing_planted_is_nothing_found(name: str) -> None:
-    """The reference, as a method with steps would give it, conforms, and no error of any kind is more than rounding."""
+def test_faithful_run_conforms(name: str) -> None:
+    """The reference replayed in steps conforms, and all its errors are below 1e-12."""
     reference = solve_pic(catalogue()[name].scene)
     score = compare(reference, faithful(reference), sampling=without_error(reference))
     assert score.verdicts == (Verdict.CONFORMS,)
@@ -110,8 +110,8 @@ def test_nothing_planted_is_nothing_found(name: str) -> None:
     assert max(own.velocity.size, own.position.size, own.across, own.normal_rad, own.stamp_s) < 1e-12
 
 
-def test_every_size_of_a_ladder_is_larger_than_the_one_before() -> None:
-    """A ladder climbs, from nothing: what the tests of growth rest on."""
+def test_fault_sizes_increase_from_zero() -> None:
+    """The sizes of each fault increase from 0 and are finite."""
     for fault in FAULTS:
         sizes = [row.size for row in fault.table]
         assert sizes[0] == 0

@@ -46,13 +46,13 @@ def _lines_of_code(text: str) -> int:
 
 
 @each("file", ["carom_penalty.py", "carom-known-failures.toml"])
-def test_the_documentation_quotes_the_files_that_are_run(file: str) -> None:
-    """docs/reference/adapters.md quotes the adapter and its file of known failures, to the letter."""
+def test_documentation_quotes_the_tested_files(file: str) -> None:
+    """docs/reference/adapters.md quotes the adapter and its known failures file to the letter."""
     assert (HERE / file).read_text().rstrip() in (DOCS / "reference" / "adapters.md").read_text()
 
 
 @pytest.mark.release
-def test_the_documented_project_builds(tmp_path: Path) -> None:
+def test_documented_pyproject_builds_a_wheel(tmp_path: Path) -> None:
     """The `pyproject.toml` of docs/reference/adapters.md builds a wheel with its entry point."""
     page = (DOCS / "reference" / "adapters.md").read_text()
     begin = page.index("[build-system]")
@@ -66,13 +66,13 @@ def test_the_documented_project_builds(tmp_path: Path) -> None:
         assert b"penalty = carom_penalty:adapter" in files.read("carom_penalty-0.1.dist-info/entry_points.txt")
 
 
-def test_an_adapter_is_forty_lines() -> None:
-    """The adapter that the documentation builds, engine included, has no more than 45 lines of code."""
+def test_documented_adapter_has_40_to_45_lines() -> None:
+    """The documented adapter, engine included, has 40 to 45 lines of code."""
     assert 40 <= _lines_of_code((HERE / "carom_penalty.py").read_text()) <= 45
 
 
-def test_the_documentation_tells_every_check() -> None:
-    """docs/reference/adapters.md has a row for each check of the suite."""
+def test_documentation_lists_every_check() -> None:
+    """docs/reference/adapters.md has a row for each check of the conformance suite."""
     subject = Subject("pymunk", LimitOptions())  # which has a profile of each kind
     checks = {case.name.partition("[")[0] for case in list_cases(subject)}
     rows = [line for line in (DOCS / "reference" / "adapters.md").read_text().splitlines() if line.startswith("| `")]
@@ -82,14 +82,12 @@ def test_the_documentation_tells_every_check() -> None:
 
 @pytest.mark.usefixtures("installed", "in_process")
 @pytest.mark.parametrize(("profile", "contact_steps"), release_after(1, [("default", 4), ("tuned", 2)]))
-def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_contact_late(
-    profile: str, contact_steps: int
-) -> None:
-    """Springs keep a head-on contact for N steps: one impact, velocities exchanged, the path turned N / 2 steps late.
+def test_soft_contact_is_one_impact_half_a_contact_late(profile: str, contact_steps: int) -> None:
+    r"""Springs keep a head-on contact for N steps: one impact, velocities exchanged, N / 2 steps late.
 
     With the frequency 2 sin(pi / 2N) / dt, semi-implicit Euler turns overlap and approach (x, v) into (-x, -v) in N
-    steps, wherever in its step the contact began. From x = v (t - t0) it comes out on x = -v (t - t0 - N dt): the two
-    lines meet N dt / 2 after the contact.
+    steps, wherever in its step the contact began. From x = v (t - t0) it comes out on x = -v (t - t0 - N dt): the
+    two lines meet N dt / 2 after the contact.
     """
     scene = staged("soft", disc_at(0, 0, 1), disc_at(2, 0, -1), duration_s=1.5)
     dt_s = 1 / 241
@@ -103,8 +101,8 @@ def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_co
 
 @pytest.mark.long
 @pytest.mark.usefixtures("installed")
-def test_a_third_party_adapter_is_scored_and_skipped_like_any_other() -> None:
-    """It is scored on what it declares to support, and skipped with the reason on what it does not."""
+def test_third_party_adapter_is_scored_or_skipped() -> None:
+    """A third-party adapter is scored on supported scenes, and skipped with the reason on others."""
     still = [disc_at(0, 0, r=1)]
     walled = staged("walled", *still, wall_at(-2, 0, 1, 0), duration_s=1)
     results = carom.cross_check(
@@ -214,8 +212,8 @@ NOT_DECLARED = {
 
 
 @pytest.mark.release
-def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest: Pytest, fresh_python: Path) -> None:
-    """From its wheel built with Carom 0.1, named by its distribution, it passes except for its known failures."""
+def test_third_party_wheel_passes_the_suite_in_a_fresh_environment(author_pytest: Pytest, fresh_python: Path) -> None:
+    """The wheel built with Carom 0.1, selected by its distribution, passes except for its known failures."""
     code = "import carom, carom_penalty; print(carom.__file__); print(carom_penalty.__file__)"
     where = subprocess.run([str(fresh_python), "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert all(Path(file).is_relative_to(fresh_python.parents[1]) for file in where), where
@@ -228,8 +226,11 @@ def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest:
 
 
 @pytest.mark.long
-def test_each_lie_is_found_and_told_with_value_expected_and_scene(fresh_python: Path, tmp_path: Path) -> None:
-    """Each false statement of the broken twin fails its case, with both values, the scene and a command."""
+def test_false_declarations_fail_with_values_and_scene(fresh_python: Path, tmp_path: Path) -> None:
+    r"""Each false declaration fails its case, with both values, the scene and a command.
+
+    Scenes beyond a declaration must be refused, and not ignored.
+    """
     failures = _failures(fresh_python, tmp_path)
     for name, (case, *phrases) in LIES.items():
         said = failures[f"{name}::{case}"]
@@ -258,8 +259,8 @@ def _failures(python: Path, folder: Path) -> Mapping[str, str]:
     }
 
 
-def test_the_wheel_of_0_1_holds_the_adapter_that_is_shown_here(wheel_of_0_1: Path) -> None:
-    """The module in the wheel is the one in this folder, except that it imports from the interface's old path."""
+def test_wheel_of_0_1_contains_the_documented_adapter(wheel_of_0_1: Path) -> None:
+    """The module in the wheel is the one in this folder, except for the old import path of the interface."""
     with zipfile.ZipFile(wheel_of_0_1) as wheel:
         old = wheel.read("carom_penalty.py")
     assert old.count(OLD_PATH) == 1

@@ -22,8 +22,8 @@ from carom.execution.describe_engines import EngineList
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-def test_every_public_name_resolves_to_the_object_of_its_home_module() -> None:
-    """Each is what its home module calls so, never a module that hides it; `__all__` has each once, in order."""
+def test_public_names_resolve_to_their_home_modules() -> None:
+    """Each public name is the object of that name in its module; `__all__` is sorted and has each name once."""
     for name in carom.__all__:
         thing = getattr(carom, name)
         assert not isinstance(thing, ModuleType) or (name == "engines" and callable(thing)), name
@@ -44,8 +44,8 @@ EARLIER = {
 
 
 @each("paths", [pytest.param([*EARLIER], marks=pytest.mark.long), *release_after(0, [[path] for path in EARLIER])])
-def test_an_import_path_of_an_earlier_version_has_the_same_objects(paths: list[str]) -> None:
-    """Third-party adapters and programs import documented names, and get the same objects; `carom.scene` stays one."""
+def test_earlier_import_paths_give_the_same_objects(paths: list[str]) -> None:
+    """Documented import paths of earlier versions give the same objects, and `carom.scene` stays a function."""
     lines = list[str]()
     for path in paths:
         name, home = EARLIER[path]
@@ -56,8 +56,8 @@ def test_an_import_path_of_an_earlier_version_has_the_same_objects(paths: list[s
     assert done.stdout.split() == [path for path in paths if path != "carom.scene"]
 
 
-def test_an_earlier_module_that_is_several_now_has_the_names_of_all() -> None:
-    """Scene files, flights and energies have left the modules of scenes and traces."""
+def test_earlier_modules_have_names_that_have_moved() -> None:
+    """`carom.scene` and `carom.trace` still have their names that have moved to other modules, and no others."""
     for path, name, home in (
         ("carom.scene", "load_scene", "carom.model.scene_file"),
         ("carom.trace", "free_flights", "carom.model.flights"),
@@ -68,8 +68,8 @@ def test_an_earlier_module_that_is_several_now_has_the_names_of_all() -> None:
         _ = importlib.import_module("carom.trace").load_scene
 
 
-def test_import_costs_nothing() -> None:
-    """`import carom` imports no other package; a scene that is made and solved, no report and nothing that draws."""
+def test_import_of_carom_loads_no_other_package() -> None:
+    """`import carom` loads only the standard library; solving a scene loads no report and no drawing package."""
     program = (
         "import sys; before = set(sys.modules); import carom; new = {m.partition('.')[0] for m in set(sys.modules)"
         " - before if 'cython' not in m};"
@@ -86,8 +86,8 @@ def described(page: str) -> list[str]:
     return re.findall(r"^::: (\S+)$", (DOCS / "reference" / "api" / page).read_text(encoding="utf-8"), re.MULTILINE)
 
 
-def test_every_public_name_of_carom_is_described_once() -> None:
-    """The reference has each name of `carom.__all__`, and of these nothing else."""
+def test_every_public_name_is_documented_once() -> None:
+    """The API reference describes exactly the names of `carom.__all__`, each once."""
     pages = ("carom.md", "scenes.md", "methods.md")
     found = [
         name.removeprefix("carom.").removeprefix("execution.describe_engines.")
@@ -97,8 +97,8 @@ def test_every_public_name_of_carom_is_described_once() -> None:
     assert sorted(name for name in found if "." not in name) == carom.__all__
 
 
-def test_every_public_name_of_the_seam_is_described_once() -> None:
-    """What `carom.engines.api` shares with `carom` is described there, the rest on the seam's own page."""
+def test_every_name_of_the_engine_api_is_documented_once() -> None:
+    """The adapter page describes each name of `carom.engines.api`, or links to its description in `carom`."""
     page = (DOCS / "reference" / "api" / "adapter.md").read_text(encoding="utf-8")
     own = [name.removeprefix("carom.engines.api.") for name in described("adapter.md")]
     shared = re.findall(r"\[`\w+`\]\[carom\.(\w+)\]", page)
@@ -106,7 +106,7 @@ def test_every_public_name_of_the_seam_is_described_once() -> None:
 
 
 def test_every_decision_is_listed() -> None:
-    """The list of decisions has each by its number, in order."""
+    """The list of decisions contains each decision's file with its number, in order."""
     listed = re.findall(
         r"^(\d+)\. \[.+\]\((.+)\)$", (DOCS / "contributing" / "decisions" / "README.md").read_text(), re.MULTILINE
     )
@@ -163,8 +163,8 @@ finally:
 
 
 @each("command", release_after(2, COMMANDS))
-def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> None:
-    """The process of a command has imported none of the modules that the table excludes."""
+def test_command_loads_only_modules_that_it_uses(command: str, tmp_path: Path) -> None:
+    """The process of a command imports none of the modules that its row of the table excludes."""
     found = tmp_path / "modules.json"
     subprocess.run([sys.executable, "-c", SCRIPT, str(found), *command.split()], capture_output=True, check=False)
     loaded = set(json.loads(found.read_text()))
@@ -173,8 +173,8 @@ def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> N
     assert sorted(loaded & COMMANDS[command]) == []
 
 
-def test_no_imports_go_in_a_circle() -> None:
-    """From no module does a chain of imports lead back to it, those under `TYPE_CHECKING` counted."""
+def test_imports_have_no_cycles() -> None:
+    """No chain of imports leads from a module back to itself, including imports under `TYPE_CHECKING`."""
     graph = grimp.build_graph("carom", exclude_type_checking_imports=False)
     modules = graph.modules - {"carom"}  # the package itself names what it offers, and fetches it when it is asked for
     assert modules
@@ -190,8 +190,8 @@ def test_no_imports_go_in_a_circle() -> None:
 # The types of what people call, as mypy sees them: `make check` fails if one differs from this file -------------------
 
 
-def test_the_types_of_the_public_calls_are_those() -> None:
-    """What mypy infers of each call is the type named, and each call is one that runs."""
+def test_public_calls_have_the_asserted_types() -> None:
+    """The calls run, and for each of them mypy infers the asserted type, which `make check` verifies."""
     disc = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(2.0, 0.0), radius_m=0.25)
     other = carom.Disc(position_m=(1.5, 0.1), radius_m=0.25)
     scene = assert_type(carom.Scene(name="two", discs=[disc, other], duration_s=1.0), carom.Scene)

@@ -29,16 +29,19 @@ def formats(kind: str) -> list[int]:
     return sorted(int(path.stem.rpartition("-")[2]) for path in KEPT.glob(f"{kind}-*.jsonl"))
 
 
-def test_a_file_of_the_present_format_is_kept() -> None:
-    """Who raises a format keeps a file of it, and leaves the earlier ones."""
+def test_current_formats_have_a_stored_file() -> None:
+    """The latest stored journal and results have the current formats, and journal format 4 is still stored."""
     assert max(formats("journal")) == JOURNAL_FORMAT
     assert max(formats("results")) == FORMATS["results"]
     assert 4 in formats("journal")
 
 
 @each("number", formats("journal"))
-def test_a_kept_journal_is_continued_from_or_refused_by_its_format(number: int, tmp_path: Path) -> None:
-    """That of the present format has every answer of its run; an earlier one is named as such, and stays as it is."""
+def test_stored_journal_is_resumed_or_refused(number: int, tmp_path: Path) -> None:
+    r"""A journal of the current format has every answer of its run; an earlier one is refused with its format.
+
+    Neither file is changed.
+    """
     path = tmp_path / "journal.jsonl"
     shutil.copy(KEPT / f"journal-{number}.jsonl", path)
     before, pool = path.read_bytes(), InProcessPool()
@@ -55,8 +58,8 @@ def test_a_kept_journal_is_continued_from_or_refused_by_its_format(number: int, 
 
 
 @each("number", formats("results"))
-def test_kept_results_are_read_or_refused_by_their_format(number: int) -> None:
-    """Those of the present format are read, and nothing has changed between them and themselves."""
+def test_stored_results_are_read_or_refused(number: int) -> None:
+    """Results of the current format are read and equal themselves in a diff; earlier ones are refused."""
     path = KEPT / f"results-{number}.jsonl"
     if number != FORMATS["results"]:
         with pytest.raises(InputError, match=f"is of format {number}"):

@@ -6,10 +6,10 @@ from docs.figures.error_map import build_error_map, error_map_figure
 SCENES = 2**17
 
 
-def test_the_missed_share_is_the_closed_forms() -> None:
-    """The share missed is max(0, 1 - 2 sqrt(1 - b^2)/a), a in radii, over blocks of 6 by 6 cells.
+def test_missed_share_matches_the_closed_form() -> None:
+    r"""The share missed is max(0, 1 - 2 sqrt(1 - b^2)/a), with a in radii, on average over 6 by 6 cells.
 
-    A block holds some 5,400 scenes; drawn at random they would stray by 4 sqrt(1/4/5400) = .027 at most.
+    A block has about 5,400 scenes; random draws would deviate by 4 sqrt(1/4/5400) = 0.027 at most.
     """
     found = build_error_map(SCENES)
     a = np.sqrt(found.advance[:-1] * found.advance[1:])
@@ -20,8 +20,8 @@ def test_the_missed_share_is_the_closed_forms() -> None:
     assert abs(float(np.mean(found.missed - expected))) < 0.005
 
 
-def test_small_steps_cost_in_proportion_and_head_on_nothing() -> None:
-    """At small steps the error grows with the step, and head-on it is least: the normal can't be turned there."""
+def test_velocity_error_grows_with_step_and_offset() -> None:
+    """At small steps the error is proportional to the step, and it is smaller the closer an impact is to head-on."""
     error = build_error_map(SCENES).velocity_error
     advance = build_error_map(SCENES).advance
     row = 10
@@ -30,8 +30,8 @@ def test_small_steps_cost_in_proportion_and_head_on_nothing() -> None:
     assert error[0, 5] < error[5, 5] < error[15, 5]
 
 
-def test_both_halves_are_drawn() -> None:
-    """Each half is an SVG element with its name and its axes' words."""
+def test_both_figures_of_the_map_are_drawn() -> None:
+    """Each figure is an SVG element with its accessible name and the label of its values."""
     found = build_error_map(SCENES)
     for missed, words in ((True, "share of impacts missed"), (False, "velocity error / relative speed")):
         drawn = error_map_figure(found, "a map", missed=missed)

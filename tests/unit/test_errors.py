@@ -21,8 +21,8 @@ BUILTINS: dict[type[CaromError], type[Exception]] = {
 }
 
 
-def test_every_deliberate_error_is_caught_by_the_one_base_and_as_the_builtin_that_it_is() -> None:
-    """`except CaromError` is enough to catch whatever Carom raises on purpose, and so is what a caller would expect."""
+def test_every_error_is_a_carom_error_and_a_builtin_error() -> None:
+    """All exceptions of `carom.errors` are CaromErrors, and those in the table are also standard exceptions."""
     raised = [one for one in vars(errors).values() if isinstance(one, type) and issubclass(one, BaseException)]
     assert all(issubclass(one, CaromError) for one in raised)
     assert all(issubclass(error, builtin) for error, builtin in BUILTINS.items())
@@ -57,16 +57,16 @@ MISTYPED: dict[str, tuple[Callable[[], Any], str]] = {
 
 
 @each("name", MISTYPED)
-def test_an_argument_of_a_wrong_type_is_refused_by_its_name(name: str) -> None:
-    """The error is an InputError that names the argument, what it must be, and the value."""
+def test_argument_of_a_wrong_type_is_refused_with_its_name(name: str) -> None:
+    """The InputError names the argument, what it must be and the value, or the unknown option."""
     call, message = MISTYPED[name]
     with pytest.raises(InputError) as caught:
         call()
     assert caught.value.message == message
 
 
-def test_a_profile_that_an_engine_has_not_is_an_unknown_name() -> None:
-    """`carom.run` refuses it as `carom.cross_check` does, and names the profiles that there are."""
+def test_unknown_profile_is_refused_with_the_known_ones() -> None:
+    """`carom.run` with a profile that the engine lacks raises UnknownNameError with the existing profiles."""
     with pytest.raises(UnknownNameError, match="no requested engine has a profile 'fast'; there are: tuned"):
         carom.run("paper/late", "pit", dt=1 / 24, profile="fast")
 
@@ -91,16 +91,16 @@ TEN = "\n".join(f"discs[{k}]: is wrong" for k in range(10))
         (MANY[:12], {"more": True}, f"{TEN}\nand 2 others at least"),
     ],
 )
-def test_a_scene_error_has_a_line_a_problem(problems: list[Problem], told: dict[str, Any], text: str) -> None:
-    """A path as in Python, after the file; of many the first ten, how many more, or that nobody counted."""
+def test_scene_error_has_one_line_per_problem(problems: list[Problem], told: dict[str, Any], text: str) -> None:
+    """Each line has the file, the path of the field and the problem; of many, ten are shown and the rest counted."""
     error = SceneError(problems, **told)
     assert str(error) == text
     assert list(error.problems) == problems
 
 
 @each("kind", [CaromError, InputError, UnknownNameError, MissingExtraError, AdapterError])
-def test_hints_stand_apart_and_in_the_text(kind: type[CaromError]) -> None:
-    """The text is one sentence with its hints, without a control character, and a worker process sends both home."""
+def test_hints_are_an_attribute_and_part_of_the_text(kind: type[CaromError]) -> None:
+    """An error's text is its message with its hints, without control characters; pickling keeps both."""
     error = kind("no engine is named 'a\x1b\u202e'", hints=["did you mean 'b'?", "there are: b, c", "see \x1b"])
     for one in (error, pickle.loads(pickle.dumps(error))):  # noqa: S301 - our own bytes
         assert type(one) is kind
@@ -111,8 +111,8 @@ def test_hints_stand_apart_and_in_the_text(kind: type[CaromError]) -> None:
     assert str(kind("plain")) == kind("plain").message == "plain"
 
 
-def test_hints_of_a_scene_error_are_those_of_its_problems_each_once() -> None:
-    """Each line of the text has its own hint; apart, the same hint of two problems is one."""
+def test_scene_error_has_each_hint_of_its_problems_once() -> None:
+    """Each line of the text has its own hint, and `hints` has the same hint of two problems only once."""
     none = Problem(("a",), "is none", ("see b",))
     problems = [none, Problem(("c",), "is wrong"), none._replace(field=("d",))]
     error = SceneError(problems, source="x.toml")
@@ -121,8 +121,11 @@ def test_hints_of_a_scene_error_are_those_of_its_problems_each_once() -> None:
     assert error.hints == ("see b",)
 
 
-def test_a_scene_error_survives_pickling() -> None:
-    """A worker process can send a scene error home whole."""
+def test_scene_error_survives_pickling() -> None:
+    r"""A pickled scene error keeps its problems, source and text, so that workers can return it.
+
+    Control characters in the text are escaped.
+    """
     error = SceneError([Problem(("name",), "no such\x1b[31m name\u202e")], source="a\x07.json", more=True)
     assert str(error).replace("\n", "").isprintable()
     assert "no such\\u001b[31m name\\u202e" in str(error)

@@ -16,8 +16,8 @@ _NAMES = [*(name for name in (*carom.__all__, "scene") if name not in _RUN_ENGIN
 
 
 @each("name", release_after(len(_NAMES) - len(_RUN_ENGINES), _NAMES))
-def test_an_example_prints_what_its_docstring_shows(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each public name has an example, which runs with no import but `carom`, and prints what the docstring shows."""
+def test_docstring_example_prints_what_it_shows(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each public name has an example that runs with no import but `carom` and prints what the docstring shows."""
     if name in {"advise", "tune"}:
         pytest.importorskip("pymunk")
     if name in {"certify", "horizon", "CertifiedTrace", "Horizon"}:

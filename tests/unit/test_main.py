@@ -30,10 +30,13 @@ def handlers(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_outside_of_a_command_is_told_by_its_name(
+def test_signal_outside_of_a_command_is_reported_by_name(
     number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """While arguments are read and after a command is done nothing in it can answer: the exit code is the signal's."""
+    r"""A signal that no command handles gives exit code 128 plus its number and a message with its name.
+
+    Afterwards the signal is ignored.
+    """
     app = typer.Typer()
 
     @app.callback(invoke_without_command=True)
@@ -50,8 +53,8 @@ def test_a_signal_outside_of_a_command_is_told_by_its_name(
     assert signal.getsignal(signal.SIGQUIT) is signal.SIG_DFL
 
 
-def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was ignored when the command began, as `nohup` has it, stays ignored."""
+def test_ignored_signal_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A signal that was ignored when the command began, as under `nohup`, does not end the command."""
 
     def command() -> int:
         signal.raise_signal(signal.SIGHUP)
@@ -75,8 +78,8 @@ def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch
         ],
     ),
 )
-def test_a_standard_stream_that_is_closed_leads_nowhere(words: str, closed: str, code: int, tmp_path: Path) -> None:
-    """What is printed is lost, and the exit code is right; no file that is opened later takes the stream's place."""
+def test_command_works_with_closed_standard_streams(words: str, closed: str, code: int, tmp_path: Path) -> None:
+    """With closed standard streams a command prints nothing and ends with its usual exit code."""
     command = f'exec "$0" -m carom {words} {closed}'
     done = subprocess.run(["sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (code, b"", b"")
@@ -118,8 +121,8 @@ ENDED = {
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is nothing to come again by")
 @each("how", release_after(2, ENDED))
-def test_a_signal_ends_a_process_with_its_own_code_and_a_sentence(how: str, tmp_path: Path) -> None:
-    """Whenever it comes, the exit code is the signal's, and one sentence names it; run by `python -m`, too."""
+def test_signal_ends_a_process_with_its_code_and_a_message(how: str, tmp_path: Path) -> None:
+    """A signal at exit, in an `exec` or in a destructor gives exit code 128 plus its number and one message."""
     script, number = ENDED[how]
     head = "import signal, time; from carom import __main__, cli\n"
     (tmp_path / "script.py").write_text(f"{head}{script}cli.run_command_line = command\n__main__.main()\n")
@@ -136,8 +139,8 @@ class Lost:
         signal.raise_signal(signal.SIGINT)
 
 
-def test_a_signal_that_is_lost_within_an_import_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where Python ignores what was raised while Carom was imported, the command does not begin."""
+def test_signal_lost_during_an_import_ends_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If Python ignored a Ctrl-C while Carom was imported, the command does not run and exits with 130."""
     monkeypatch.setattr(cli, "run_command_line", lambda: 7)
     __main__.CAME.append(signal.SIGINT)
     with pytest.raises(SystemExit) as end:
@@ -153,8 +156,8 @@ def ended(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_signal_that_is_lost_leaves_the_next_one_heard(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where Python ignores what the first raised, a second Ctrl-C ends the command."""
+def test_second_signal_ends_the_command_after_a_lost_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If Python ignored the exception of a first Ctrl-C, a second one ends the command with exit code 130."""
 
     def command() -> int:
         Lost()
@@ -164,8 +167,8 @@ def test_a_signal_that_is_lost_leaves_the_next_one_heard(monkeypatch: pytest.Mon
     assert ended(monkeypatch, command) == 130
 
 
-def test_what_is_tidied_up_at_a_signal_is_not_broken_off_by_another(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A second signal changes nothing, neither while the first is on its way nor where another error came of it."""
+def test_cleanup_after_a_signal_is_not_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second signal interrupts neither the cleanup after the first nor the handling of another exception."""
     tidied = []
 
     def command() -> int:
@@ -188,10 +191,10 @@ def test_what_is_tidied_up_at_a_signal_is_not_broken_off_by_another(monkeypatch:
     assert tidied == ["inside", "outside"]
 
 
-def test_what_a_library_makes_of_a_signal_is_a_signal(
+def test_error_caused_by_a_signal_is_reported_as_the_signal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """An import that a signal breaks off can end in any error; without a signal an error stays what it is."""
+    """An error that follows a signal gives the signal's exit code; without a signal it is raised unchanged."""
 
     def command() -> int:
         try:
@@ -208,8 +211,8 @@ def test_what_a_library_makes_of_a_signal_is_a_signal(
         __main__.main()
 
 
-def test_who_ends_with_what_there_is_has_the_exit_code_of_the_signal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A certified run that is ended returns what it has proven, with the code of Ctrl-C: TERM has its own."""
+def test_partial_result_after_a_signal_has_its_exit_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command that returns 130 after SIGTERM, as a certified run does, ends with 143, the code of SIGTERM."""
 
     def command() -> int:
         try:

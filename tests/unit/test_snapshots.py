@@ -54,8 +54,11 @@ def assert_kept(name: str, text: str) -> None:
 
 @pytest.mark.usefixtures("in_process")
 @each("name", COMMANDS)
-def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At 80 columns, to the letter except for run times; CAROM_SNAPSHOTS=write keeps what is printed now."""
+def test_command_output_equals_its_snapshot(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""At 80 columns the output of a command equals its snapshot, except for run times.
+
+    `CAROM_SNAPSHOTS=write` updates the snapshots.
+    """
     monkeypatch.chdir(ROOT)
     result = carom_command(*COMMANDS[name].split(), columns=COLUMNS)
     text = f"$ carom {COMMANDS[name]}\n{normal(result.output)}exit code {result.exit_code}\n"
@@ -74,7 +77,7 @@ DOCUMENTS = {
 
 
 @each("name", DOCUMENTS)
-def test_a_document_is_printed_as_it_is_kept(name: str) -> None:
-    """At 80 columns and in full, to the letter."""
+def test_document_equals_its_snapshot(name: str) -> None:
+    """A document of fixed results, printed in full at 80 columns, equals its snapshot."""
     document: Document = DOCUMENTS[name]()
     assert_kept(name, "".join(f"{line.rstrip()}\n" for line in printed(document, 80, full=True)))

@@ -59,8 +59,8 @@ def texts() -> dict[Path, str]:
     return {path.relative_to(ROOT): path.read_text(encoding="utf-8") for path in files}
 
 
-def test_no_two_public_classes_have_one_name() -> None:
-    """A class that a reader looks for by its name is found in one module."""
+def test_public_classes_have_unique_names() -> None:
+    """No two modules have a public class of the same name, so that a search for a name finds one class."""
     found = defaultdict(list)
     for path, text in modules().items():
         for name in re.findall(r"^class ([A-Za-z]\w*)", text, flags=re.MULTILINE):
@@ -76,8 +76,11 @@ def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
 
 
 @pytest.mark.long
-def test_functions_are_of_a_size_that_is_read() -> None:
-    """No function of these rooms is longer than its room's, or takes more than a dozen arguments; a cross-check six."""
+def test_functions_are_short_and_have_few_parameters() -> None:
+    r"""Functions have at most 80 lines in `cli` and `studies` and 60 in `execution`, and at most 12 parameters.
+
+    `carom.cross_check` has at most 6.
+    """
     functions = {
         f"{path}:{node.lineno} {node.name}": (node, most)
         for path in modules()
@@ -100,8 +103,11 @@ def core_sources() -> dict[str, str]:
     return {name: path.read_text(encoding="utf-8") for name, path in paths.items() if not name.startswith("wasm/")}
 
 
-def test_each_file_of_the_core_is_short_and_begins_with_what_it_contains() -> None:
-    """One concept a file, at most 500 lines, after a comment about it; no file includes a header twice."""
+def test_core_files_are_short_and_begin_with_a_description() -> None:
+    r"""Each C file of the core has at most 500 lines and begins with a comment on its content.
+
+    Headers have `#pragma once`, and no file includes a header twice.
+    """
     found = core_sources()
     assert len(found) > 40
     for name, text in found.items():
@@ -112,8 +118,8 @@ def test_each_file_of_the_core_is_short_and_begins_with_what_it_contains() -> No
         assert len(included) == len(set(included)), name
 
 
-def test_the_core_includes_nothing_but_a_few_headers_of_c_and_allocates_nothing() -> None:
-    """The core can be built for any target: it has no library, no allocation and no input or output."""
+def test_core_uses_few_c_headers_and_no_allocation() -> None:
+    """The C core can be built for any target: it includes six standard headers and never allocates or prints."""
     allowed = {"float.h", "math.h", "stdbool.h", "stddef.h", "stdint.h", "string.h"}
     calls = re.compile(r"\b(malloc|calloc|realloc|free|printf|pow|sin|cos|exp|log|fma|fmin|fmax|floor|ceil)\(")
     for name, text in core_sources().items():
@@ -122,8 +128,8 @@ def test_the_core_includes_nothing_but_a_few_headers_of_c_and_allocates_nothing(
             assert not calls.search(text), name
 
 
-def test_compiled_modules_import_what_is_below_them() -> None:
-    """The contracts of `pyproject.toml` hold of .pyx and .pxd files too, whose imports the linter does not see."""
+def test_compiled_modules_follow_the_import_layers() -> None:
+    """Layers of `pyproject.toml` also hold for .pyx and .pxd files, whose imports the linter does not read."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
     layers = next(one["layers"] for one in settings["contracts"] if one.get("containers") == ["carom"])
     level = {name: number for number, layer in enumerate(layers) for name in layer.split(" | ")}
@@ -136,8 +142,8 @@ def test_compiled_modules_import_what_is_below_them() -> None:
 
 
 @pytest.mark.long
-def test_a_word_that_misleads_stands_nowhere() -> None:
-    """A search for a term of the field finds it, and the result names the term."""
+def test_misleading_words_are_not_used() -> None:
+    """Sources, adapters and documents use none of the ambiguous words in `INSTEAD`."""
     words = re.compile("|".join(INSTEAD))  # all at once, four times as fast as one after the other
     found = [
         (str(path), hit[0], new)
@@ -149,8 +155,8 @@ def test_a_word_that_misleads_stands_nowhere() -> None:
     assert found == []
 
 
-def test_the_documents_are_in_british_english() -> None:
-    """Sentences of documents have no American forms; code, and the names in it, are left out."""
+def test_documents_are_in_british_english() -> None:
+    """The text of Markdown documents has no American spelling; code in it is not checked."""
     found = []
     for path, text in texts().items():
         if path.suffix == ".md":
@@ -159,8 +165,8 @@ def test_the_documents_are_in_british_english() -> None:
     assert found == []
 
 
-def test_numbers_are_rounded_for_a_reader_in_one_place() -> None:
-    """Only `support.formatting` rounds for a reader: 17 digits are the very float, and what two modules cut goes on."""
+def test_numbers_are_rounded_for_display_in_one_module() -> None:
+    """Only `support.formatting` rounds for display; 17 digits, and rounding within two calculations, are allowed."""
     computed = {"studies/stress/attack.py", "report/replay.py"}
     found = [
         (path, ast.unparse(node))
@@ -210,8 +216,8 @@ def uses(word: str, text: str) -> list[str]:
     return [text[max(match.start() - 40, 0) : match.end() + 40] for match in found]
 
 
-def test_a_word_is_found_over_the_end_of_a_line_and_not_in_a_docstring() -> None:
-    """The search sees a word that is broken over two lines, in f-strings too, and leaves docstrings alone."""
+def test_word_search_spans_lines_and_skips_docstrings() -> None:
+    """The search finds a phrase over a line break, also in f-strings, but not in docstrings or within words."""
     source = '"""Held against."""\n\nx = f"{1} held\\nagainst PIC"\n'
     assert len(uses("held against", said(ast.parse(source)))) == 1
     assert uses("held against", "withheld against it") == []
@@ -230,8 +236,8 @@ def lost_strings(body: list[ast.stmt], *, documented: bool = True) -> list[int]:
     return lines
 
 
-def test_no_half_of_a_message_is_lost() -> None:
-    """A string on the line after an assignment or a return belongs to it only inside of brackets."""
+def test_no_string_is_an_unused_statement() -> None:
+    """A string on the line after an assignment is lost without brackets; no module has such a string."""
     assert lost_strings(
         ast.parse('def f():\n    """Doc."""\n    text = "one half, "\n    f"{1} other half"\n').body
     ) == [4]
@@ -242,8 +248,8 @@ def test_no_half_of_a_message_is_lost() -> None:
 
 
 @pytest.mark.long
-def test_no_message_and_no_page_uses_an_old_word() -> None:
-    """No string of the package, no template and no page that a user reads says it: of documents all but decisions."""
+def test_no_message_or_page_uses_an_old_word() -> None:
+    """Strings, templates, README and documents except decisions use no old word of the table in CONTRIBUTING.md."""
     rows = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition(HEADING)[2].partition("\n\n")[0]
     words = [(old.strip(), new.strip()) for _, old, new, _ in (row.split("|") for row in rows.strip().splitlines())]
     assert len(words) > 10

@@ -27,8 +27,8 @@ def load(path: Path) -> CertifiedTrace:
 
 
 @each("path", FILES)
-def test_pic_is_within_twelve_digits_of_what_is_proven(path: Path) -> None:
-    """Same bodies in the same order, and times and velocities to 1e-12, for every impact up to the thirtieth."""
+def test_pic_matches_stored_certified_runs_to_twelve_digits(path: Path) -> None:
+    """PIC has the bodies, order, times and velocities of each stored certified run, to 1e-12, up to impact 30."""
     certified = load(path)
     count = min(len(certified), LAST_OF_TWELVE_DIGITS)
     limit = None if certified.ending is Ending.COMPLETED else len(certified)
@@ -38,8 +38,8 @@ def test_pic_is_within_twelve_digits_of_what_is_proven(path: Path) -> None:
 
 
 @each("path", FILES)
-def test_every_number_of_the_data_is_proven_to_fifteen_digits(path: Path) -> None:
-    """Radii are finite, not negative, and no more than what fifteen digits and float64's rounding allow."""
+def test_stored_certified_runs_have_radii_of_fifteen_digits(path: Path) -> None:
+    """Radii of times and velocities are not negative, and within what 15 digits and float64 rounding allow."""
     certified = load(path)
     speed = max(np.hypot(*disc.velocity_m_s) for disc in certified.trace.scene.discs)
     time, radius = certified.trace.impacts["time_s"], certified.radii["time_s"]
@@ -50,14 +50,14 @@ def test_every_number_of_the_data_is_proven_to_fifteen_digits(path: Path) -> Non
 
 
 @each("path", FILES)
-def test_the_data_is_read_as_it_was_written(path: Path) -> None:
-    """Writing what was read gives the same document: nothing is lost on the way."""
+def test_stored_certified_runs_survive_a_round_trip(path: Path) -> None:
+    """Reading a stored certified run and writing it again gives the same document."""
     document = json.loads(path.read_text())
     assert enclosures(from_enclosures(document)) == document
 
 
-def test_a_degenerate_scene_is_among_the_data() -> None:
-    """What has no certain answer is data, too: the event is named."""
+def test_stored_data_contains_proven_degenerate_runs() -> None:
+    """At least one stored run ends at a degeneracy, and every such degeneracy is proven."""
     named = [load(path).degeneracy for path in FILES if load(path).ending is Ending.DEGENERATE]
     assert named
     assert all(degeneracy is not None and degeneracy.proven for degeneracy in named)

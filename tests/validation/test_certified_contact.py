@@ -60,8 +60,11 @@ ALIKE = {"smooth": (-1.0, 1.0, 0.0, 0.0), "resists": (-0.5, 0.5, 0.5, 0.1)}
 
 
 @each("name", ALIKE)
-def test_discs_that_come_to_fall_alike_along_a_slope_never_meet_there(name: str) -> None:
-    """One has turned and the other never did: their speeds differ by a constant, so that they part is decided."""
+def test_discs_with_equal_acceleration_on_a_slope_never_meet(name: str) -> None:
+    r"""Two discs on a slope that reach the same acceleration separate for ever, so the run is certified to its end.
+
+    PIC's final positions agree to 1e-11 m.
+    """
     upper, lower, friction, resistance = ALIKE[name]
     nx, ny = math.sin(0.3), math.cos(0.3)
     discs = [
@@ -75,8 +78,8 @@ def test_discs_that_come_to_fall_alike_along_a_slope_never_meet_there(name: str)
     assert np.abs(trace.final_position_m - certified.trace.final_position_m).max() < 1e-11
 
 
-def test_a_run_of_another_friction_is_beyond_the_radii() -> None:
-    """With friction that is one part in 10^14 larger, a sliding disc ends elsewhere than is proven."""
+def test_friction_off_by_1e_14_exceeds_the_radii() -> None:
+    """A 60-digit run with friction larger by one part in 10^14 ends outside the certified radii."""
     scene = find_scenes(["contact/slide-to-roll"])[0].scene
     other = Scene(**{**dict(scene), "wall_friction": scene.wall_friction * (1 + 1e-14)})
     with mp.workdps(contact_runs.DIGITS):
@@ -85,8 +88,11 @@ def test_a_run_of_another_friction_is_beyond_the_radii() -> None:
 
 
 @each("first", release_after(1, range(0, 240, 12)))
-def test_one_to_three_discs_end_where_pic_has_them(first: int) -> None:
-    """On edges, slopes and between walls: what is proven to the end is PIC's, and that is most."""
+def test_pic_matches_certified_ends_of_random_contact_scenes(first: int) -> None:
+    r"""PIC's final positions of one to three discs are within 1e-9 m of each certified run that completes.
+
+    The scenes have edges, slopes and walls on both sides. At least 5 of each 12 runs complete.
+    """
     proven = 0
     for seed in range(first, first + 12):
         scene = contact_scenes.drawn(seed)
@@ -99,8 +105,11 @@ def test_one_to_three_discs_end_where_pic_has_them(first: int) -> None:
     assert proven > 4
 
 
-def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
-    """Dropped with e = 1/2, each hop half of the last: 3 to 4 bounces a digit, and the end by the series."""
+def test_more_digits_resolve_more_bounces() -> None:
+    r"""With restitution 1/2, 6 digits resolve 15 to 24 bounces and 30 digits 90 to 110.
+
+    The start of contact is within its radius of the sum of the series in both runs.
+    """
     scene = find_scenes(["contact/drop"])[0].scene
     few, many = certify(scene, digits=6), certify(scene, digits=30)
     assert 15 <= len(few) <= 24
@@ -112,8 +121,8 @@ def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
         assert abs(mpf(float(sure(certified.trace.modes)["time_s"][0])) - ends) <= certified.mode_radii["time_s"][0]
 
 
-def test_a_landing_on_a_slope_keeps_what_friction_can_not_change() -> None:
-    """Friction takes no part of ``2 u - R w``, and a third of this is rolling: at three digits, too."""
+def test_landing_on_a_slope_conserves_momentum_about_the_wall() -> None:
+    """With three digits the final velocity is a third of the conserved momentum ``2 u - R w`` about the wall."""
     pull = (10 * math.sin(0.3), -10 * math.cos(0.3))
     laws = {"wall_restitution": 0.5, "wall_friction": 1.0, "wall_tangential_restitution": 0.5}
     scene = staged("slope", disc_at(0.0, 1.0, 0.3), wall_at(0, 0, 0, 1), gravity_m_s2=pull, **laws, duration_s=4.0)
@@ -122,8 +131,8 @@ def test_a_landing_on_a_slope_keeps_what_friction_can_not_change() -> None:
     assert certified.trace.final_velocity_m_s[0, 0] == pytest.approx(2 * (0.3 + 4 * pull[0]) / 3, rel=1e-14)
 
 
-def test_a_disc_that_slides_on_a_face_meets_another_vertex_of_the_same_wall() -> None:
-    """The wall bends back over its floor: its end, .3 m above the centre, is met .4 m before, after 2 m at 2 m/s."""
+def test_sliding_disc_meets_another_vertex_of_its_wall() -> None:
+    """A disc that slides at 2 m/s along a hooked chain meets its overhanging end at 1 s: resting contact."""
     hook = Chain(points_m=[(0.0, 0.0), (8.0, 0.0), (8.0, 3.0), (4.0, 0.8)])
     certified = certify(staged("hook", disc_at(1.6, 0.5, 2.0), hook, gravity_m_s2=(0.0, -4.0), duration_s=2.0))
     assert certified.degeneracy is not None
@@ -131,8 +140,8 @@ def test_a_disc_that_slides_on_a_face_meets_another_vertex_of_the_same_wall() ->
     assert certified.degeneracy.latest_s == pytest.approx(1.0, rel=1e-15)
 
 
-def test_a_disc_that_rolls_slowly_over_an_edge_ends_by_name() -> None:
-    """At 2 m/s, below sqrt(g R), it does not fly off; the edge's end is named."""
+def test_slow_roll_over_an_edge_ends_as_an_edge_degeneracy() -> None:
+    """A disc that rolls at 2 m/s, below sqrt(g R), over the end of an edge ends the run with a proven degeneracy."""
     (entry,) = find_scenes(["contact/edge"])
     disc = entry.scene.discs[0].model_copy(update={"velocity_m_s": (2.0, 0.0), "spin_rad_s": -4.0})
     certified = certify(Scene(**{**dict(entry.scene), "discs": [disc]}))
@@ -142,8 +151,8 @@ def test_a_disc_that_rolls_slowly_over_an_edge_ends_by_name() -> None:
     assert certified.degeneracy.earliest_s <= 0.5 <= certified.degeneracy.latest_s
 
 
-def test_a_disc_that_comes_back_to_the_vertex_it_has_left_meets_it() -> None:
-    """Rolling up to the end of a slope it flies off, falls back and strikes the vertex, as PIC has it."""
+def test_disc_falls_back_onto_the_vertex_it_left() -> None:
+    """A disc that rolls off the end of a slope falls back and strikes the end vertex, as in PIC."""
     disc = disc_at(0.1, 0.7, 2.0, 1.5, spin_rad_s=-5.0)
     scene = Scene(
         name="back",
@@ -162,8 +171,8 @@ def test_a_disc_that_comes_back_to_the_vertex_it_has_left_meets_it() -> None:
 
 
 @each("factor, steepest", [(math.inf, 0.75), (0.5, 0.25)])
-def test_friction_holds_to_the_last_bit(factor: float, steepest: float) -> None:
-    """Under gravity of (3, -4) a floor of friction 3/4 holds a block, one of 1/4 a disc, and with less neither."""
+def test_static_friction_threshold_is_exact_to_the_last_bit(factor: float, steepest: float) -> None:
+    """Friction of exactly tan(slope) holds a block, a third of it rolls a disc; one float less lets either slide."""
     modes = []
     for friction in (steepest, math.nextafter(steepest, 0.0)):
         law = {"gravity_m_s2": (3.0, -4.0), "wall_friction": friction, "wall_restitution": 0.0}
@@ -173,8 +182,8 @@ def test_friction_holds_to_the_last_bit(factor: float, steepest: float) -> None:
     assert modes == [Mode.REST if factor == math.inf else Mode.ROLL, Mode.SLIDE]
 
 
-def test_a_disc_that_does_not_bounce_lies_on_the_floor_also_where_something_is_driven() -> None:
-    """All its numbers are exact, with a wall that moves away far off: it falls for 1 s, and stays where it lands."""
+def test_inelastic_disc_rests_at_exact_height_next_to_a_driven_wall() -> None:
+    """A disc that lands with restitution 0 rests at exactly 0.5 m, although a distant wall is driven."""
     wall = Wall(point_m=(9.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(1.0, 0.0))
     disc, floor = disc_at(0.0, 5.5), wall_at(0.0, 0.0, 0.0, 1.0)
     scene = staged("drop", disc, floor, wall, gravity_m_s2=(0.0, -10.0), wall_restitution=0.0, duration_s=3.0)
@@ -183,8 +192,8 @@ def test_a_disc_that_does_not_bounce_lies_on_the_floor_also_where_something_is_d
     assert certified.trace.final_position_m.tolist() == [[0.0, 0.5]]
 
 
-def test_contact_and_spins_survive_as_data() -> None:
-    """Modes, spins and their radii are written and read with the rest."""
+def test_contact_modes_and_spins_survive_serialisation() -> None:
+    """Modes, spins and their radii are written, and reading and writing them again gives the same document."""
     for name, told in (("contact/lands-sliding", "modes mode_radii spins"), ("spin/slide", "spins spin_radii")):
         document = json.loads(json.dumps(enclosures(certify(find_scenes([name])[0].scene))))
         assert {*told.split(), "final_spin_rad_s"} <= document.keys()
@@ -193,8 +202,11 @@ def test_contact_and_spins_survive_as_data() -> None:
 
 @each("seeds", release_after(1, [range(4), *(range(k, k + 20) for k in range(4, 404, 20))]))
 @each("gives_back", [False, True])
-def test_discs_thrown_on_slopes_are_within_their_radii_of_runs_of_60_digits(gives_back: bool, seeds: range) -> None:
-    """With spin, any friction and rolling resistance, or friction that gives back: ends, and when modes change."""
+def test_discs_on_slopes_match_60_digit_runs(gives_back: bool, seeds: range) -> None:
+    r"""Certified ends and mode changes of discs on slopes are within their radii of 60-digit runs.
+
+    PIC is within 1e-12 of them. The discs spin and have friction, and rolling resistance or tangential restitution.
+    """
     proven = 0
     with mp.workdps(contact_runs.DIGITS):
         for seed in seeds:

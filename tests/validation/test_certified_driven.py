@@ -30,8 +30,11 @@ def in_a_square(seed: int) -> Scene:
 
 
 @each("first", [0, pytest.param(100, marks=pytest.mark.release)])
-def test_a_puck_among_mallets_is_within_its_radii_of_sixty_digits(first: int) -> None:
-    """Spinning, driven discs and driven walls, rough and with losses: order, times, velocities, spins."""
+def test_puck_among_mallets_matches_400_digit_runs(first: int) -> None:
+    r"""Certified impacts of a rough puck among driven discs and walls are within their radii of brute force.
+
+    Brute force has 400 digits. Order, times, velocities and spins are compared.
+    """
     compared = 0
     for seed in range(first, first + (10 if first == 0 else 300)):
         scene = in_a_square(seed)
@@ -65,8 +68,11 @@ def falling_among(seed: int, *, as_rings: bool) -> Scene:
 
 
 @each("seeds", release_after(1, [range(3), range(3, 200)]))
-def test_a_disc_falls_on_a_fixed_disc_as_on_a_ring(seeds: range) -> None:
-    """An immovable disc and a ring of its radius, both on legs or at rest, give balls that overlap; so does PIC."""
+def test_immovable_discs_and_rings_give_the_same_fall(seeds: range) -> None:
+    r"""A disc that falls on immovable discs has the certified impacts of one that falls on rings of equal radius.
+
+    The posts are at rest or driven on legs. PIC agrees to 1e-9.
+    """
     compared = 0
     for seed in seeds:
         discs, rings = (falling_among(seed, as_rings=kind) for kind in (False, True))
@@ -81,8 +87,11 @@ def test_a_disc_falls_on_a_fixed_disc_as_on_a_ring(seeds: range) -> None:
 
 
 @each("falls", [False, True])
-def test_what_starts_at_a_touching_disc_strikes_it_at_that_instant(falls: bool) -> None:
-    """A wall, an edge and a mallet that start at 1 s at 2 m/s give 4 m/s at 1 s: PIC's, and proven, with no radius."""
+def test_body_that_starts_moving_strikes_a_touching_disc_at_once(falls: bool) -> None:
+    r"""A wall, edge or mallet that starts at 1 s at 2 m/s gives the disc it touches 4 m/s at exactly 1 s.
+
+    This holds for certified runs, with radius 0, and for PIC, with gravity and without.
+    """
     legs = on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0)))
     edge = Chain(points_m=[(0.0, -9.0), (0.0, 9.0)], **legs)
     mallet = disc_at(-0.5, 0.0, m=math.inf, driven=True, **legs)
@@ -102,8 +111,11 @@ def test_what_starts_at_a_touching_disc_strikes_it_at_that_instant(falls: bool) 
                 assert trace.final_velocity_m_s[1].tolist() == [0.0, 1.0]
 
 
-def test_an_impact_when_a_wall_turns_that_balls_cannot_place_has_no_certain_answer() -> None:
-    """Off a slope of 3 in 4 a disc of 25 m/s goes on at 7 and 24: exactly, but through divisions that are not."""
+def test_impact_at_the_change_of_a_leg_is_degenerate() -> None:
+    r"""An impact at 2 s, when the wall changes its velocity, ends the certified run as AT_A_TURN.
+
+    Ball arithmetic cannot decide on which side of the change the impact is.
+    """
     slope = Chain(points_m=[(-4.0, -3.0), (4.0, 3.0)])
     puck = disc_at(-25.0, 1.25, 25.0, r=1.0)  # it touches at the origin's (0, 1.25)
     wall = wall_at(
@@ -118,8 +130,11 @@ def test_an_impact_when_a_wall_turns_that_balls_cannot_place_has_no_certain_answ
     assert certified.degeneracy.earliest_s <= 2.0 <= certified.degeneracy.latest_s
 
 
-def test_a_disc_that_half_planes_crush_ends_the_run_by_name() -> None:
-    """Room for 1.5 m at half a metre a second: no impact comes after 3 s, and infinitely many before."""
+def test_disc_between_closing_half_planes_ends_as_a_crush() -> None:
+    r"""A disc between half-planes that close at 0.5 m/s ends the certified run as a crush at 3 s.
+
+    A scene that ends at 2.99 s completes with more than 256 impacts.
+    """
     walls = [wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.0, 0.0, -1.0, 0.0, velocity_m_s=(-0.5, 0.0))]
     puck = disc_at(1.0, 0.0, -1.0, 0.25, r=0.25)
     certified = certify(staged("driven", puck, *walls, duration_s=9.0))
@@ -151,8 +166,11 @@ ROWS = [(*crushed_rows(), *aslant_rows())[k] for k in (0, -5, -3, *range(1, 9), 
 
 
 @each("scene, crushed_s", release_after(3, ROWS))
-def test_a_row_of_discs_that_is_left_no_room_ends_the_run_by_name(scene: Scene, crushed_s: float) -> None:
-    """It is crushed when what is free of its line is gone, PIC's too but aslant, where floats leave the line."""
+def test_closing_row_of_discs_ends_as_a_crush(scene: Scene, crushed_s: float) -> None:
+    r"""A row of discs with no room left ends the certified run as a crush at the instant its free length is 0.
+
+    PIC also ends as crushed, except in oblique rows, where rounding moves discs off the line.
+    """
     certified = certify(scene)
     assert certified.degeneracy is not None
     assert certified.degeneracy.kind is Degenerate.CRUSH
@@ -167,8 +185,8 @@ def test_a_row_of_discs_that_is_left_no_room_ends_the_run_by_name(scene: Scene, 
 
 
 @pytest.mark.release
-def test_a_row_aslant_that_is_off_by_a_bit_is_not_called_crushed() -> None:
-    """A mallet that is a unit in the last place off the line strikes the disc aside."""
+def test_misaligned_oblique_row_is_not_a_crush() -> None:
+    """An oblique row whose mallet is one unit in the last place off the line does not end as a crush."""
     for scene, _ in aslant_rows():
         *discs, last = scene.discs
         x, y = last.position_m

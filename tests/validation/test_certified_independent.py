@@ -29,8 +29,11 @@ KINDS: dict[str, tuple[dict[str, Any], int, int]] = {
         for seed in range(seeds)
     ],
 )
-def test_a_certified_run_never_contradicts_one_of_400_digits(kind: str, seed: int) -> None:
-    """The impacts are the same, and all numbers within their radii; of discs that spin, rub and grip, spins too."""
+def test_certified_runs_match_400_digit_brute_force(kind: str, seed: int) -> None:
+    r"""Certified runs have the impacts of 400-digit brute force, with all numbers within their radii.
+
+    The scenes are smooth, falling, or rough; spins are compared where discs spin.
+    """
     more, impacts, _ = KINDS[kind]
     scene = lossy(seed, **more)
     certified = carom.certify(scene, max_impacts=impacts)
@@ -41,8 +44,8 @@ def test_a_certified_run_never_contradicts_one_of_400_digits(kind: str, seed: in
         assert len(certified) == len(happened)
 
 
-def test_the_oracle_notices_a_wrong_spin() -> None:
-    """A spin off by ten of its radii is a contradiction, too."""
+def test_spin_off_by_ten_radii_contradicts_brute_force() -> None:
+    """A spin that is off by ten of its radii gives exactly one contradiction to brute force."""
     scene = lossy(0, rough=True)
     certified = carom.certify(scene, max_impacts=5)
     assert certified.trace.spins is not None
@@ -54,8 +57,8 @@ def test_the_oracle_notices_a_wrong_spin() -> None:
         assert len(contradictions(certified, brute_force(scene, 5))) == 1
 
 
-def test_the_oracle_notices_a_wrong_digit() -> None:
-    """A time off by ten of its radii is a contradiction: the comparison can fail."""
+def test_time_off_by_ten_radii_contradicts_brute_force() -> None:
+    """An impact time that is off by ten of its radii gives exactly one contradiction to brute force."""
     scene = lossy(0)
     certified = carom.certify(scene, max_impacts=5)
     certified.trace.impacts.flags.writeable = True

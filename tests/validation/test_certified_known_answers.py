@@ -51,8 +51,11 @@ def assert_told(certified: CertifiedTrace, times: list[Any], rounding: float = 1
 
 
 @each("entries", by_group("issues", "tables", "driven", "classics"))
-def test_each_scene_is_certified_to_its_end_and_agrees_with_its_known_answer(entries: list[CatalogueScene]) -> None:
-    """What is proven is the known answer to the closed form's rounding, and PIC's; of others it is said why not."""
+def test_catalogue_scenes_are_certified_with_their_known_answers(entries: list[CatalogueScene]) -> None:
+    r"""Certified runs of catalogue scenes complete, and agree with the known answers to rounding.
+
+    PIC agrees with them to the end. Scenes without a unique answer end with the degeneracy listed in `ENDS`.
+    """
     for entry in entries:
         scene, known, certified = entry.scene, entry.known, carom.certify(entry.scene)
         bound, ended = BOUNDS.get(entry.group, 1e-13), certified.degeneracy
@@ -99,19 +102,20 @@ def cotangents(ratio: float, count: int) -> Iterator[Any]:
         yield cot
 
 
-def test_cotangents_are_those_of_the_library() -> None:
-    """The last of many additions is the cotangent itself to 40 digits."""
+def test_cotangents_by_addition_match_mpmath() -> None:
+    """After 3141 additions the recurrence for cot(n theta) equals mpmath's cotangent to 40 digits."""
     with mp.workdps(60):
         *_, last = cotangents(1e6, 3141)
         assert abs(last / mp.cot(3141 * mp.atan(mpf("1e-3"))) - 1) < mpf(10) ** -40
 
 
 @each("ratio", [1.0, 2.0, 100.0, 12345.0, pytest.param(1e8, marks=pytest.mark.long)])
-def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: float) -> None:
-    """Masses 1 and M against a wall meet at (X - x cot(n theta) / sqrt(M)) / V, theta = atan(1 / sqrt(M)).
+def test_galperin_impact_times_are_within_their_radii(ratio: float) -> None:
+    r"""Masses 1 and M at a wall collide at (X - x cot(n theta) / sqrt(M)) / V, theta = atan(1 / sqrt(M)).
 
     Unfolding: a straight line crosses the rays n theta (G. Galperin, Regular and Chaotic Dynamics 8(4), 2003). For
     M = 100^4 there are 31415 impacts, and the distance to the wall at the nearest is 1e-4 of that at the first.
+    PIC's times agree to its rounding.
     """
     gap, further = Fraction(1, 2), Fraction(1)
     scene = line([float(gap) + 0.125, float(further) + 0.375], [0.0, -1.0], [1.0, ratio], wall_at(0.0, 0.0, 1.0, 0.0))
@@ -128,8 +132,8 @@ def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: floa
 
 
 @each("seed", range(5))
-def test_equal_masses_on_a_line_are_ghosts_that_walk_on(seed: int) -> None:
-    """Every inversion of the velocities is an impact, where two straight lines cross (Jepsen, 1965)."""
+def test_equal_masses_on_a_line_collide_at_crossings_of_straight_lines(seed: int) -> None:
+    """Equal masses exchange velocities, so each impact is a crossing of two straight lines (Jepsen, 1965)."""
     rng = random.Random(seed)
     ghost = sorted(rng.sample(range(1, 1000), 7))
     speed = rng.sample(range(-500, 500), 7)
@@ -145,8 +149,11 @@ def test_equal_masses_on_a_line_are_ghosts_that_walk_on(seed: int) -> None:
     assert certified.trace.final_velocity_m_s[:, 0].tolist() == sorted(v / 16 for v in speed)
 
 
-def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
-    """Bounces come where the unfolded line crosses the lattice of mirror images, hundreds of them; on edges, too."""
+def test_disc_in_a_box_follows_the_unfolded_line() -> None:
+    r"""More than 800 bounces in a box are at the crossings of the unfolded line with the lattice of mirror images.
+
+    PIC agrees to 1e-12, with half-planes and with the edges of a chain.
+    """
     walls = [
         wall_at(0.0, 0.0, 1.0, 0.0),
         wall_at(2.5, 0.0, -1.0, 0.0),
@@ -168,8 +175,8 @@ def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
 
 
 @each("offset", [0.0, 0.3, -0.9, 0.999999])
-def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) -> None:
-    """The angle of deflection is pi - 2 asin(b / R), to 40 digits (Landau and Lifshitz, Mechanics, section 18)."""
+def test_fixed_disc_deflects_by_pi_minus_twice_the_arcsine(offset: float) -> None:
+    """The angle of deflection is pi - 2 asin(b / R), to 38 digits (Landau and Lifshitz, Mechanics, section 18)."""
     discs = [disc_at(-2.0, offset, 3.0, r=0.25), disc_at(0.0, 0.0, r=0.75, m=math.inf)]
     scene = staged("deflection", *discs, duration_s=1.0)
     certified = carom.certify(scene, digits=40)
@@ -185,8 +192,8 @@ def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) 
 
 
 @each("free_path, rings", [(0.5, False), (2.0, False), (2.0, True)])
-def test_the_orbit_between_two_fixed_discs_grows_at_the_known_rate(free_path: float, rings: bool) -> None:
-    """An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) a bounce, for dozens of bounces, or on posts.
+def test_orbit_between_two_fixed_discs_diverges_at_the_known_rate(free_path: float, rings: bool) -> None:
+    r"""An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) with each bounce, on discs and on rings.
 
     It is the larger eigenvalue of a flight and an impact on a circle (Sinai 1970).
     """

@@ -71,8 +71,11 @@ def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
         ("incline", {"wall_restitution": 1.0, "duration_s": 20.0}),
     ],
 )
-def test_bounces_on_a_floor_and_down_a_slope_are_within_their_radii(name: str, changes: dict[str, Any]) -> None:
-    """Times and velocities of all bounces are those of the closed form, 60 digits of it, of the very float64 scene."""
+def test_bounces_under_gravity_match_the_closed_form(name: str, changes: dict[str, Any]) -> None:
+    r"""Times and velocities of bounces on a floor and a slope are within their radii of the closed form.
+
+    The closed form has 60 digits. PIC agrees to 1e-13. Times that are off by 2 ulp are outside the radii.
+    """
     scene = of_catalogue(name, **changes)
     certified = certify(scene)
     assert certified.ending is Ending.COMPLETED
@@ -89,8 +92,8 @@ def test_bounces_on_a_floor_and_down_a_slope_are_within_their_radii(name: str, c
         assert astray(certified, "time_s", off_by_two_ulps) == list(range(len(certified)))
 
 
-def test_a_ball_that_does_not_bounce_rests_in_contact() -> None:
-    """Restitution 0: one impact, at whose instant contact begins."""
+def test_ball_with_restitution_zero_rests_at_its_first_impact() -> None:
+    """With restitution 0 there is one impact, and contact begins at its instant."""
     certified = certify(of_catalogue("ladder", wall_restitution=0.0))
     assert len(certified) == 1
     assert certified.ending is Ending.COMPLETED
@@ -98,8 +101,8 @@ def test_a_ball_that_does_not_bounce_rests_in_contact() -> None:
 
 
 @each("speed, impacts", [(math.nextafter(2.0, 0.0), 0), (2.0, 0), (math.nextafter(2.0, 3.0), 1)])
-def test_a_ball_that_turns_back_at_the_ceiling_has_an_impact_only_if_it_gets_beyond(speed: float, impacts: int) -> None:
-    """At 2 m/s against 2 m/s^2 it rises by 1 m exactly, and touches at zero depth; an ulp more is an impact."""
+def test_ball_that_turns_back_at_the_ceiling_has_no_impact(speed: float, impacts: int) -> None:
+    """At 2 m/s a ball just touches the ceiling at speed 0 without an impact; one ulp more speed is an impact."""
     ceiling = Wall(point_m=(0.0, 1.25), normal=(0.0, -1.0))
     disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(0.5, speed), radius_m=0.25)
     scene = Scene(name="up", discs=[disc], walls=[ceiling], gravity_m_s2=(0.0, -2.0), duration_s=3.0)
@@ -108,8 +111,11 @@ def test_a_ball_that_turns_back_at_the_ceiling_has_an_impact_only_if_it_gets_bey
     assert len(certified) == impacts
 
 
-def test_the_reference_of_a_ball_that_lands_is_the_certified_run_where_that_is_asked_for() -> None:
-    """It is proven to the end, and float64 agrees; impacts are scored up to where contact begins."""
+def test_certified_reference_of_a_landing_ball_is_scored_up_to_contact() -> None:
+    r"""The requested reference of a landing ball is a certified run that covers the whole scene.
+
+    Its horizon is the start of contact.
+    """
     trace = solve_pic(of_catalogue("ladder", duration_s=5.0))
     reference = build_reference(trace, asked=True, time_budget_s=1e6)  # proven to the end, however slow the machine is
     assert reference.trace.method == "certified"
@@ -122,8 +128,8 @@ def test_the_reference_of_a_ball_that_lands_is_the_certified_run_where_that_is_a
 
 
 @each("damping", [1e-9, 0.5, 30.0])
-def test_a_bounce_is_within_its_radii_of_60_digits(damping: float) -> None:
-    """A disc reaches a wall after -log(1 - c s)/c, and everything after it is in closed form."""
+def test_damped_bounce_matches_the_closed_form(damping: float) -> None:
+    """A damped disc meets a wall after -log(1 - c s)/c; all its numbers are within their radii of 60 digits."""
     disc, wall = disc_at(0.0, 0.0, -40.0, 3.0, r=0.5), wall_at(-1.5, 0.0, 1.0, 0.0)
     certified = certify(staged("bounce", disc, wall, wall_restitution=0.7, damping_per_s=damping, duration_s=0.9))
     with mp.workdps(60):
@@ -142,8 +148,8 @@ def test_a_bounce_is_within_its_radii_of_60_digits(damping: float) -> None:
         assert outside(certified.trace.final_velocity_m_s, certified.final_velocity_radius_m_s, velocities) == []
 
 
-def test_an_impact_at_the_end_is_told_to_the_last_bit() -> None:
-    """A wall is met after 4 log 2 seconds, which is no float64: of scenes that end at floats about it, some have it."""
+def test_impact_at_the_end_of_a_scene_is_decided_to_the_last_bit() -> None:
+    """An impact at 4 log 2 s occurs only in scenes whose end, a neighbouring float, is not earlier."""
     disc, wall = disc_at(0.0, 0.0, 1.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
     with mp.workdps(60):
         met = 4 * mp.log(2)
@@ -154,14 +160,14 @@ def test_an_impact_at_the_end_is_told_to_the_last_bit() -> None:
             assert len(certified) == (mpf(ends_s) >= met)
 
 
-def test_a_wall_just_out_of_reach_is_not_met() -> None:
-    """A disc of 1 m/s gets 2 m far in all time: never to a wall that is exactly as far away."""
+def test_damped_disc_never_reaches_a_wall_at_its_limit() -> None:
+    """A damped disc of 1 m/s moves less than 2 m in any time, so it never meets a wall exactly 2 m away."""
     disc, wall = disc_at(0.0, 0.0, 1.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
     assert len(certify(staged("never", disc, wall, damping_per_s=0.5, duration_s=1000.0))) == 0
 
 
-def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() -> None:
-    """A disc that comes at an angle is braked, bounces, and is braked on: v^2 falls by 2 a s, and that stops it."""
+def test_bounce_and_stop_on_a_table_match_the_closed_form() -> None:
+    """On a decelerating table a bounce and the stop after it are within their radii of the 60-digit closed form."""
     disc, wall = disc_at(0.0, 0.0, 1.5, -2.0, r=0.25), wall_at(0.0, -1.0, 0.0, 1.0)
     scene = staged("bank", disc, wall, wall_restitution=0.8, table_deceleration_m_s2=0.7, duration_s=9.0)
     certified = certify(scene)
@@ -181,8 +187,8 @@ def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() ->
     assert certified.trace.final_velocity_m_s.tolist() == [[0.0, 0.0]]
 
 
-def test_a_disc_that_stops_where_it_would_touch_is_named() -> None:
-    """Its way, v^2/(2 a), is exactly as long as the gap: a touch at speed 0, which no precision tells from a miss."""
+def test_disc_that_stops_at_a_wall_is_a_graze() -> None:
+    """A disc whose stopping distance v^2/(2 a) equals the gap to a wall ends the certified run as a graze."""
     disc, wall = disc_at(0.0, 0.0, 2.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
     degeneracy = certify(staged("touch", disc, wall, table_deceleration_m_s2=1.0, duration_s=5.0)).degeneracy
     assert sure(degeneracy).kind is Degenerate.GRAZE
@@ -211,8 +217,11 @@ def apart(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
     return found
 
 
-def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
-    """In small rough scenes, with gravity and without, no number contradicts the other run's."""
+def test_runs_of_15_and_50_digits_agree() -> None:
+    r"""In small rough scenes the intervals of default runs overlap those of runs with 50 digits.
+
+    One scene in four has gravity.
+    """
     impacts = 0
     for number in range(16):
         scene = small(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
@@ -227,10 +236,11 @@ def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
     assert impacts > 40
 
 
-def test_exactly_between_stick_and_slide_a_run_goes_on() -> None:
-    """At |s| = 3 f (1 + e) w_n both branches are one: with dyadic numbers (9/4, -1), f = 1/2, e = 1/2 that is exact.
+def test_exact_tie_of_stick_and_slide_is_certified() -> None:
+    r"""At |s| = 3 f (1 + e) w_n both branches are equal, so the run completes; dyadic numbers make this exact.
 
-    The disc rolls: (3/2, 1/2) with spin -3/2, since T = f (1 + e) w_n = 3/4.
+    With velocity (9/4, -1), f = 1/2 and e = 1/2 the disc rolls: (3/2, 1/2) with spin -3/2, since T = f (1 + e) w_n
+    = 3/4.
     """
     scene = on_floor((2.25, -1.0), wall_friction=0.5, wall_restitution=0.5)
     found = certify(scene, digits=30)

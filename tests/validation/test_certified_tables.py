@@ -56,16 +56,18 @@ def contradictions(table: Table, impacts: int) -> list[int]:
     "moves, first, count, impacts",
     release_after(1, [(True, 0, 1, 6), (False, 0, 6, 12), (False, 10**5, 400, 12), (True, 10**5, 200, 12)]),
 )
-def test_every_impact_on_random_tables_is_within_its_radius_of_brute_force(
-    moves: bool, first: int, count: int, impacts: int
-) -> None:
-    """Bulges of both signs, re-entrant joints, thick bars, islands, cut sides, walls of their own restitution."""
+def test_certified_runs_match_brute_force_on_random_tables(moves: bool, first: int, count: int, impacts: int) -> None:
+    r"""All impacts on random tables of finite walls are within their radii of 600-bit brute force.
+
+    The tables have bulges of both signs, re-entrant joints, thick bars, islands, cut sides and walls with
+    restitutions of their own; some fall or are driven.
+    """
     tables = drawn_tables(first, count, moves=moves)
     assert {k: bad for k, one in enumerate(tables) if (bad := contradictions(one, impacts))} == {}
 
 
-def test_brute_force_of_a_table_that_differs_by_a_hair_contradicts_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A half width that is off by a part in 10^12 is outside of what is proven."""
+def test_half_width_off_by_1e_12_contradicts_brute_force(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A table whose half widths are off by a part in 10^12 gives a certified run that contradicts brute force."""
     (one,) = drawn_tables(0, 1)
     lines = tuple(line._replace(half_width=line.half_width * (1 + 1e-12) + 1e-12) for line in one.lines)
     other = table_runs.scene_of(Table(lines, one.place, one.velocity, one.radius, one.restitution))
@@ -73,8 +75,8 @@ def test_brute_force_of_a_table_that_differs_by_a_hair_contradicts_it(monkeypatc
     assert contradictions(one, 4) != []
 
 
-def test_edges_are_told_as_pic_tells_them() -> None:
-    """Face, arc and vertex by number and kind; of edges that go on in one line the one that holds the place."""
+def test_certified_edges_are_those_of_pic() -> None:
+    """Certified runs report the same edge numbers and kinds as PIC; a half-plane has none."""
     floor = Chain(points_m=[(-4, -1), (-1, -1), (1, -1), (4, -1)])
     scene = table((0.25, -1), floor, Wall(point_m=(0, 3), normal=(0, -1)), duration_s=9.0)
     certified, exact = certify(scene), solve_pic(scene)
@@ -83,8 +85,8 @@ def test_edges_are_told_as_pic_tells_them() -> None:
     assert certified.trace.edges.tolist() == exact.edges.tolist() == [(1, EdgeKind.FACE), (-1, -1), (2, EdgeKind.FACE)]
 
 
-def test_a_disc_on_the_very_seam_of_face_and_vertex_or_arc_has_one_certain_answer() -> None:
-    """There the outline is smooth, and the hull of both is as narrow as either: dyadic shots at ends and joints."""
+def test_impact_on_a_smooth_seam_is_certified() -> None:
+    """An impact exactly where a face joins a vertex or a tangent arc has one certified answer."""
     at_the_end = table((0, -1), Chain(points_m=[(-2, -1), (0, -1)]))
     certified = certify(at_the_end)
     assert certified.ending is Ending.COMPLETED
@@ -98,8 +100,11 @@ def test_a_disc_on_the_very_seam_of_face_and_vertex_or_arc_has_one_certain_answe
     assert max(tangent.radii["time_s"]) < 1e-15
 
 
-def test_a_corner_of_ninety_degrees_has_one_answer_and_one_of_sixty_has_none() -> None:
-    """Both sides at one instant: orthogonal impacts commute, others end the run, and say so."""
+def test_right_angled_corner_commutes_and_acute_corner_is_degenerate() -> None:
+    r"""Simultaneous impacts in a right-angled corner commute; in a corner of another angle they end the run.
+
+    The other corner ends as SHARED_INSTANT.
+    """
     square = certify(table((1, 1), Chain(points_m=[(-3, -3), (3, -3), (3, 3), (-3, 3)], closed=True), duration_s=4.0))
     assert square.ending is Ending.COMPLETED
     assert square.commuted == ((0, 1),)
@@ -121,8 +126,11 @@ def test_a_corner_of_ninety_degrees_has_one_answer_and_one_of_sixty_has_none() -
         (table((0, -1), Chain(points_m=[(-1, -0.5 + 2**-54), (1, -0.5 + 2**-54)])), Degenerate.OVERLAPPING_START),
     ],
 )
-def test_contact_with_a_finite_wall_at_the_start_has_no_certain_answer(scene: Scene, kind: Degenerate) -> None:
-    """A disc that touches and approaches has no past; one that runs along a circle from inside glides."""
+def test_contact_with_a_finite_wall_at_the_start_is_degenerate(scene: Scene, kind: Degenerate) -> None:
+    r"""A disc that touches, overlaps or glides along a finite wall at the start ends the run at once.
+
+    The degeneracy is proven and names the wall and the disc.
+    """
     certified = certify(scene)
     assert certified.ending is Ending.DEGENERATE
     assert certified.degeneracy is not None
@@ -130,16 +138,16 @@ def test_contact_with_a_finite_wall_at_the_start_has_no_certain_answer(scene: Sc
     assert certified.degeneracy.proven
 
 
-def test_a_touching_pair_at_the_start_is_named_beside_a_finite_wall_too() -> None:
-    """That the wall is touched by nobody takes nothing from it."""
+def test_touching_pair_at_the_start_is_degenerate_next_to_a_distant_wall() -> None:
+    """Two discs that touch at the start are reported as degenerate although a finite wall is in the scene."""
     discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.5) for x, v in ((0.0, 1.0), (1.0, 0.0))]
     certified = certify(Scene(name="pair", discs=discs, walls=(Ring(centre_m=(0, 9), radius_m=1.0),), duration_s=1.0))
     assert certified.degeneracy is not None
     assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.TOUCHING_START, (0, 1))
 
 
-def test_a_disc_struck_into_an_arc_that_it_touches_is_in_contact_with_it() -> None:
-    """It rests against a circle until another one comes: that is no graze."""
+def test_disc_struck_against_a_touching_arc_is_in_resting_contact() -> None:
+    """A disc that touches a ring from outside and is struck against it ends the run as resting contact."""
     discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.5) for x, v in ((-2.0, 1.0), (0.5, 0.0))]
     certified = certify(Scene(name="row", discs=discs, walls=(Ring(centre_m=(2, 0), radius_m=1.0),), duration_s=9.0))
     assert certified.trace.impacts["time_s"].tolist() == [1.5]
@@ -147,8 +155,8 @@ def test_a_disc_struck_into_an_arc_that_it_touches_is_in_contact_with_it() -> No
     assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
 
 
-def test_a_disc_struck_along_an_arc_from_inside_is_in_contact_with_it() -> None:
-    """At rest against a circle, and driven along its tangent: D is 0, and it does not pass through."""
+def test_disc_struck_along_the_inside_of_an_arc_is_in_resting_contact() -> None:
+    """A disc that touches a ring from inside and is struck along its tangent ends the run as resting contact."""
     discs = (
         Disc(position_m=(2.5, 0.0), radius_m=0.5),
         Disc(position_m=(2.5, -1.125), velocity_m_s=(0.0, 1.0), radius_m=0.125),
@@ -159,30 +167,30 @@ def test_a_disc_struck_along_an_arc_from_inside_is_in_contact_with_it() -> None:
     assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
 
 
-def test_a_disc_that_passes_an_arc_as_far_inside_as_it_is_wide_meets_it() -> None:
-    """At a distance of R - r from the centre squaring has the equation of a graze, too, which is at R + r."""
+def test_path_at_distance_r_minus_radius_still_meets_the_arc() -> None:
+    """A path at distance R - r from the centre of a ring meets it from outside; only distance R + r is a graze."""
     certified = certify(table((1, 0), Ring(centre_m=(3, -0.5), radius_m=1.0)), max_impacts=1)
     assert certified.trace.impacts["time_s"].tolist() == [3.0 - np.sqrt(2.0)]
 
 
-def test_a_disc_that_leaves_a_wall_which_it_touches_goes_on() -> None:
-    """Contact without approach is no impact, nor is a disc next to an edge or on its far side."""
+def test_contact_without_approach_is_no_impact() -> None:
+    """A disc that touches an edge and leaves or moves along it completes without an impact."""
     for velocity in ((0.0, 1.0), (1.0, 0.0)):
         certified = certify(table(velocity, Chain(points_m=[(-1, -0.5), (1, -0.5)]), duration_s=0.5))
         assert certified.ending is Ending.COMPLETED
         assert len(certified.trace.impacts) == 0
 
 
-def test_a_pass_that_exactly_grazes_a_vertex_is_no_impact() -> None:
-    """Rationals decide it for a disc on its first path, as for two discs; slightly nearer it is an impact."""
+def test_exact_graze_of_a_vertex_is_no_impact() -> None:
+    """Rational arithmetic decides that an exact graze is no impact; 2^-52 m nearer it is one."""
     post = Ring(centre_m=(4, 0.5), radius_m=0.0)
     assert len(certify(table((1, 0), post)).trace.impacts) == 0
     nearer = Ring(centre_m=(4, 0.5 - 2**-52), radius_m=0.0)
     assert len(certify(table((1, 0), nearer)).trace.impacts) == 1
 
 
-def test_a_tie_on_a_half_plane_is_proven_whatever_walls_come_before_it() -> None:
-    """Two discs reach a floor at one instant: which wall of the scene that is changes but its name."""
+def test_tie_on_a_half_plane_is_proven_for_any_wall_number() -> None:
+    """Two discs that reach a floor at one instant are a proven tie, whether the floor is wall 0 or wall 1."""
     discs = [Disc(position_m=(x, 1.0), velocity_m_s=(0.0, -1.0), radius_m=0.25) for x in (0.0, 0.5)]
     floor, far = Wall(point_m=(0, 0), normal=(0, 1)), Chain(points_m=[(50, 50), (51, 50), (51, 51)])
     for walls, name in (((floor,), -1), ((far, floor), -2)):
@@ -192,8 +200,8 @@ def test_a_tie_on_a_half_plane_is_proven_whatever_walls_come_before_it() -> None
         assert certified.degeneracy.bodies == (name, 0, 1)
 
 
-def test_friction_on_chains_and_circles_is_certified_as_pic_computes_it() -> None:
-    """Gripping and sliding on faces, arcs and vertices, with walls of their own friction: to the rounding of floats."""
+def test_friction_on_chains_and_rings_matches_pic() -> None:
+    """Certified velocities and spins on rough chains and rings agree with PIC to 1e-10."""
     walls = (STADIUM, Ring(centre_m=(-1, 0.25), radius_m=0.25, friction=2.0))
     rubs = {"wall_friction": 0.25, "wall_tangential_restitution": 0.5, "wall_restitution": 0.875}
     for direction in np.linspace(0.1, 6.1, 9):
@@ -208,8 +216,8 @@ def test_friction_on_chains_and_circles_is_certified_as_pic_computes_it() -> Non
         assert np.allclose(certified.trace.spins["first_after"], exact.spins["first_after"], rtol=1e-10, atol=1e-10)
 
 
-def test_walls_of_both_kinds_are_told_apart_under_gravity() -> None:
-    """A half-plane next to a chain keeps its own restitution, and each its own number: from 1.5 m at 3 m/s^2."""
+def test_half_plane_keeps_its_number_and_restitution_next_to_a_chain() -> None:
+    """Under gravity a half-plane has its own number and restitution, before or after a chain in the list."""
     floor = Wall(point_m=(0, -2), normal=(0, 1), restitution=0.5)
     post = Chain(points_m=[(3, 0), (3, 1), (4, 1)])
     for walls, body in (((post, floor), -2), ((floor, post), -1)):
@@ -219,8 +227,8 @@ def test_walls_of_both_kinds_are_told_apart_under_gravity() -> None:
         assert certified.trace.impacts["velocity_first_after"].tolist() == [[0.0, 1.5]]
 
 
-def test_each_impact_on_a_wall_of_several_edges_has_the_normal_of_its_own() -> None:
-    """A disc that meets three sides of one square gets each side's normal, which points into the wall."""
+def test_each_side_of_a_square_has_its_own_normal() -> None:
+    """Impacts on three sides of a closed chain have the normals of those sides, pointing into the wall."""
     square = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], closed=True)
     certified = certify(table((1.0, -2.0), square, duration_s=2.5))
     assert certified.trace.impacts["time_s"].tolist() == [0.75, 1.5, 2.25]

@@ -17,8 +17,11 @@ G = 10.0
 
 
 @each("seeds", release_after(1, [range(3), *(range(k, k + 100) for k in range(0, 1000, 100))]))
-def test_one_to_three_discs_agree_with_small_steps(seeds: range) -> None:
-    """No scene of the campaign is contradicted, gains energy, or lets a disc sink into a wall."""
+def test_pic_agrees_with_small_steps_on_random_contact_scenes(seeds: range) -> None:
+    r"""PIC agrees with small time steps on random scenes of one to three discs in contact.
+
+    No scene gains energy, and no disc sinks into a wall.
+    """
     assert [
         said
         for seed in seeds
@@ -27,10 +30,8 @@ def test_one_to_three_discs_agree_with_small_steps(seeds: range) -> None:
 
 
 @each("seed, refined", release_after(1, [(8, 1), (961, contact_scenes.REFINED)]))
-def test_small_steps_of_another_law_contradict_a_scene(
-    seed: int, refined: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """With a twentieth less gravity they do, also where starts nearby part: number 961 has 96 impacts."""
+def test_small_steps_with_less_gravity_are_detected(seed: int, refined: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small steps with 5 % less gravity contradict PIC, also in scene 961, which has 96 impacts."""
 
     def lighter(scene: Scene, steps: int, until_s: float) -> Ends:
         return stepped(Scene(**{**dict(scene), "gravity_m_s2": (0.0, -0.95 * G)}), steps, until_s)
@@ -41,8 +42,11 @@ def test_small_steps_of_another_law_contradict_a_scene(
 
 
 @each("regain", [-0.5, 0.0, 0.5, 1.0])
-def test_a_disc_that_does_not_bounce_slides_on_with_what_friction_gives_back(regain: float) -> None:
-    """Gripped with 1 m/s of slip it loses (1 + b)/3 of its speed; -b of slip is left, and taken at 3 m/s2."""
+def test_inelastic_landing_slides_on_with_the_returned_slip(regain: float) -> None:
+    r"""After a landing with restitution 0 the slip -b s that friction returns is slowed at 3 m/s^2.
+
+    The disc loses (1 + b)/3 of its 1 m/s in the impact and ends at 2/3 m/s, in PIC and in certified runs.
+    """
     scene = staged(
         "gives back",
         disc_at(0.0, 5.5, 1.0),
@@ -77,16 +81,16 @@ def held_in_its_landing(regain: float, friction: float) -> Scene:
 
 
 @each("regain", [-1.0, -0.5, 0.5, 1.0])
-def test_slip_that_friction_takes_in_a_landing_is_taken_from_the_disc_and_from_its_rim(regain: float) -> None:
-    """What is left of it after the bounces goes within 1e-15 s: the disc rolls on with two thirds of its speed."""
+def test_large_friction_leaves_two_thirds_of_the_speed_after_landing(regain: float) -> None:
+    """With friction 1e19 a disc rolls on after its bounces with two thirds of its speed and the matching spin."""
     trace = solve_pic(held_in_its_landing(regain, 1e19))
     assert trace.outcome is Outcome.COMPLETED
     assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 / 3, 0.0], rel=1e-12)
     assert sure(trace.final_spin_rad_s)[0] == pytest.approx(-2 / 3 / 0.5, rel=1e-12)
 
 
-def test_angular_momentum_about_the_wall_is_known_at_all_times() -> None:
-    """Whatever friction does: ``u - k R w`` grows by gravity's part along the wall, bounces, slide and roll alike."""
+def test_momentum_about_the_wall_grows_by_gravity_alone() -> None:
+    """``u - k R w`` grows only by gravity's component along the wall, through bounces, sliding and rolling."""
     for scene in (entry.scene for entry in find_scenes(["contact"])):
         turns = not math.isinf(scene.discs[0].inertia_factor)
         one_plane = len(scene.walls) == 1 and scene.arrays.has_half_planes
@@ -126,10 +130,10 @@ def on_a_slope(friction: float, resists: float = 0.0, *, tangent: float = 0.0, a
 
 
 @each("friction, resists", [*product(SIZES, [0.0]), *product([1e-6, 0.3, 1e6], SIZES)])
-def test_a_slide_ends_by_the_closed_form_whatever_the_frictions(friction: float, resists: float) -> None:
-    """From 3 m/s a disc is slowed by friction alone until its rim keeps up, or for ever where resistance is more.
+def test_slide_to_roll_matches_the_closed_form_for_extreme_friction(friction: float, resists: float) -> None:
+    r"""A disc sliding at 3 m/s matches the closed form to 1e-12 for friction and resistance of 1e-300 to 1e6.
 
-    Without resistance it rolls at 2 m/s from v/(f g (1 + 1/k)) on, or slides on where that is later than a second.
+    Without resistance it rolls at 2 m/s after v/(f g (1 + 1/k)). Where resistance exceeds friction it never rolls.
     """
     k = 0.5
     ends = solve_pic(on_a_slope(friction, resists, along=3.0))
@@ -146,8 +150,8 @@ def test_a_slide_ends_by_the_closed_form_whatever_the_frictions(friction: float,
 
 @each("friction", [1e-6, 0.1, 0.25, 1.0, 1e6])
 @each("ulps", [-1, 0, 1])
-def test_on_both_sides_of_the_steepest_slope_that_rolls_both_laws_agree(friction: float, ulps: int) -> None:
-    """At tan = f (1 + 1/k), and one rounding off it, g sin/(1 + k) and g (sin - f cos) are one."""
+def test_rolling_and_sliding_agree_at_the_steepest_rolling_slope(friction: float, ulps: int) -> None:
+    """At tan = f (1 + 1/k), and one float to either side, rolling and sliding give the same motion to 1e-12."""
     tangent = 3.0 * friction
     for _ in range(abs(ulps)):
         tangent = math.nextafter(tangent, ulps * math.inf)
@@ -160,8 +164,8 @@ def test_on_both_sides_of_the_steepest_slope_that_rolls_both_laws_agree(friction
 
 @each("resists", [1e-6, 0.1, 1.0, 1e6])
 @each("ulps", [-1, 0, 1])
-def test_on_both_sides_of_the_steepest_slope_that_holds_a_disc_hardly_moves(resists: float, ulps: int) -> None:
-    """At tan = c, and one rounding off it, it is held, or rolls off at a rounding of gravity."""
+def test_disc_stays_at_rest_at_the_steepest_holding_slope(resists: float, ulps: int) -> None:
+    """At tan = c, and one float to either side, rolling resistance leaves the disc at most rounding of speed."""
     tangent = math.nextafter(resists, ulps * math.inf) if ulps else resists
     ends = solve_pic(on_a_slope(2e6, resists, tangent=tangent))
     assert ends.outcome is Outcome.COMPLETED
@@ -169,8 +173,11 @@ def test_on_both_sides_of_the_steepest_slope_that_holds_a_disc_hardly_moves(resi
 
 
 @each("lost", [1e-2, *(pytest.param(lost, marks=pytest.mark.release) for lost in (1e-3, 1e-4))])
-def test_a_lively_ball_comes_to_rest_at_the_sum_of_its_hops(lost: float) -> None:
-    """With e = 1 - lost it hops 2 t e/(1 - e) after its first fall, in thousands of bounces."""
+def test_ball_with_high_restitution_rests_at_the_sum_of_its_hops(lost: float) -> None:
+    r"""A ball with restitution e near 1 comes to rest at the sum of the series of its hops, to 1e-9.
+
+    That is t (1 + e)/(1 - e) for a first fall of t, after thousands of bounces.
+    """
     e, height = 1.0 - lost, 1e-4
     fall = math.sqrt(2.0 * height / G)
     rests = fall * (1.0 + e) / (1.0 - e)
@@ -187,8 +194,8 @@ def test_a_lively_ball_comes_to_rest_at_the_sum_of_its_hops(lost: float) -> None
     assert not ends.final_velocity_m_s.any()
 
 
-def test_a_ball_that_loses_a_billionth_hops_on() -> None:
-    """With e = 1 - 1e-9 its hops are as many in a second as without loss, and as high to a millionth."""
+def test_ball_with_restitution_1_minus_1e_9_keeps_bouncing() -> None:
+    """With e = 1 - 1e-9 a ball bounces as often in a second as without loss, and its speed falls as e^n."""
     e, height = 1.0 - 1e-9, 1e-4
     scene = on_a_slope(0.0).model_copy(
         update={"discs": (Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M),), "wall_restitution": e}

@@ -88,11 +88,11 @@ def boosted(scene: Scene, drive: Vector) -> Scene:
 
 
 @each("draw, seeds", release_after(2, [(a_table, range(4)), (on_a_path, range(8)), (a_table, range(4, 24))]))
-def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], Scene], seeds: range) -> None:
-    """A scene of which everything is driven along has its impacts at the same times, and velocities more by the drive.
+def test_scene_in_a_moving_frame_has_the_same_impacts(draw: Callable[[int], Scene], seeds: range) -> None:
+    r"""A scene in which all bodies move along at one velocity has its impacts at the same times.
 
-    An error grows with each impact on a round body. So eight impacts are compared, and six of bodies on legs, in which
-    it grows to at most a thousandth of a millionth. Some scenes compare four of PIT, whose frames stay the same.
+    Velocities differ by that velocity, and spins are equal. Errors grow with each impact on a round body, so only
+    the first eight impacts are compared, six with bodies on legs, and four of PIT.
     """
     drive, most = (3.0, -2.0), 8 if draw is a_table else 6
     for seed in seeds:
@@ -116,8 +116,11 @@ def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], 
 
 
 @each("speed", [0.0, 1e3, 1e6])
-def test_a_corner_that_is_driven_fast_is_no_more_certain_than_one_that_stands(speed: float) -> None:
-    """Both edges of 80 degrees are met at one instant, in all directions: the order is a convention, and said to be."""
+def test_simultaneous_impacts_in_a_fast_corner_are_reported_as_ambiguous(speed: float) -> None:
+    r"""A disc that meets both edges of a corner at one instant has an ambiguous second impact at any wall speed.
+
+    The corner of 80 degrees is turned to 20 angles, with speeds of up to 1e6 m/s.
+    """
     half = math.tan(math.radians(40.0))
 
     def turned(x: float, y: float, angle: float) -> Vector:
@@ -156,8 +159,11 @@ def bounces(left: Legs, right: Legs, speed: Fraction, end: Fraction) -> list[tup
 
 
 @each("seed", range(32))
-def test_a_disc_between_walls_on_legs_is_a_recurrence_of_fractions(seed: int) -> None:
-    """A disc between two half-planes that are driven along one line, one of them on many legs in some, is exact."""
+def test_disc_between_driven_walls_matches_rational_recurrence(seed: int) -> None:
+    r"""Impacts of a disc between two half-planes driven on legs are those of a recurrence in fractions.
+
+    Times agree to 2e-11 s and velocities to 1e-12. In every third scene frame-by-frame PIC gives the same bits.
+    """
     rng, still = random.Random(f"legs {seed}"), (Fraction(0), Fraction(0))
     left, right = ([(Fraction(0), Fraction(rng.randint(-8, 8), 16))] for _ in range(2))
     if seed % 3 == 0:
@@ -178,8 +184,11 @@ def test_a_disc_between_walls_on_legs_is_a_recurrence_of_fractions(seed: int) ->
     assert np.allclose(trace.impacts["velocity_first_after"][:, 0], [float(v) for *_, v in found], rtol=1e-12)
 
 
-def test_speed_times_room_stays_the_same_before_a_disc_is_crushed() -> None:
-    """The run ends by name, with the instant at which no room is left; each impact on the piston keeps (v - U) gap."""
+def test_speed_times_gap_is_constant_before_a_crush() -> None:
+    r"""Before a disc is crushed, (v - U) times the gap is the same at each impact on the piston.
+
+    The run ends as crushed and reports the instant 3 s; a scene that ends before it completes.
+    """
     scene = staged(
         "driven",
         disc_at(1.0, 0.0, -1.0, r=0.25),
@@ -203,8 +212,8 @@ def test_speed_times_room_stays_the_same_before_a_disc_is_crushed() -> None:
 
 
 @pytest.mark.long
-def test_a_row_that_may_get_out_is_not_called_crushed() -> None:
-    """Off the line by 1e-9 m it leaves sideways; so it may where it is rubbed, or struck, or a mallet turns back."""
+def test_row_that_can_escape_is_not_crushed() -> None:
+    """A row that is off its line by 1e-9, slips, is struck, or is freed in time does not end as crushed."""
     (scene, crushed_s), *_ = crushed_rows()
     beyond = len(solve_pic(scene).impacts) + 100
     disc, mallet = scene.discs
@@ -239,8 +248,12 @@ def in_racks(*discs: Disc, turns_s: float = 9.0, friction: float = 0.0) -> Scene
     return staged("racks", *discs, fixed, comes, duration_s=5.0)
 
 
-def test_a_disc_between_racks_is_called_crushed_only_where_it_stays() -> None:
-    """One that gets out at the side, or turns and is rubbed, or has another next to it, or that a rack frees is not."""
+def test_disc_that_can_leave_closing_racks_is_not_crushed() -> None:
+    r"""A disc between two closing edges is crushed only if it stays between them.
+
+    It is not crushed if it leaves at the side, spins against friction, has a neighbour, or the edges separate in
+    time.
+    """
     out, stays = (disc_at(1.0, 0.0, -1.0, aside, r=0.25) for aside in (2.0, 0.01))
     turning, beside = stays.model_copy(update={"spin_rad_s": 24.0}), disc_at(1.0, 0.505, r=0.25)
     crushed = solve_pic(in_racks(stays))
@@ -267,8 +280,11 @@ def rubbed_between_racks(seed: int) -> Scene:
 
 
 @each("seeds", release_after(1, [range(2), range(2, 20), range(20, 40), range(40, 60)]))
-def test_a_disc_that_is_rubbed_is_called_crushed_only_where_it_stays_between_the_racks(seeds: range) -> None:
-    """Sixty digits follow it between half-planes, 300 impacts long: of a named one the centre never leaves a rack."""
+def test_crushed_rough_disc_stays_between_its_racks(seeds: range) -> None:
+    r"""In each rough run that ends as crushed, 60-digit brute force keeps the centre between both edges.
+
+    Some of the random scenes end as crushed, and some do not.
+    """
     called = 0
     for seed in seeds:
         scene = rubbed_between_racks(seed)
@@ -336,8 +352,11 @@ def among_mallets(seed: int) -> Scene:
 
 
 @each("seeds", long_until(1, [range(40), range(40, 1040)]))
-def test_a_puck_among_mallets_has_the_impacts_of_sixty_digits(seeds: range) -> None:
-    """Six impacts each of rough pucks among spinning, driven discs and driven walls: order, times, velocities."""
+def test_pic_matches_60_digit_runs_of_a_puck_among_mallets(seeds: range) -> None:
+    r"""PIC has the impacts of 60-digit brute force for a rough puck among driven discs and walls.
+
+    Times agree to 1e-9 s, velocities to 1e-8 m/s, and spins to 1e-7 rad/s.
+    """
     compared = 0
     for seed in seeds:
         scene = among_mallets(seed)
@@ -358,8 +377,8 @@ def test_a_puck_among_mallets_has_the_impacts_of_sixty_digits(seeds: range) -> N
 
 
 @each("mass", [1e8, 1e12])
-def test_a_driven_disc_is_the_limit_of_a_heavy_one(mass: float) -> None:
-    """A free disc of 1e8 or 1e12 kg in its place makes a difference of some masses' quotient."""
+def test_driven_disc_is_the_limit_of_a_heavy_disc(mass: float) -> None:
+    """Replacing a driven disc by one of 1e8 or 1e12 kg changes velocities by less than 20 / mass."""
     driven = disc_at(2.0, 0.3, -1.0, 0.25, m=math.inf, driven=True, spin_rad_s=3.0)
     heavy = driven.model_copy(update={"mass_kg": mass, "driven": False})
     laws = {"friction": 0.25, "restitution": 0.8, "duration_s": 2.0}
@@ -373,7 +392,7 @@ def test_a_driven_disc_is_the_limit_of_a_heavy_one(mass: float) -> None:
 # --- Legs and belts ---
 
 
-def test_a_path_in_many_pieces_is_the_same_path() -> None:
+def test_two_hundred_equal_legs_equal_one_velocity() -> None:
     """Two hundred legs of one velocity give the impacts of a wall and a mallet of that velocity, to rounding."""
     cut = [(k / 16, (-0.5, 0.25)) for k in range(200)]
 
@@ -394,11 +413,11 @@ def test_a_path_in_many_pieces_is_the_same_path() -> None:
     assert np.allclose(whole.final_position_m, pieces.final_position_m, rtol=0.0, atol=1e-11)
 
 
-def test_a_belt_gives_a_disc_what_friction_holds_it_by() -> None:
-    """A disc that drops on a belt at 1.5 m/s, with friction 1, leaves at -0.5 m/s with a rim of -1 m/s, each exactly.
+def test_belt_accelerates_a_disc_and_its_rim() -> None:
+    r"""A disc that drops on a belt of 1.5 m/s with friction 1 leaves at exactly -0.5 m/s with a rim of -1 m/s.
 
-    Of a slip of 1.5 m/s a third goes into the velocity and two thirds into the rim, since the inertia factor is 1/2.
-    The other side of a line runs the other way.
+    A third of the slip of 1.5 m/s goes into the velocity and two thirds into the rim, since the inertia factor is
+    1/2. The other side of a line runs the other way. PIC and PIT agree.
     """
     for side, belt in (
         (1.0, wall_at(0.0, 0.0, 0.0, 1.0, surface_speed_m_s=1.5)),
@@ -433,11 +452,11 @@ def with_belts() -> Scene:
 
 
 @each("scene", [with_belts(), *map(among_mallets, range(10))])
-def test_the_books_of_energy_balance_with_legs_belts_friction_and_losses(scene: Scene) -> None:
-    """Kinetic energy at the end is that at the start, and the work of what is driven, less what each impact loses.
+def test_energy_balance_holds_with_legs_belts_friction_and_losses(scene: Scene) -> None:
+    r"""The final kinetic energy is the initial one plus the work of driven bodies minus the loss of each impact.
 
-    An impact loses (1 - e^2) w^2 m/2 of the speed w along the normal, and T (s - T/(2 M)) of the slip s and the impulse
-    T of friction, both as seen from the driven surface.
+    An impact loses (1 - e^2) w^2 m/2 of the speed w along the normal, and T (s - T/(2 M)) of the slip s and the
+    impulse T of friction, both relative to the driven surface.
     """
     trace, disc = solve_pic(scene, max_impacts=50), scene.discs[0]
     assert len(trace.impacts) > (15 if scene.name == "belts" else 0)

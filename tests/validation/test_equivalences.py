@@ -144,8 +144,11 @@ DRAWN += [
 
 
 @each("kind, numbers", release_after(len(TIMES), DRAWN))
-def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, numbers: range) -> None:
-    """All pairs, cells of any width, pieces, a resumed run: the same impacts, spins, ambiguities, outcome and end."""
+def test_all_forms_of_pic_are_bit_identical(kind: str, numbers: range) -> None:
+    r"""All pairs, cells of any width, runs in pieces and resumed runs give the bits of the kernel.
+
+    Impacts, spins, edges, ambiguities, outcome and end are compared.
+    """
     different, impacts = list[str](), 0
     for number in numbers:
         kernel, found = differing(asked(kind, number), f"{kind} {number}")
@@ -156,8 +159,8 @@ def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, numbers: rang
 
 
 @each("entries", by_group("issues", "engines", "classics"))
-def test_all_pairs_give_the_bits_of_the_kernel_in_every_scene_that_has_a_name(entries: list[CatalogueScene]) -> None:
-    """Every kind of motion and wall, friction, what is driven up to a crush, contact, and ties."""
+def test_all_pairs_are_bit_identical_to_the_kernel_in_catalogue_scenes(entries: list[CatalogueScene]) -> None:
+    """Testing all pairs gives the bits of the kernel in every catalogue scene, up to 2000 impacts."""
     for scene in (entry.scene for entry in entries):
         ask = Asked(scene, 2000, {})
         assert (
@@ -171,8 +174,11 @@ EACH_LAW = [(kind, law) for turn in range(3) for k, kind in enumerate(KINDS) for
 
 @pytest.mark.parametrize(("kind", "law"), release_after(len(KINDS), EACH_LAW))
 @each_batch
-def test_neither_pieces_nor_all_pairs_change_a_bit_under_any_law(kind: str, law: str, batch: range) -> None:
-    """Under gravity, with its contacts, damped, and on a table a run in pieces by all pairs is the run in one go."""
+def test_runs_in_pieces_are_bit_identical_under_every_law(kind: str, law: str, batch: range) -> None:
+    r"""With gravity, damping or table deceleration a run in pieces has the bits of a run without pauses.
+
+    Every other run in pieces tests all pairs.
+    """
     for number in times(batch, 1 / 4):
         ask = Asked(under(LAWS[law], kind, number), min(impacts_of(number), 25), {})
         run = start_pic_run(ask.scene)
@@ -196,8 +202,10 @@ def same(one: Trace, other: Trace) -> bool:
 @each("gravity", [(0.0, 0.0), GRAVITY])
 @each("frame_rate_hz", [0.7, 60.0])
 @each("numbers", release_after(1, [range(8), range(8, 40)]))
-def test_frames_change_no_bit(numbers: range, frame_rate_hz: float, gravity: tuple[float, float]) -> None:
-    """Algorithm 2, which stops at every frame, gives the trace of event-driven PIC, whatever the frame rate."""
+def test_framewise_pic_is_bit_identical_on_random_scenes(
+    numbers: range, frame_rate_hz: float, gravity: tuple[float, float]
+) -> None:
+    """Algorithm 2, which stops at every frame, gives the bits of event-driven PIC at any frame rate."""
     for number in numbers:
         scene = small(number, rough=number % 4 > 1, gravity=gravity)
         # Half the time of its first impacts: a collapse would go on without end.
@@ -226,8 +234,8 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
 
 @pytest.mark.parametrize("kind", TIMES)
 @each_batch
-def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
-    """A run that skips tests, or sweeps, in one go or in pieces, has the bits of a run that makes every test."""
+def test_all_forms_of_pit_are_bit_identical(kind: str, batch: range) -> None:
+    """PIT runs that skip tests or sweep, in one go or in pieces, have the bits of a run that makes every test."""
     impacts = 0
     for number in times(batch, 2 / 3):
         gravity = GRAVITY if number % 4 == 2 else (0.0, 0.0)
@@ -247,16 +255,16 @@ def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
 
 
 @each("entries", by_group())
-def test_every_form_of_pit_gives_the_same_bits_in_every_scene_of_tables(entries: list[CatalogueScene]) -> None:
-    """Over the first two seconds of each."""
+def test_all_forms_of_pit_are_bit_identical_in_catalogue_tables(entries: list[CatalogueScene]) -> None:
+    """All forms of PIT give the same bits over the first two seconds of each catalogue table without gravity."""
     for scene in (entry.scene for entry in entries if entry.group == "tables" and not any(entry.scene.gravity_m_s2)):
         short = scene.model_copy(update={"duration_s": min(scene.duration_s, 2.0)})
         assert_identical(short, FrameClock(rate_hz=short.frame_rate_hz))
 
 
 @each("turn", [0, *release_after(0, [1, 2])])
-def test_pieces_change_no_bit_of_frames_under_any_law(turn: int) -> None:
-    """So it is for discs whose velocities change between frames, too."""
+def test_pit_in_pieces_is_bit_identical_under_every_law(turn: int) -> None:
+    """PIT in pieces gives the bits of a whole run also with gravity, damping or table deceleration."""
     for kind, law in EACH_LAW[turn * len(KINDS) : (turn + 1) * len(KINDS)]:
         scene = under(LAWS[law], kind, 3)
         clock = FrameClock(rate_hz=scene.frame_rate_hz)
@@ -303,8 +311,11 @@ each_symmetric = each("scenes", symmetric())
 @pytest.mark.parametrize("solver", ["pic", *release_after(0, ["framewise"])])
 @pytest.mark.parametrize("turn", [mirror, turn_quarter])
 @each_symmetric
-def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene], turn: Map, solver: str) -> None:
-    """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows no sign or axis."""
+def test_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene], turn: Map, solver: str) -> None:
+    r"""Mirroring a scene or turning it by a quarter does exactly the same to its trace.
+
+    IEEE arithmetic treats signs and axes alike.
+    """
     for scene in scenes:
         assert_transformed(SOLVERS[solver](scene), SOLVERS[solver](transform_scene(scene, turn, turn, turn)), turn)
 
@@ -314,10 +325,10 @@ def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene],
     release_after(2, [("pic", UNITS[::4]), ("pit", UNITS[1::4]), *((name, UNITS) for name in SOLVERS)]),
 )
 @each_symmetric
-def test_a_scene_in_other_units_is_the_same_scene(
+def test_scaling_units_by_powers_of_two_changes_no_mantissa(
     scenes: list[Scene], solver: str, units: Sequence[tuple[int, int, int]]
 ) -> None:
-    """Scaling lengths, times, speeds and masses by powers of two, 2^-500 to 2^500, changes exponents, no other bit."""
+    """Scaling lengths, times and masses by 2^-500 to 2^500 changes exponents and no other bit of a trace."""
     for scene in scenes:
         plain = SOLVERS[solver](scene)
         pulled = any(scene.gravity_m_s2) or scene.table_deceleration_m_s2 > 0.0

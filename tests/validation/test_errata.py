@@ -63,29 +63,29 @@ def carom_time(c1: Vector, v1: Vector, r1: float, c2: Vector, v2: Vector, r2: fl
 # The quadratic --------------------------------------------------------------------------------------------------------
 
 
-def test_a_sums_components_before_squaring() -> None:
-    """Printed a is (3 + 4)^2 = 49 where the square of the speed 5 is 25."""
+def test_printed_a_sums_components_before_squaring() -> None:
+    """The printed a is (3 + 4)^2 = 49; the square of the speed 5 is 25."""
     a, _, _ = printed_coefficients(C1, V1, R1, C2, V2, R2)
     assert a == 49.0
     assert right_coefficients(C1, V1, R1, C2, V2, R2)[0] == TRUE_A
 
 
-def test_b_sums_components_before_multiplying() -> None:
-    """Printed b is 2 (6 + 8)(-7) = -196 where twice the dot product is -100."""
+def test_printed_b_sums_components_before_multiplying() -> None:
+    """The printed b is 2 (6 + 8)(-7) = -196; twice the dot product is -100."""
     _, b, _ = printed_coefficients(C1, V1, R1, C2, V2, R2)
     assert b == -196.0
     assert right_coefficients(C1, V1, R1, C2, V2, R2)[1] == 2 * TRUE_HALF_B
 
 
-def test_c_sums_components_before_squaring() -> None:
-    """Printed c is (6 + 8)^2 - 1 = 195 where the square of the distance 10, less 1, is 99."""
+def test_printed_c_sums_components_before_squaring() -> None:
+    """The printed c is (6 + 8)^2 - 1 = 195; the square of the distance 10, minus 1, is 99."""
     _, _, c = printed_coefficients(C1, V1, R1, C2, V2, R2)
     assert c == 195.0
     assert right_coefficients(C1, V1, R1, C2, V2, R2)[2] == TRUE_C
 
 
 def test_printed_quadratic_gives_a_wrong_time() -> None:
-    """The printed a, b, c put the 3-4-5 hit at 13/7 s; with dot products, and in Carom, it is at 9/5 s."""
+    """The printed a, b, c put the 3-4-5 impact at 13/7 s; with dot products, and in Carom, it is at 9/5 s."""
     printed = printed_choice(printed_roots(*printed_coefficients(C1, V1, R1, C2, V2, R2)))
     assert abs(printed - 13 / 7) <= 16 * U
     right = printed_choice(printed_roots(*right_coefficients(C1, V1, R1, C2, V2, R2)))
@@ -93,8 +93,8 @@ def test_printed_quadratic_gives_a_wrong_time() -> None:
     assert abs(carom_time(C1, V1, R1, C2, V2, R2) - TRUE_TIME) <= TOLERANCE
 
 
-def test_printed_c_takes_discs_far_apart_for_overlapping() -> None:
-    """Discs 50 m apart at (30, -40) and (0, 10) along x + y = const have printed c = -1 < 0: "overlapping"."""
+def test_printed_c_reports_distant_discs_as_overlapping() -> None:
+    """Discs more than 50 m apart along x + y = const have printed c = -1 < 0, which means overlap."""
     first, second = (0.0, 10.0), (40.0, -30.0)
     _, _, c = printed_coefficients(first, (0.0, 0.0), 0.5, second, (-3.0, 3.0), 0.5)
     assert c == -1.0
@@ -105,7 +105,7 @@ def test_printed_c_takes_discs_far_apart_for_overlapping() -> None:
 
 
 def test_printed_a_is_zero_for_a_moving_disc() -> None:
-    """A disc that moves along (1, -1) has printed a = 0: the printed roots divide by zero; the hit is at 3 s."""
+    """A disc that moves along (1, -1) has printed a = 0, so the printed roots divide by zero; the hit is at 3 s."""
     c1, v1, c2, v2 = (0.0, 0.0), (1.0, -1.0), (4.0, -3.0), (0.0, 0.0)
     coefficients = printed_coefficients(c1, v1, 0.5, c2, v2, 0.5)
     assert coefficients[0] == 0.0
@@ -116,13 +116,13 @@ def test_printed_a_is_zero_for_a_moving_disc() -> None:
 
 
 def test_product_of_speeds_is_not_the_relative_speed() -> None:
-    """Read as a product, "V1V2" makes a = |V1|^2 |V2|^2 = 0 against a disc at rest; the difference gives 25."""
+    """Read as a product, "V1V2" makes a = |V1|^2 |V2|^2 = 0 for a disc at rest; the velocity difference gives 25."""
     assert (math.hypot(*V1) * math.hypot(*V2)) ** 2 == 0.0
     assert math.dist(V1, V2) ** 2 == TRUE_A
 
 
-def test_flipped_sign_turns_time_round() -> None:
-    """With (C2 - C1) - t (V2 - V1), as printed in one line, the hit of 1.8 s solves the equation at -1.8 s."""
+def test_flipped_sign_reverses_time() -> None:
+    """With (C2 - C1) - t (V2 - V1), as printed in one line, the impact at 1.8 s solves the equation at -1.8 s."""
 
     def printed(t: float) -> float:
         x = (C2[0] - C1[0]) - t * (V2[0] - V1[0])
@@ -136,7 +136,7 @@ def test_flipped_sign_turns_time_round() -> None:
 
 
 def test_equations_1_and_2_without_primes_hold_for_no_moving_disc() -> None:
-    """As printed, "C1 + tV1 = C1" says that t V1 = 0; at 1.8 s the disc has moved 9 m."""
+    """As printed, "C1 + tV1 = C1" means that t V1 = 0; at 1.8 s the disc has moved 9 m."""
     moved = (C1[0] + TRUE_TIME * V1[0], C1[1] + TRUE_TIME * V1[1])
     assert moved != C1
     assert abs(math.dist(moved, C1) - 9.0) <= 8 * 9 * U
@@ -146,21 +146,21 @@ def test_equations_1_and_2_without_primes_hold_for_no_moving_disc() -> None:
 
 
 def test_least_root_gives_the_exit_of_overlapping_discs() -> None:
-    """Discs overlapping by half and approaching: the least root >= 0 is the exit at 1.5 s; the collision is now."""
+    """For discs that overlap and approach, the least root >= 0 is the exit at 1.5 s; the impact is at 0 s."""
     state = ((0.0, 0.0), (1.0, 0.0), 0.5, (0.5, 0.0), (0.0, 0.0), 0.5)
     assert printed_choice(printed_roots(*right_coefficients(*state))) == 1.5
     assert carom_time(*state) == 0.0
 
 
-def test_least_root_collides_discs_that_touch_and_separate() -> None:
-    """Discs that touch and move apart have a root at 0, which is printed as a collision; there is none."""
+def test_least_root_reports_an_impact_of_separating_discs() -> None:
+    """Discs that touch and separate have a root at 0, which the paper counts as an impact; Carom counts none."""
     state = ((0.0, 0.0), (-1.0, 0.0), 0.5, (1.0, 0.0), (0.0, 0.0), 0.5)
     assert printed_choice(printed_roots(*right_coefficients(*state))) == 0.0
     assert carom_time(*state) == math.inf
 
 
-def test_least_root_collides_a_graze_without_effect() -> None:
-    """At discriminant 0 the paper counts a collision; it would change no velocity, so Carom counts none."""
+def test_least_root_reports_an_impact_for_a_graze() -> None:
+    """At discriminant 0 the paper counts an impact; it would change no velocity, so Carom counts none."""
     state = ((0.0, 0.0), (1.0, 0.0), 0.5, (3.0, 1.0), (0.0, 0.0), 0.5)
     assert printed_choice(printed_roots(*right_coefficients(*state))) == 3.0
     after1, after2 = carom.resolve_impact((1, 0), 1, (0, 0), 1, (0, 1))
@@ -169,15 +169,15 @@ def test_least_root_collides_a_graze_without_effect() -> None:
 
 
 def test_roots_divide_by_zero_without_relative_motion() -> None:
-    """Two discs at the same velocity have a = 0, which the printed roots do not provide for; they never collide."""
+    """Two discs of equal velocity have a = 0, for which the printed roots divide by zero; they never collide."""
     state = ((0.0, 0.0), (3.0, 4.0), 0.5, (6.0, 8.0), (3.0, 4.0), 0.5)
     with pytest.raises(ZeroDivisionError):
         printed_roots(*right_coefficients(*state))
     assert carom_time(*state) == math.inf
 
 
-def test_textbook_discriminant_is_nought_from_afar() -> None:
-    """From 10^8 m away, .5 m off the centre, b^2 - 4ac rounds to 0, a graze; the hit is .87 s earlier, and full."""
+def test_textbook_discriminant_rounds_to_zero_at_large_distance() -> None:
+    """From 10^8 m away, 0.5 m off centre, b^2 - 4ac rounds to 0, a graze; the true impact is 0.87 s earlier."""
     state = ((0.0, 0.0), (1.0, 0.0), 0.5, (1e8, 0.5), (0.0, 0.0), 0.5)
     a, b, c = right_coefficients(*state)
     assert b * b - 4 * a * c == 0.0
@@ -187,7 +187,7 @@ def test_textbook_discriminant_is_nought_from_afar() -> None:
 
 
 def test_textbook_root_cancels_near_contact() -> None:
-    """At a gap of 10^-12 m the printed c and root 2 subtract nearly equal numbers; Carom keeps every digit."""
+    """At a gap of 10^-12 m the printed root loses digits by cancellation; Carom's time is right to rounding."""
     state = ((0.0, 0.0), (0.3, 0.0), 0.5, (1.0 + 1e-12, 0.0), (0.0, 0.0), 0.5)
     truth = ((1.0 + 1e-12) - 1.0) / 0.3  # the gap of the floats, exactly, over the speed
     printed = printed_choice(printed_roots(*right_coefficients(*state)))
@@ -199,7 +199,7 @@ def test_textbook_root_cancels_near_contact() -> None:
 
 
 def test_momentum_is_conserved_without_elasticity() -> None:
-    """Momentum is printed as a consequence of perfect elasticity; it is conserved at e = 1/2 as well, energy is not."""
+    """The paper derives momentum from perfect elasticity; at e = 1/2 momentum is conserved and energy is not."""
     after1, after2 = carom.resolve_impact((3, 0), 2, (0, 0), 1, (1, 0), 0.5)
     assert 2 * after1[0] + after2[0] == 2 * 3.0
     assert 2 * after1[0] ** 2 + after2[0] ** 2 < 2 * 3.0**2
@@ -219,7 +219,7 @@ def test_squared_momentum_and_energy_do_not_determine_the_velocities() -> None:
 
 
 def test_squared_momentum_loses_the_direction() -> None:
-    """Turning both final velocities round satisfies (5) and (6) as well, and sends the discs through each other."""
+    """Reversing both final velocities also satisfies (5), and sends the discs through each other."""
     v1, v2 = carom.resolve_impact((5, 0), 1, (0, 0), 1, (1, 0))
     turned = -v1 - v2
     assert turned @ turned == 25.0  # (5): the square of the total momentum, which itself is (-5, 0)
@@ -227,7 +227,7 @@ def test_squared_momentum_loses_the_direction() -> None:
 
 
 def test_squaring_momentum_as_scalars_is_wrong() -> None:
-    """The square of m1 V1 + m2 V2 holds 2 m1 m2 times the dot product, not times the product of the speeds."""
+    """The square of m1 V1 + m2 V2 contains 2 m1 m2 times the dot product, not the product of the speeds."""
     v1, v2 = np.array([3.0, 4.0]), np.array([-4.0, 3.0])  # at right angles, both of speed 5
     total = v1 + v2
     assert total @ total == 50.0
@@ -237,7 +237,7 @@ def test_squaring_momentum_as_scalars_is_wrong() -> None:
 
 
 def test_energy_equation_without_primes_allows_any_outcome() -> None:
-    """Printed with V1, V2 on both sides, the energy equation allows any outcome, even that both speeds double."""
+    """Printed with V1 and V2 on both sides, the energy equation allows any outcome, even doubled speeds."""
     before, doubled = (3.0, -1.0), (6.0, -2.0)
 
     def printed(v: Vector, _after: Vector) -> bool:
@@ -254,7 +254,10 @@ def test_energy_equation_without_primes_allows_any_outcome() -> None:
 
 
 def test_missing_velocity_formulas_follow_from_v_rel() -> None:
-    """V1' = V1 + 2 m2/(m1 + m2) V_rel and V2' = V2 - 2 m1/(m1 + m2) V_rel are what belongs after "Thus,"."""
+    r"""V1' = V1 + 2 m2/(m1 + m2) V_rel and V2' = V2 - 2 m1/(m1 + m2) V_rel are missing after "Thus,".
+
+    Carom's impact law gives the same velocities to rounding.
+    """
     v1, v2, m1, m2 = np.array([2.0, 0.0]), np.array([0.0, -1.0]), 1.0, 3.0
     n = np.array([0.6, 0.8])
     v_rel = ((v2 - v1) @ n) * n  # as printed; against n while the discs approach
@@ -265,7 +268,7 @@ def test_missing_velocity_formulas_follow_from_v_rel() -> None:
 
 
 def test_other_sign_of_v_rel_drives_the_discs_together() -> None:
-    """With V_rel taken as (V1 - V2), the same formulas make the discs approach faster instead of part."""
+    """With V_rel taken as (V1 - V2) the same formulas make the discs approach faster instead of separating."""
     v1, v2 = np.array([1.0, 0.0]), np.array([0.0, 0.0])
     n = np.array([1.0, 0.0])
     flipped = ((v1 - v2) @ n) * n
@@ -311,8 +314,8 @@ def printed_algorithm_2(scene: Scene, frame_s: float) -> list[tuple[float, int, 
     return found
 
 
-def test_algorithm_2_carries_out_one_impact_a_frame() -> None:
-    """Of impacts at .5 s and .75 s, in one frame, printed Algorithm 2 leaves the second to the next frame, at 1 s."""
+def test_printed_algorithm_2_handles_one_impact_per_frame() -> None:
+    """With impacts at 0.5 s and 0.75 s in one frame, the printed Algorithm 2 moves the second one to 1 s."""
     scene = row(0.0, 2.0, 3.5, first_speed=2.0, duration_s=2.0)
     assert printed_algorithm_2(scene, 1.0) == [(0.5, 0, 1), (1.0, 1, 2)]
     assert carom.solve_pic(scene).impacts["time_s"].tolist() == [0.5, 0.75]
@@ -320,8 +323,8 @@ def test_algorithm_2_carries_out_one_impact_a_frame() -> None:
     assert framewise.impacts["time_s"].tolist() == [0.5, 0.75]
 
 
-def test_algorithm_2_as_printed_lets_discs_interfere() -> None:
-    """PIC "does not allow the discs to interfere at all", yet at 1 s disc 1 has entered disc 2 by half a metre."""
+def test_printed_algorithm_2_lets_discs_overlap() -> None:
+    """PIC "does not allow the discs to interfere at all", yet as printed they overlap by 0.5 m at 1 s."""
     scene = row(0.0, 2.0, 3.5, first_speed=2.0, duration_s=1.0)
     assert printed_algorithm_2(scene, 1.0) == [(0.5, 0, 1)]
     # Disc 1 leaves x = 2 at .5 s with 2 m/s: at 1 s it is at 3, half a metre from disc 2's centre, contact being 1 m.
@@ -331,11 +334,11 @@ def test_algorithm_2_as_printed_lets_discs_interfere() -> None:
     assert np.all(np.diff(final) >= 1.0)
 
 
-def test_algorithm_2_compares_a_span_with_an_instant() -> None:
-    """T counts from now, as in equations (1) and (2): compared with an instant, it is taken up frames too early.
+def test_printed_algorithm_2_compares_a_duration_with_an_instant() -> None:
+    r"""T counts from now, as in equations (1) and (2); compared with an instant it is handled frames too early.
 
-    A disc reaches another at 8 s, with a frame each second. At the frame of 4 s the impact is T = 4 s ahead, and
-    4 < 5, "next frame instant", although it belongs to the frame that begins at 8 s.
+    A disc reaches another at 8 s, with a frame each second. At the frame of 4 s the impact is T = 4 s ahead, and 4
+    < 5, "next frame instant", although it belongs to the frame that begins at 8 s.
     """
     scene = row(0.0, 9.0, first_speed=1.0, duration_s=10.0)
     spans = [carom_time((float(now), 0), (1, 0), 0.5, (9, 0), (0, 0), 0.5) for now in range(9)]
@@ -348,7 +351,7 @@ def test_algorithm_2_compares_a_span_with_an_instant() -> None:
 
 
 def test_pit_does_not_always_detect_in_the_next_frame() -> None:
-    """It says about PIT "it will be detected in the next frame", but the paper's own case 1 is missed altogether."""
+    """The paper says of PIT "it will be detected in the next frame", but its own case 1 is missed altogether."""
     scene = staged("pass", disc_at(0, 0, 11, 0), disc_at(5.5, 0), duration_s=2)
     assert len(carom.solve_pit(scene, frame_rate_hz=1.0).impacts) == 0
     # The gap of 4.5 m closes at 11 m/s: 2 h/(h - R) = 2.4 and a dozen roundings.
@@ -357,7 +360,7 @@ def test_pit_does_not_always_detect_in_the_next_frame() -> None:
 
 @each("rate", [10.0, 100.0, 1000.0])
 def test_no_frame_rate_is_high_enough_for_pit(rate: float) -> None:
-    """At any frame rate there is a hit so oblique that entry and closest approach are in one frame: PIT misses it."""
+    """At any frame rate PIT misses an impact so oblique that entry and closest approach are within one frame."""
     half_chord = 0.25 / rate  # at 1 m/s the discs approach in contact for a quarter of a frame
     depth = math.sqrt(1 - half_chord**2)
     closest = 2.0 + 0.5 / rate  # and that quarter is in the middle of a frame
@@ -366,8 +369,8 @@ def test_no_frame_rate_is_high_enough_for_pit(rate: float) -> None:
     assert len(carom.solve_pit(scene, frame_rate_hz=rate).impacts) == 0
 
 
-def test_pic_need_not_look_at_every_frame_nor_cost_more() -> None:
-    """Event-driven, PIC solves a few equations for the whole scene where PIT tests each pair at each of 6000 frames."""
+def test_pic_needs_fewer_operations_than_pit() -> None:
+    """PIC solves fewer than 10 equations for a scene in which PIT tests a pair at each of 6000 frames."""
     scene = row(0.0, 9.0, first_speed=1.0, duration_s=100.0)
     pic, pit = carom.solve_pic(scene), carom.solve_pit(scene, frame_rate_hz=60.0, skipping=False)
     assert len(pic.impacts) == len(pit.impacts) == 1
@@ -375,8 +378,8 @@ def test_pic_need_not_look_at_every_frame_nor_cost_more() -> None:
     assert pic.counts["predictions"] < 10
 
 
-def test_pit_takes_the_normal_where_it_finds_the_discs() -> None:
-    """Figure 6: PIT's normal is (.6, .8) at the frame where contact was on (.8, .6), so the directions are wrong."""
+def test_pit_uses_the_normal_of_the_frame() -> None:
+    """Figure 6: PIT's normal is (0.6, 0.8) at its frame; at contact it is (0.8, 0.6), so directions are wrong."""
     scene = staged("direction", disc_at(0, 0, 2, 0), disc_at(1.45, 0.6), duration_s=1)
     # Rounding as in the tests of PIC and PIT: 128 units of relative rounding for the normal of PIC, 20 for that of PIT.
     np.testing.assert_allclose(carom.solve_pic(scene).impacts["normal"], [(0.8, 0.6)], rtol=0, atol=128 * U)
@@ -384,8 +387,8 @@ def test_pit_takes_the_normal_where_it_finds_the_discs() -> None:
     np.testing.assert_allclose(pit.impacts["normal"], [(0.6, 0.8)], rtol=0, atol=40 * U)
 
 
-def test_several_impacts_of_one_pair_in_one_frame_need_a_wall() -> None:
-    """Two discs alone collide once; with a wall that sends them back, one frame holds three impacts."""
+def test_repeated_impacts_of_one_pair_need_a_wall() -> None:
+    """Two discs alone collide once; with a wall that sends one back, a frame has three impacts, two of that pair."""
     discs = [disc_at(1.5, 0, 2, 0), disc_at(3.5, 0)]
     walls = [Wall(point_m=(5, 0), normal=(-1, 0))]
     free = carom.solve_pic_framewise(Scene(name="free", duration_s=3, discs=discs), frame_rate_hz=1 / 3)
@@ -401,9 +404,9 @@ def test_several_impacts_of_one_pair_in_one_frame_need_a_wall() -> None:
 # The page -------------------------------------------------------------------------------------------------------------
 
 
-def test_the_errata_name_every_test_of_this_file_and_no_other() -> None:
-    """Each test that the page names is in this file, and each test of this file but this one is named on the page."""
+def test_errata_page_names_exactly_the_tests_of_this_file() -> None:
+    """The errata page names each test of this file except this one, and no test that is missing here."""
     page = (Path(__file__).parents[2] / "docs" / "theory" / "errata.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`(test_\w+)`", page))
     here = {name for name in globals() if name.startswith("test_")}
-    assert named == here - {"test_the_errata_name_every_test_of_this_file_and_no_other"}
+    assert named == here - {"test_errata_page_names_exactly_the_tests_of_this_file"}

@@ -33,8 +33,8 @@ def ball(height_m: float = 1.0, restitution: float = 1.0, *, drift_m_s: float = 
 
 
 @pytest.mark.long
-def test_an_elastic_ball_keeps_its_times_and_its_energy_over_1e5_bounces() -> None:
-    """The n-th bounce is at (2 n + 1) sqrt(2 h/g) to 1e-13, and the energy is the first bounce's to 1e-12."""
+def test_elastic_ball_is_exact_over_1e5_bounces() -> None:
+    """The n-th bounce is at (2 n + 1) sqrt(2 h/g) to 1e-13, and the energy is constant to 1e-12."""
     impacts = solve_pic(ball(drift_m_s=0.3, duration_s=1e9), max_impacts=100_000).impacts
     exact = (2 * np.arange(100_000) + 1) * math.sqrt(2 / G)
     assert np.max(np.abs(impacts["time_s"] / exact - 1)) <= 1e-13
@@ -44,8 +44,8 @@ def test_an_elastic_ball_keeps_its_times_and_its_energy_over_1e5_bounces() -> No
 
 @each("restitution", [0.0, 0.5, 1.0])
 @each("height", [0.0, 1e-17])
-def test_a_ball_that_lies_on_the_floor_rests_there(height: float, restitution: float) -> None:
-    """Contact without speed is no impact: the ball rests from the start, whatever its restitution."""
+def test_ball_on_the_floor_rests_without_impacts(height: float, restitution: float) -> None:
+    """A ball that touches the floor at speed 0 rests from the start, without an impact, at any restitution."""
     scene = ball(height, restitution)
     for solve in (solve_pic, solve_pic_framewise):
         trace = solve(scene)
@@ -53,24 +53,24 @@ def test_a_ball_that_lies_on_the_floor_rests_there(height: float, restitution: f
         assert (trace.contact_s, trace.outcome, len(trace.impacts)) == (0.0, Outcome.COMPLETED, 0)
 
 
-def test_gravity_along_a_wall_presses_nothing_to_it() -> None:
-    """A disc that touches a vertical wall slides down along it, to the end of the scene and without impact."""
+def test_disc_slides_down_a_vertical_wall_without_impact() -> None:
+    """A disc that touches a vertical wall falls along it to the end of the scene without an impact."""
     scene = staged("slide", disc_at(0.5, 0), wall_at(0, 0, 1, 0), gravity_m_s2=(0, -8), duration_s=2)
     trace = solve_pic(scene)
     assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 0)
     assert trace.final_position_m.tolist() == [[0.5, -16.0]]
 
 
-def test_a_ball_comes_back_to_a_floor_that_rises_since_at_the_speed_of_both() -> None:
-    """After 1 s at 2 m/s; from 1.5 s on the floor rises at 1 m/s, and is met at a relative speed of the root of 3."""
+def test_ball_meets_a_rising_floor_at_the_relative_speed() -> None:
+    """After a bounce at 1 s a ball meets a floor that rises from 1.5 s on, at a relative speed of sqrt(3) m/s."""
     floor = wall_at(0.0, 0.0, 0.0, 1.0, **on_legs((0.0, (0.0, 0.0)), (1.5, (0.0, 1.0))))
     impacts = solve_pic(staged("rises", disc_at(0.0, 1.5), floor, gravity_m_s2=(0.0, -2.0), duration_s=2.5)).impacts
     assert impacts["time_s"].tolist() == pytest.approx([1.0, 1.5 + math.sqrt(0.75)], rel=1e-15)
     assert impacts["velocity_first_after"][1, 1] == pytest.approx(1 + math.sqrt(3.0), rel=1e-15)
 
 
-def test_a_ball_that_has_left_one_face_meets_the_next_at_its_speed_there() -> None:
-    """Off a chain's floor at 5 m/s, twice, then onto its side at 1 m/s: it is the speed onto that face that turns."""
+def test_ball_bounces_from_face_to_face_of_a_chain() -> None:
+    """After two bounces on the floor of a chain a ball meets its side, and only its speed onto that side reverses."""
     corner = Chain(points_m=[(-9, 0), (0, 0), (0, 9)])
     disc = Disc(position_m=(-2.5, 1.75), velocity_m_s=(1, 0), radius_m=0.5)
     trace = solve_pic(staged("corner", disc, corner, gravity_m_s2=(0.0, -10.0), duration_s=2.25))
@@ -78,8 +78,8 @@ def test_a_ball_that_has_left_one_face_meets_the_next_at_its_speed_there() -> No
     assert trace.impacts["velocity_first_after"].tolist() == [[1.0, 5.0], [1.0, 5.0], [-1.0, 0.0]]
 
 
-def test_a_wedge_ends_by_name() -> None:
-    """A ball that bounces ever lower between two slopes ends with a named outcome, not after bounces without end."""
+def test_bounces_in_a_wedge_end_with_an_outcome() -> None:
+    """A ball that bounces ever lower between two slopes ends the run as CORNER or STANDSTILL."""
     for seed in range(2):
         rng = np.random.default_rng(seed)
         scene = staged(
@@ -95,8 +95,8 @@ def test_a_wedge_ends_by_name() -> None:
         assert trace.outcome in {Outcome.CORNER, Outcome.STANDSTILL}
 
 
-def test_discs_that_are_pressed_together_end_at_a_standstill() -> None:
-    """A heavy disc that falls on a light one on the floor, inelastic: impacts without end, and a named outcome."""
+def test_inelastic_stack_ends_at_a_standstill() -> None:
+    """A heavy disc that falls on a light one on the floor ends the run as STANDSTILL, with a note that says why."""
     discs = [Disc(position_m=(0, y), radius_m=0.25, mass_kg=mass) for y, mass in ((0.5, 1.0), (1.25, 100.0))]
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     laws = {"restitution": 0.5, "wall_restitution": 0.5, "gravity_m_s2": (0, -G)}
@@ -115,8 +115,8 @@ def on_top(height_m: float, restitution: float) -> Scene:
     return staged("on top", disc_at(0, 0, m=math.inf), falls, **laws, duration_s=10.0)
 
 
-def test_a_ball_bounces_on_an_immovable_disc_as_on_a_floor() -> None:
-    """On the vertical axis the immovable disc is a floor: the same times, and rest at the same limit."""
+def test_ball_bounces_on_an_immovable_disc_like_on_a_floor() -> None:
+    """On the vertical axis an immovable disc gives the bounce times of a floor, and rest at the same limit."""
     elastic = solve_pic(on_top(1.0, 1.0))
     assert elastic.impacts["time_s"] == pytest.approx((2 * np.arange(11) + 1) * math.sqrt(2 / G), rel=1e-14)
     trace = solve_pic(on_top(1.0, 0.5))
@@ -130,8 +130,8 @@ def test_a_ball_bounces_on_an_immovable_disc_as_on_a_floor() -> None:
 
 
 @each("numbers", release_after(1, [range(12), *(range(k, k + 50) for k in range(12, 212, 50))]))
-def test_who_falls_with_the_discs_sees_no_gravity(numbers: range) -> None:
-    """Equivalence: without walls the impacts are those without gravity, plus g t and g t^2/2, to rounding."""
+def test_free_fall_of_all_discs_changes_no_impact(numbers: range) -> None:
+    """Without walls, gravity adds g t to velocities and g t^2/2 to positions and changes no impact."""
     met = 0
     for number in numbers:
         scene, pull = drawn("gas", number, immovable=False), np.random.default_rng(number).uniform(-20.0, 20.0, 2)
@@ -152,8 +152,8 @@ def test_who_falls_with_the_discs_sees_no_gravity(numbers: range) -> None:
 # PIT: the sampling error alone ----------------------------------------------------------------------------------------
 
 
-def test_the_answers_of_the_group_are_closed_forms_of_every_impact_and_of_the_end() -> None:
-    """A scene under gravity without them would be compared with less than that."""
+def test_gravity_scenes_have_complete_known_answers() -> None:
+    """Each catalogue scene of the group gravity has a known number of impacts and a known final position."""
     known = [entry.known for entry in catalogue().values() if entry.group == "gravity"]
     assert all(one.count is not None and one.final_position_m is not None for one in known)
 
@@ -168,8 +168,8 @@ def test_pit_bounces_at_the_first_frame_in_the_floor(rate: float) -> None:
     assert impact["velocity_first_after"][1] == pytest.approx(G * frame / rate, rel=1e-13)
 
 
-def test_pit_tells_once_of_two_discs_that_fall_on_together() -> None:
-    """With restitution 0, head-on: what rounding leaves of their approach is no impact, whatever frame comes next."""
+def test_pit_reports_one_impact_of_discs_that_fall_on_together() -> None:
+    """After a head-on impact with restitution 0, PIT counts no further impact from the rounding of the approach."""
     for angle in np.arange(1, 13) / 10:
         cos, sin = math.cos(angle), math.sin(angle)
         discs = disc_at(0.0, 0.0, 3.0 * cos, 3.0 * sin), disc_at(1.5 * cos, 1.5 * sin)
@@ -177,8 +177,8 @@ def test_pit_tells_once_of_two_discs_that_fall_on_together() -> None:
         assert len(solve_pit(scene).impacts) == 1, angle
 
 
-def test_a_floor_goes_on_for_pit_where_pic_rests() -> None:
-    """PIT knows no rest: it looks at its frames, to the end."""
+def test_pit_runs_all_frames_of_a_resting_ball() -> None:
+    """PIT has no resting contact: for a ball on the floor it runs all 60 frames to the end."""
     trace = solve_pit(ball(0.0, 0.5, duration_s=1.0))
     assert trace.outcome is Outcome.COMPLETED
     assert trace.counts["frames"] == 60
@@ -189,8 +189,11 @@ def test_a_floor_goes_on_for_pit_where_pic_rests() -> None:
 
 @each("velocity_first", [True, False])
 @each("refinement", [1, 4, 16])
-def test_free_fall_shows_the_integrator_alone(refinement: int, *, velocity_first: bool) -> None:
-    """Euler's rule with the new velocity ends g dt t/2 too low, with the old as much too high; no velocity is off."""
+def test_euler_error_in_free_fall_is_half_a_step_of_speed(refinement: int, *, velocity_first: bool) -> None:
+    r"""Euler's rule with the new velocity ends g dt t/2 too low, with the old one as much too high.
+
+    The score has this position error, and no velocity error but rounding.
+    """
     scene = catalogue()["gravity/free-fall"].scene
     steps = round(scene.duration_s * scene.frame_rate_hz) * refinement
     dt = scene.duration_s / steps
@@ -211,8 +214,11 @@ def test_free_fall_shows_the_integrator_alone(refinement: int, *, velocity_first
     assert score.total.final_velocity <= 4 * steps * 2.0**-53  # a rounding a step, of speeds below 4 times the start's
 
 
-def test_a_pair_that_falls_shows_the_collision_alone() -> None:
-    """Whatever one step does to a falling disc it does to both, so PIT's impact is that of the pair without gravity."""
+def test_pit_impact_of_a_falling_pair_is_that_without_gravity() -> None:
+    r"""Gravity acts equally on both discs of a pair, so PIT's impact has the time of a floating pair.
+
+    Its velocities differ by g t.
+    """
     entry = catalogue()["gravity/falling-pair"]
     falling, floating = entry.scene, entry.scene.model_copy(update={"gravity_m_s2": (0.0, 0.0)})
     for rate in (30.0, 60.0, 250.0):
@@ -226,7 +232,7 @@ def test_a_pair_that_falls_shows_the_collision_alone() -> None:
 # The door -------------------------------------------------------------------------------------------------------------
 
 
-def test_a_contact_time_is_refused_under_gravity() -> None:
-    """The TC model is not there with gravity, and the message says so."""
+def test_contact_duration_is_refused_under_gravity() -> None:
+    """The TC model does not support gravity, so a contact duration above 0 is refused with that reason."""
     with pytest.raises(InputError, match=r"contact_duration_s must be 0 in a scene with gravity, got 0.1"):
         solve_pic(ball(), contact_duration_s=0.1)

@@ -57,11 +57,11 @@ def assert_seen(entry: CatalogueScene, *traces: Trace, velocity: Map = identity,
 
 @FEWER
 @given(angle=st.floats(0, math.tau))
-def test_a_turned_scene_has_the_turned_answer(angle: float) -> None:
-    """Space has no direction: turning a scene by any angle turns its answer, and no impact comes or goes.
+def test_rotated_scene_has_the_rotated_answer(angle: float) -> None:
+    r"""Rotating a scene by any angle rotates its answer, and no impact is added or lost.
 
-    Not so for motion along a line that is unstable across it: along an axis no error across the line arises at all, but
-    in any other direction rounding makes one, and it grows.
+    Scenes along a line that is unstable across it are left out: on an axis no error across the line arises, but in
+    any other direction rounding makes one, and it grows.
     """
     turn = turn_by(angle)
     for entry in STABLE:
@@ -70,8 +70,8 @@ def test_a_turned_scene_has_the_turned_answer(angle: float) -> None:
 
 @FEWER
 @given(boost=st.tuples(st.floats(-1, 1), st.floats(-1, 1)))
-def test_a_moving_frame_sees_the_same_impacts(boost: tuple[float, float]) -> None:
-    """Galilean relativity: a velocity added to every disc moves the answer along and changes nothing else."""
+def test_boosted_scene_has_the_same_impacts(boost: tuple[float, float]) -> None:
+    """Galilean relativity: a velocity added to every disc shifts the answer and changes nothing else."""
     for entry in FREE:
         bx, by = (part * fastest(entry.scene) for part in boost)
 
@@ -85,8 +85,8 @@ def test_a_moving_frame_sees_the_same_impacts(boost: tuple[float, float]) -> Non
 # The relations of `carom stress` --------------------------------------------------------------------------------------
 
 
-def test_pic_holds_every_relation() -> None:
-    """PIC holds each relation to a few hundred roundings, and those that change no digit to the bit."""
+def test_pic_satisfies_every_relation() -> None:
+    """PIC satisfies each relation of `carom stress` to 1e-13, and those that change no digit to the bit."""
     for relation in list_relations():
         off = relation.deviation(relation.base(), solve_pic)
         assert off <= 1e-13, relation.name
@@ -94,15 +94,18 @@ def test_pic_holds_every_relation() -> None:
             assert off == 0.0, relation.name
 
 
-def test_pit_holds_every_relation() -> None:
-    """Sampling changes what is found, but not by the unit, the frame of reference or the numbering."""
+def test_pit_satisfies_every_relation() -> None:
+    """PIT satisfies each relation of `carom stress`: units, frames of reference and numbering do not matter."""
     for relation in list_relations():
         assert relation.deviation(relation.base(), solve_pit) <= HOLDS, relation.name
 
 
 @each("change", [abs, lambda spins: 0.999 * spins])
-def test_relations_see_wrong_spins(change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
-    """A method that has all spins turn one way, or brakes them at the end, fails just the relations that say so."""
+def test_relations_detect_wrong_spins(change: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
+    r"""A method with wrong spins violates exactly the relations that depend on spins.
+
+    The spins are all made positive, or reduced by a thousandth at the end.
+    """
 
     def run(scene: Scene) -> Trace:
         trace = solve_pic(scene)
@@ -114,8 +117,8 @@ def test_relations_see_wrong_spins(change: Callable[[NDArray[np.float64]], NDArr
     assert failed == {"rough-split", "superball-reversal"} | ({"rough-mirror"} if change is abs else set())
 
 
-def test_the_rough_scenes_slide_and_grip() -> None:
-    """Of the scene with friction two impacts slide and one grips; the superballs' all turn their slip round."""
+def test_rough_relation_scenes_slide_and_grip() -> None:
+    """In the rough scene two impacts slide and one grips; in the superball scene each impact reverses the slip."""
     assert slips(solve_pic(build_rough_scene())) == pytest.approx([0.4, 0.0, 0.06], abs=0.01)
     assert slips(solve_pic(build_superball_scene())) == pytest.approx([-1.0, -1.0], abs=1e-12)
 

@@ -21,19 +21,23 @@ def bodies_of(trace: Trace) -> list[tuple[int, int]]:
     return [(int(row["first"]), int(row["second"])) for row in trace.impacts]
 
 
-def test_a_lone_disc_that_leaves_its_cell_before_an_impact_does_not_end_the_interpreter() -> None:
-    """One of three discs meets an immovable one just behind an edge, after 12 m - sqrt(6) m + 1e-9 m at 1 m/s."""
+def test_disc_that_leaves_its_cell_before_an_impact_has_that_impact() -> None:
+    r"""A disc that crosses the edge of a cell 1e-9 m before an immovable disc has exactly that one impact.
+
+    It comes after 12 m - sqrt(6) m + 1e-9 m at 1 m/s. This scene once crashed the interpreter.
+    """
     discs = disc_at(0.0, 0.0), disc_at(12.0, 6.0, -1.0), disc_at(math.sqrt(6.0) - 1.0 - 1e-9, 6.0, m=math.inf)
     trace = solve_pic(Scene(name="three", discs=discs, duration_s=20.0))
     assert bodies_of(trace) == [(1, 2)]
     assert trace.impacts["time_s"][0] == pytest.approx(12.0 - math.sqrt(6.0) + 1e-9, abs=2 * math.ulp(12.0))
 
 
-def test_six_discs_on_whole_numbers_have_the_impacts_that_geometry_gives() -> None:
-    """Four impacts, at whole quarters of a second; proven by ball arithmetic, too.
+def test_six_discs_at_integer_positions_have_four_impacts() -> None:
+    r"""Six discs at integer positions have four impacts, at multiples of a quarter of a second.
 
-    Disc 1 goes from (5, 6) along (-2, 2) to (4, 7) below the immovable disc 2, loses its speed along y, and goes 3.5 m
-    at 2 m/s to the left wall. Disc 3 goes 2.5 m at 2 m/s to the upper wall, disc 4 1.5 m at 1 m/s to the right one.
+    PIC, frame-by-frame PIC and a certified run agree. Disc 1 goes from (5, 6) along (-2, 2) to (4, 7) below the
+    immovable disc 2, loses its speed along y, and goes 3.5 m at 2 m/s to the left wall. Disc 3 goes 2.5 m at 2 m/s
+    to the upper wall, disc 4 1.5 m at 1 m/s to the right one.
     """
     immovable = math.inf
     discs = [
@@ -75,7 +79,7 @@ SHARES = st.one_of(st.just(0.0), st.floats(-60.0, -18.0).map(lambda exponent: 2.
 @example(1.25e-9, 2, 0.8, False, False, True, True, [0, 1, 2, 3])
 @example(1.25e-9, 2, 0.8, False, False, True, True, [1, 2, 0, 3])
 @example(1.25e-3, 2, 0.8, False, False, True, True, [3, 2, 1, 0])
-def test_an_impact_just_behind_an_edge_is_the_only_one(
+def test_impact_just_behind_a_cell_edge_is_the_only_impact(
     share: float,
     column: int,
     before: float,
@@ -85,10 +89,11 @@ def test_an_impact_just_behind_an_edge_is_the_only_one(
     moves_aside: bool,
     order: list[int],
 ) -> None:
-    """A disc at 1 m/s crosses the edge of a cell and meets a disc a share of its way on; two more are out of reach.
+    r"""A disc that crosses the edge of a cell and meets a disc just behind it has exactly that impact.
 
-    The partner is immovable, or at rest, so that it predicts no impact itself. The time is the length of the way, to
-    the rounding of the coordinates; the centres are on one line, so all velocity is exchanged, or reversed.
+    The partner is immovable or at rest, and two more discs are out of reach. The time is the length of the path at
+    1 m/s, to the rounding of the coordinates. The centres are on one line, so the velocity is exchanged or
+    reversed.
     """
     edge = column * CELL
     at = (edge - before, edge + 1.0 + before * share)

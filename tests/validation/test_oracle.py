@@ -28,8 +28,11 @@ def slowed(seed: int) -> Scene:
 
 @each("kind", ["floating", "falling", "damped"])
 @each("seed", release_after(1, range(1, 80)))
-def test_pic_is_off_by_no_more_than_the_scene_amplifies_rounding(seed: int, kind: str) -> None:
-    """Each of the first impacts of a random scene is the oracle's, as closely as its condition lets float64 be."""
+def test_pic_error_is_within_the_condition_of_the_scene(seed: int, kind: str) -> None:
+    r"""PIC's first impacts differ from 50-digit brute force by at most the condition of the scene times rounding.
+
+    The scenes are random: without gravity, falling, or damped.
+    """
     falls = kind == "falling"
     scene = lossy(seed, immovable=not falls, gravity=(0.25, -1.0) if falls else (0.0, 0.0))
     if kind == "damped":

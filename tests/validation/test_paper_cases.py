@@ -56,14 +56,14 @@ def as_complex(vector: object) -> complex:
 
 
 def test_case_1_pit_misses_the_collision_and_pic_finds_it() -> None:
-    """Figures 2 and 3: no impact under PIT, one under PIC, at the instant that the quadratic gives."""
+    """Figures 2 and 3: PIT has no impact; PIC has one, at the instant that the quadratic gives."""
     scene, pic, pit = both("paper/missed")
     assert len(pit.impacts) == 0
     assert pic.impacts["time_s"].tolist() == pytest.approx([overlap_while_approaching(scene)[0]], rel=1e-12)
 
 
 def test_case_2_pit_is_late_by_most_of_a_frame() -> None:
-    """Figure 4: PIT reports the first frame after the contact, more than half a frame late; PIC reports the contact."""
+    """Figure 4: PIT reports the first frame after contact, more than half a frame late; PIC reports the contact."""
     scene, pic, pit = both("paper/late")
     enter, _ = overlap_while_approaching(scene)
     time, _, _ = sampled_impact(scene)
@@ -73,7 +73,7 @@ def test_case_2_pit_is_late_by_most_of_a_frame() -> None:
 
 
 def test_case_2_pit_follows_the_wrong_path() -> None:
-    """Figures 4 and 5: PIT's path is the closed form for its late frame, and ends half a radius or more from PIC's."""
+    """Figures 4 and 5: PIT follows the closed form for its late frame, and ends over half a radius from PIC."""
     scene, pic, pit = both("paper/late")
     time, *after = sampled_impact(scene)
     for i, (disc, velocity) in enumerate(zip(scene.discs, after, strict=True)):
@@ -83,15 +83,15 @@ def test_case_2_pit_follows_the_wrong_path() -> None:
         assert abs(as_complex(pic.final_position_m[i]) - sampled_end) > disc.radius_m / 2
 
 
-def test_case_2_is_late_rather_than_misdirected() -> None:
-    """Figure 4: the direction after the late bounce is off by less than ten degrees: what shows is the delay."""
+def test_case_2_direction_error_is_below_ten_degrees() -> None:
+    """Figure 4: directions after the late impact are off by less than 10 degrees; the visible error is the delay."""
     _, pic, pit = both("paper/late")
     for right, wrong in zip(pic.final_velocity_m_s, pit.final_velocity_m_s, strict=True):
         assert angle_degrees(as_complex(right), as_complex(wrong)) < 10
 
 
 def test_case_3_blue_bounces_off_in_a_wrong_direction() -> None:
-    """Figures 6 and 7: under PIT blue leaves red more than 10 degrees off the direction that PIC and the law give."""
+    """Figures 6 and 7: in PIT blue leaves red more than 10 degrees off the exact direction, which PIC has."""
     entry = catalogue()["paper/wrong-direction"]
     _, pic, pit = both("paper/wrong-direction")
     known = as_complex(entry.known.impacts[1].velocity_first_after)
@@ -99,8 +99,8 @@ def test_case_3_blue_bounces_off_in_a_wrong_direction() -> None:
     assert angle_degrees(known, as_complex(pit.impacts["velocity_first_after"][1])) > 10
 
 
-def test_case_3_the_first_bounce_is_what_the_late_normal_gives() -> None:
-    """Figure 6: PIT's first impact follows from the line of centres at the frame, in closed form."""
+def test_case_3_first_bounce_follows_from_the_late_normal() -> None:
+    """Figure 6: PIT's first impact follows in closed form from the line of centres at its frame."""
     scene, _, pit = both("paper/wrong-direction")
     time, green, blue = sampled_impact(scene)
     assert pit.impacts["time_s"][0] == time
@@ -108,8 +108,8 @@ def test_case_3_the_first_bounce_is_what_the_late_normal_gives() -> None:
     assert as_complex(pit.impacts["velocity_second_after"][0]) == pytest.approx(blue, abs=1e-12)
 
 
-def test_case_3_the_error_is_one_of_direction_not_of_energy() -> None:
-    """Figure 6: PIT's impacts conserve energy too; only the normal is wrong."""
+def test_case_3_pit_conserves_energy() -> None:
+    """Figure 6: PIT ends with the kinetic energy of PIC; only the normal is wrong."""
     scene, pic, pit = both("paper/wrong-direction")
     mass = np.array([disc.mass_kg for disc in scene.discs])
     energy = [0.5 * np.sum(mass * np.sum(t.final_velocity_m_s**2, axis=1)) for t in (pic, pit)]
@@ -124,8 +124,8 @@ def test_case_4_all_collisions_fall_into_one_frame() -> None:
     assert len(set(frames.tolist())) == 1
 
 
-def test_case_4_pit_misses_some_of_them() -> None:
-    """Figure 8: PIT finds at least one of the four, not all, and no other; those it misses stay at rest."""
+def test_case_4_pit_misses_some_collisions() -> None:
+    """Figure 8: PIT finds one to three of the four collisions and no other; the missed discs stay at rest."""
     _, pic, pit = both("paper/multiple")
     exact, sampled = (set(t.impacts[["first", "second"]].tolist()) for t in (pic, pit))
     assert set() < sampled < exact
@@ -134,8 +134,11 @@ def test_case_4_pit_misses_some_of_them() -> None:
 
 
 @each("name", CASES)
-def test_a_high_frame_rate_cures_pit(name: str) -> None:
-    """Conclusion of the paper: with a high frame rate PIT may be acceptable; its delay is at most a frame."""
+def test_high_frame_rate_makes_pit_acceptable(name: str) -> None:
+    r"""At 256 times the frame rate PIT has PIC's impacts, the first at most one frame late.
+
+    The paper concludes that PIT may be acceptable at a high frame rate.
+    """
     scene = catalogue()[name].scene
     rate = 256 * scene.frame_rate_hz
     exact, sampled = solve_pic(scene).impacts, solve_pit(scene, frame_rate_hz=rate).impacts

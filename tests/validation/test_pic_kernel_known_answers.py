@@ -22,12 +22,12 @@ from carom.studies.bench.gas import build_hard_disc_gas
 
 @pytest.mark.release
 @each("k, count", [(6, 3141592), (7, 31415926)])
-def test_galperin_counts_the_digits_of_pi(k: int, count: int) -> None:
-    """The number of impacts is floor(10^k pi), and the light disc's last velocity is that of the unfolded billiard.
+def test_galperin_impact_count_gives_the_digits_of_pi(k: int, count: int) -> None:
+    r"""The number of impacts is floor(10^k pi), and the last velocity is that of the unfolded billiard.
 
-    In the coordinates (10^k V, v) each two impacts turn the velocity by 2 theta, tan(theta) = 10^-k (Galperin 2003).
-    The roundings of that many impacts, 2^-53 of the greatest speed 10^k each, add up as their square root. Up to k = 5
-    each impact is compared with its own answer, below.
+    In the coordinates (10^k V, v) each two impacts turn the velocity by 2 theta, tan(theta) = 10^-k (Galperin
+    2003). The roundings of that many impacts, 2^-53 of the greatest speed 10^k each, add up as their square root.
+    Up to k = 5 each impact is compared with its own answer, below.
     """
     run = EventDrivenRun(galperin(k), record="none")
     assert run.advance_to(1e9) is Outcome.COMPLETED
@@ -56,10 +56,10 @@ def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
 
 @pytest.mark.release
 @each("packing, expected", [(0.3, 2.0632), (0.6, 6.45)])
-def test_the_pressure_of_the_hard_disc_gas(packing: float, expected: float) -> None:
-    """Z extrapolated in 1/sqrt(N) is that of the ten-term virial series (.3) and of the literature (.6), within 1.5 %.
+def test_hard_disc_gas_has_the_known_pressure(packing: float, expected: float) -> None:
+    r"""Z extrapolated in 1/sqrt(N) is that of the virial series (0.3) and of the literature (0.6), within 1.5 %.
 
-    The walls' share falls as 1/sqrt(N): two sizes give the limit.
+    The share of the walls falls as 1/sqrt(N), so two sizes give the limit.
     """
     small, large = pressure(packing, 400, 1000), pressure(packing, 3600, 150)
     limit = large + (large - small) / (3.0 - 1.0)  # sqrt(3600 / 400) = 3
@@ -68,9 +68,10 @@ def test_the_pressure_of_the_hard_disc_gas(packing: float, expected: float) -> N
 
 @each("impacts_per_disc", [1, 4])
 def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> None:
-    """After 1000 discs have had a few impacts each, reversing all velocities brings them back to where they began.
+    r"""Reversing all velocities of 1000 discs after a few impacts each brings them back to the start.
 
-    Chaos multiplies rounding by some 3 an impact a disc: 4e-14 after one, so below 1e-10 after four.
+    Chaos multiplies rounding by some 3 an impact a disc: 4e-14 m after one impact a disc, so below 1e-10 m after
+    four.
     """
     start = build_hard_disc_gas(1000, 0.3)
     there = EventDrivenRun(start, record="none")
@@ -86,8 +87,8 @@ def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> Non
     assert np.max(np.abs(speeds)) < (1e-12 if impacts_per_disc == 1 else 1e-10)
 
 
-def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
-    """A slow gas that has run for 1e9 seconds overlaps no deeper than one that has run for a few."""
+def test_long_run_stays_as_exact_as_at_its_start() -> None:
+    """After 1e9 s the discs of a slow gas overlap each other and the walls by less than 1e-13 m."""
     gas = build_hard_disc_gas(30, 0.5)
     start = DiscArrays(gas.position_m, gas.velocity_m_s * 1e-6, gas.radius_m, gas.mass_kg, gas.walls)
     run = EventDrivenRun(start, record="none")
@@ -100,8 +101,11 @@ def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
 
 
 @pytest.mark.release
-def test_inelastic_collapse_of_a_gas_ends_with_an_outcome_or_by_the_tc_model() -> None:
-    """Inelastic collapse ends with an outcome; with a contact time the run goes on (Luding & McNamara 1998)."""
+def test_inelastic_collapse_of_a_gas_ends_with_an_outcome() -> None:
+    r"""Inelastic collapse ends at a standstill or the impact limit; with a contact duration the run completes.
+
+    The contact duration is that of the TC model (Luding & McNamara 1998).
+    """
     gas = jittered(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)
     for contact_duration_s, expected in ((0.0, {Outcome.STANDSTILL, Outcome.MAX_IMPACTS}), (1e-4, {Outcome.COMPLETED})):
         run = EventDrivenRun(gas, record="none", contact_duration_s=contact_duration_s)
@@ -109,8 +113,12 @@ def test_inelastic_collapse_of_a_gas_ends_with_an_outcome_or_by_the_tc_model() -
 
 
 @each("contact_duration_s, left", [(1.0, -0.5), (math.nextafter(1.0, 2.0), -1.0)])
-def test_an_impact_a_whole_contact_time_after_the_last_loses_energy(contact_duration_s: float, left: float) -> None:
-    """Walls of restitution 1/2 at 1 and 2 s: in the TC model one contact, if less than its time apart."""
+def test_impact_a_full_contact_duration_after_the_last_loses_energy(contact_duration_s: float, left: float) -> None:
+    r"""In the TC model an impact exactly one contact duration after the last loses energy.
+
+    One float of duration more makes both one contact, and the second impact is elastic. The walls have restitution
+    1/2.
+    """
     walls = wall_at(1.5, 0.0, -1.0, 0.0), wall_at(0.0, 2.5, 0.0, -1.0)
     scene = staged("corner", disc_at(0.0, 0.0, 1.0, 1.0), *walls, wall_restitution=0.5, duration_s=2.5)
     for run in (
@@ -121,8 +129,8 @@ def test_an_impact_a_whole_contact_time_after_the_last_loses_energy(contact_dura
         assert run.velocities().tolist() == [[-0.5, left]]
 
 
-def test_of_impacts_at_one_instant_the_first_by_their_bodies_goes_first() -> None:
-    """Discs 0 and 2 meet as both meet a wall: also where the queue names disc 2 first, which disc 1 has come near."""
+def test_simultaneous_impacts_are_ordered_by_body_numbers() -> None:
+    """Three impacts at 0.5 s are ordered by their body numbers, also if the queue lists disc 2 first."""
     discs = disc_at(6.0, 6.0, -1.0, 1.0), disc_at(0.0, 2.0, 1.0), disc_at(4.0, 6.0, 1.0, 1.0)
     box = [wall_at(-1, 0, 1, 0), wall_at(0, -1, 0, 1), wall_at(7, 0, -1, 0), wall_at(0, 7, 0, -1)]
     impacts = solve_pic(staged("tie", *discs, *box, duration_s=1.0)).impacts
@@ -136,16 +144,16 @@ IMPACTS = 100_000
 
 
 @each("scene", [known_scenes.collapsing(), known_scenes.touching()])
-def test_a_collapse_and_a_start_in_which_all_discs_touch_come_to_an_end(scene: Scene) -> None:
-    """Within a hundred thousand impacts the run ends by itself, and its ending has a name."""
+def test_collapse_and_touching_start_end_with_an_outcome(scene: Scene) -> None:
+    """An inelastic collapse, and a start in which all discs touch, end within a hundred thousand impacts."""
     outcome = EventDrivenRun(scene, record="none").advance_to(scene.duration_s, IMPACTS)
     assert outcome in {Outcome.COMPLETED, Outcome.STANDSTILL}
 
 
 @pytest.mark.long
 @each("k", range(6))
-def test_every_impact_of_galperins_billiard(k: int) -> None:
-    """Up to 314159 impacts, each comes at its own instant with its own velocity, within what roundings explain."""
+def test_every_galperin_impact_matches_its_closed_form(k: int) -> None:
+    """Times and velocities of up to 314159 impacts are within the bound of roundings of the closed form."""
     assert galperin_error(galperin(k)) <= 1.0
 
 
@@ -159,10 +167,11 @@ def symmetric_collapse(e: float) -> Scene:
 
 
 @each("e, solve", [*((e, solve_pic) for e in (0.0, 0.01, 0.0625, 0.07)), (0.01, solve_pic_framewise)])
-def test_a_collapse_whose_velocities_vanish_comes_to_an_end(e: float, solve: object) -> None:
-    """With the centre of mass at rest the velocities fall below the least float; the run ends, all at rest.
+def test_collapse_with_vanishing_velocities_ends(e: float, solve: object) -> None:
+    r"""A collapse whose centre of mass is at rest ends with all speeds at most 1e-12 m/s.
 
-    On the way two discs a contact distance apart close so slowly that they would need longer than the largest float.
+    On the way two discs a contact distance apart close so slowly that they would need longer than the largest
+    float.
     """
     assert callable(solve)
     trace = solve(symmetric_collapse(e))
@@ -170,8 +179,8 @@ def test_a_collapse_whose_velocities_vanish_comes_to_an_end(e: float, solve: obj
     assert abs(trace.final_velocity_m_s).max() <= 1e-12
 
 
-def test_a_wait_beyond_the_largest_float_is_for_ever() -> None:
-    """Discs that approach by the least float a second meet after 2e323 s, which no float is: never."""
+def test_impact_time_beyond_the_largest_float_is_infinite() -> None:
+    """Discs that approach at the least float would meet after 2e323 s; the impact time is infinity."""
     assert primitives.pair_time(0.0, 0.0, 5e-324, 0.0, 0.25, 1.0, 0.0, 0.0, 0.0, 0.25) == math.inf
     assert primitives.pair_time(0.0, 0.0, 1e-300, 0.0, 0.25, 1.0, 0.0, 0.0, 0.0, 0.25) == pytest.approx(
         5e299, rel=1e-15

@@ -31,8 +31,8 @@ def passing(offset: float, advance: float, frames_to_closest: float, frame_rate_
 
 
 @given(offset=st.floats(0, 0.99), advance=st.floats(0.05, 1.5), extra=st.floats(0.1, 5))
-def test_pits_late_normal_follows_from_its_delay(offset: float, advance: float, extra: float) -> None:
-    """The normal that PIT uses is the line of centres at its frame: the offset over what is left of the approach."""
+def test_pit_normal_is_the_line_of_centres_at_its_frame(offset: float, advance: float, extra: float) -> None:
+    """PIT's normal is the line of centres at its frame: atan2(offset, remaining advance)."""
     half_chord = math.sqrt(CONTACT_M**2 - offset**2) / advance
     closest = half_chord + extra
     enter = closest - half_chord
@@ -47,11 +47,11 @@ def test_pits_late_normal_follows_from_its_delay(offset: float, advance: float, 
 
 @each("advance", long_until(2, [0.3, 1.7, 0.9, 1.0, 3.0]))
 @each("offset", [0.0, 0.5, 0.9])
-def test_the_share_of_phases_that_pit_misses(advance: float, offset: float) -> None:
-    """Over all phases PIT misses a share of max(0, 1 - sqrt(1 - b^2) / a), b the offset and a the advance a frame.
+def test_share_of_phases_missed_by_pit_matches_the_closed_form(advance: float, offset: float) -> None:
+    r"""PIT misses a share max(0, 1 - sqrt(1 - b^2) / a) of all phases, b the offset and a the advance a frame.
 
-    It is half the chord that counts, because of the approach test. Phases are spread evenly, so the share counted
-    differs from the share meant by less than one phase.
+    Only half the chord counts, because of the approach test. Phases are spread evenly, so the counted share differs
+    from the exact one by less than one phase.
     """
     phases = 100
     half_chord = math.sqrt(CONTACT_M**2 - offset**2) / advance

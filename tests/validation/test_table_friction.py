@@ -36,8 +36,8 @@ def gap_of(one: Disc, other: Disc) -> Callable[[float], float]:
     return gap
 
 
-def test_two_discs_meet_when_bisection_says() -> None:
-    """Those of 60 random pairs, the second at rest or not, that reach each other meet, to 4e-15 s."""
+def test_impact_times_on_a_table_match_bisection() -> None:
+    """Random pairs of decelerated discs meet at the time found by bisection, to 4e-15 s, or neither finds one."""
     rng, met = random.Random(3), 0
     for _ in range(60):
         one = disc_at(rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-4, 4), rng.uniform(-4, 4))
@@ -62,8 +62,8 @@ def test_two_discs_meet_when_bisection_says() -> None:
     assert met > 5
 
 
-def test_what_a_wall_leaves_of_a_speed_the_table_stops() -> None:
-    """Along a wall at any angle that gives nothing back a disc slides on for u^2 / 2a, and rests there."""
+def test_disc_on_a_dead_wall_stops_after_the_known_distance() -> None:
+    """After a wall of restitution 0 at any angle a disc slides along it for u^2 / 2a and stops there."""
     rng = random.Random(5)
     for number in range(40):
         turn, u, radius = rng.uniform(0, 2 * math.pi), rng.uniform(0.1, 2), rng.uniform(0.1, 0.5)
@@ -76,8 +76,11 @@ def test_what_a_wall_leaves_of_a_speed_the_table_stops() -> None:
         np.testing.assert_allclose(trace.final_position_m[0], radius * off + u * u / (2 * A) * along, atol=1e-14)
 
 
-def test_a_table_takes_m_a_per_metre_and_all_comes_to_rest() -> None:
-    """On 20 drawn tables energy falls by the loss in impacts and by m a times the ways; at the end nothing moves."""
+def test_table_removes_energy_m_a_per_metre() -> None:
+    r"""On 20 random tables the initial energy equals the losses of impacts plus m a times the distances.
+
+    At the end nothing moves.
+    """
     met = 0
     for number in range(20):
         scene = slowing(number).model_copy(update={"duration_s": 60.0})
@@ -100,8 +103,8 @@ def test_a_table_takes_m_a_per_metre_and_all_comes_to_rest() -> None:
     assert met > 40
 
 
-def test_pit_comes_to_pic_with_the_frames() -> None:
-    """Sixty times as many frames bring the end of a first impact nearer."""
+def test_pit_converges_to_pic_on_a_table() -> None:
+    """With 60 times as many frames PIT's final positions are at least ten times nearer to PIC's."""
     scene = staged("pair", disc_at(0.0, 0.0, 4.0, 0.3), disc_at(2.0, 0.4), table_deceleration_m_s2=A, duration_s=3.0)
     exact = solve_pic(scene).final_position_m
     coarse, fine = (
@@ -126,8 +129,8 @@ def test_pit_comes_to_pic_with_the_frames() -> None:
         ("wall_rolling_resistance", {"wall_tangential_restitution": 0.5}, "with wall_tangential"),
     ],
 )
-def test_what_slows_in_no_closed_form_is_refused(field: str, fields: dict[str, object], why: str) -> None:
-    """By the field's name, and with what it does not go together."""
+def test_resistance_without_a_closed_form_is_refused(field: str, fields: dict[str, object], why: str) -> None:
+    """Table deceleration or rolling resistance in an unsupported combination is refused by name and reason."""
     asked = {"name": "t", "discs": [disc_at(0.0, 0.0)], "gravity_m_s2": (0.0, -1.0), "duration_s": 1.0} | fields
     with pytest.raises(SceneError, match=rf"{field}: must be 0 in a scene {why}"):
         Scene(**{**asked, field: 0.1})
@@ -141,8 +144,11 @@ ROUNDING = 1e-12
 
 
 @each("entry", [*SCENES[::2], *release_after(0, SCENES[1::2])])
-def test_pit_of_a_damped_scene_pays_for_sampling_alone(entry: CatalogueScene) -> None:
-    """PIC agrees with itself to rounding, and PIT is called sampled: damping is no error."""
+def test_pit_of_a_damped_scene_is_graded_sampled(entry: CatalogueScene) -> None:
+    r"""PIT of a damped scene is graded sampled, or exact if there is no impact; damping adds no error.
+
+    PIC compared with itself is graded exact.
+    """
     truth, pit = solve_pic(entry.scene), solve_pit(entry.scene, frame_rate_hz=60.0)
     assert compare(truth, truth).grade is Grade.EXACT
     score = compare(truth, pit, sampling=pit)
@@ -153,8 +159,8 @@ def test_pit_of_a_damped_scene_pays_for_sampling_alone(entry: CatalogueScene) ->
 
 
 @each("entry", SCENES)
-def test_a_damped_scene_that_begins_earlier_goes_on_the_same(entry: CatalogueScene) -> None:
-    """Begun a thousandth of a second earlier, every impact is that much later and the end the same."""
+def test_damped_scene_that_starts_earlier_has_shifted_impacts(entry: CatalogueScene) -> None:
+    """With the start shifted by 1 ms every impact is 1 ms later, and the final state is the same."""
     truth, moved = solve_pic(entry.scene), solve_pic(shift_start(entry.scene, 1e-3))
     assert moved.impacts["time_s"] == pytest.approx(truth.impacts["time_s"] + 1e-3, abs=ROUNDING)
     assert moved.final_position_m == pytest.approx(truth.final_position_m, abs=ROUNDING)
@@ -162,8 +168,8 @@ def test_a_damped_scene_that_begins_earlier_goes_on_the_same(entry: CatalogueSce
 
 
 @each("entry", SCENES)
-def test_what_is_drawn_is_where_damped_discs_are(entry: CatalogueScene) -> None:
-    """Between its knots a drawn path is off by no more than its sharpness, of the greatest way of a flight."""
+def test_drawn_tracks_follow_damped_discs(entry: CatalogueScene) -> None:
+    """A drawn track differs from the sampled path by at most twice its sharpness of the largest extent."""
     times = np.linspace(0.0, entry.scene.duration_s, 97).tolist()
     trace = solve_pic(entry.scene, sample_times_s=times)
     assert trace.samples is not None

@@ -29,8 +29,8 @@ def thrown(degrees: float, place: complex, velocity: complex, restitution: float
 
 
 @each("degrees", [17, 30, 45, 77, 110])
-def test_a_wedge_is_left_after_as_many_impacts_as_unfolding_says(degrees: int) -> None:
-    """Seen from the apex a straight path turns from one angle to another, over the images between them."""
+def test_number_of_impacts_in_a_wedge_matches_unfolding(degrees: int) -> None:
+    """The number of impacts in a wedge is the number of its images that the unfolded path crosses."""
     draw = np.random.default_rng(degrees)
     angle = math.radians(degrees)
     for _ in range(8):
@@ -42,11 +42,12 @@ def test_a_wedge_is_left_after_as_many_impacts_as_unfolding_says(degrees: int) -
 
 
 @each("degrees", [60, 45, 30])
-def test_a_wedge_with_losses_collapses_below_its_restitution(degrees: int) -> None:
-    """Impacts have no end if and only if cos(a) >= 2 sqrt(e)/(1 + e): the product of two has real eigenvalues then.
+def test_wedge_with_losses_collapses_below_the_critical_restitution(degrees: int) -> None:
+    r"""Impacts in a wedge have no end if and only if cos(a) >= 2 sqrt(e)/(1 + e).
 
-    With R = 1 - (1 + e) n n^T of each side, the trace of the product is (1 + e)^2 cos^2(a) - 2 e, its determinant e^2.
-    At 60 degrees e is 7 - 4 sqrt(3), that of three discs on a line (McNamara & Young, Phys. Fluids A 4 (1992) 496).
+    With R = 1 - (1 + e) n n^T of each side, the trace of the product is (1 + e)^2 cos^2(a) - 2 e, its determinant
+    e^2: below that restitution its eigenvalues are real. At 60 degrees e is 7 - 4 sqrt(3), that of three discs on a
+    line (McNamara & Young, Phys. Fluids A 4 (1992) 496).
     """
     cosine = math.cos(math.radians(degrees))
     root = (1.0 - math.sqrt(1.0 - cosine**2)) / cosine  # of cos(a) (1 + x^2) = 2 x, with x^2 = e
@@ -62,8 +63,11 @@ def test_a_wedge_with_losses_collapses_below_its_restitution(degrees: int) -> No
 
 
 @each("parts", [2, 3, 4, 5, 6])
-def test_a_corner_of_half_a_turn_over_n_is_left_alike_whichever_side_comes_first(parts: int) -> None:
-    """A disc that reaches both sides at once goes back, or for odd n is mirrored in the normal of the bisector."""
+def test_corner_of_pi_over_n_reflects_simultaneous_impacts_exactly(parts: int) -> None:
+    r"""A disc that reaches both sides of a corner of pi/n at once returns, or is mirrored for odd n.
+
+    It has n impacts.
+    """
     angle, radius = math.pi / parts, 0.25
     apex, middle = radius * complex(1.0 / math.tan(angle / 2.0), 1.0), cmath.exp(0.5j * angle)
     for part in (0.1, 0.3, 0.5, 0.8):
@@ -81,8 +85,11 @@ def _pair(z: complex) -> tuple[float, float]:
 
 
 @each("angle", [math.tau * 2 / 5, math.tau * 31 / 97, 2e-5, 2e-9, 2e-12])
-def test_a_circle_turns_by_one_angle_a_chord(angle: float) -> None:
-    """The k-th impact in a container is k chords away, at 1e-12 of a radian to the wall too, and on its rim."""
+def test_impacts_in_a_circle_are_equal_chords_apart(angle: float) -> None:
+    r"""The k-th impact in a ring comes after k equal chords, also for a path of 1e-12 radians to the wall.
+
+    The disc ends within 1e-12 m of its rim, and no impact is ambiguous.
+    """
     disc = Disc(position_m=(1.0, 0.0), velocity_m_s=(-math.sin(angle / 2), math.cos(angle / 2)), radius_m=0.25)
     scene = Scene(name="star", discs=[disc], walls=[Ring(centre_m=(0, 0), radius_m=1.25)], duration_s=4000.0)
     # A velocity is rounded at each impact, by 1e-16 of it: of a small angle a part, at worst each time the same way.

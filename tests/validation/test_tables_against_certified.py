@@ -31,8 +31,12 @@ def compare(table: Table, solved: Table | None = None) -> tuple[Envelope, list[s
 
 @pytest.mark.release
 @each("begun, count, least", [(0, 12, 200), (10**6, 1600, 20_000)])
-def test_random_tables_agree_up_to_where_rounding_has_grown(begun: int, count: int, least: int) -> None:
-    """With bulges of both signs, thick bars, islands, cut sides, some under gravity: equal walls, times, velocities."""
+def test_pic_matches_certified_runs_on_random_tables(begun: int, count: int, least: int) -> None:
+    r"""PIC agrees with certified runs on random tables up to the impact where rounding has grown too large.
+
+    The tables have bulges of both signs, thick bars, islands and cut sides, some with gravity. Walls, times and
+    velocities are compared.
+    """
     drawn = {number: one for number in range(begun, begun + 2 * count) if (one := draw(number)) is not None}
     found = {number: compare(drawn[number][1]) for number in list(drawn)[:count]}
     assert {number: said for number, (_, said) in found.items() if said} == {}
@@ -48,16 +52,19 @@ def tables(first: int) -> Iterable[Table]:
             yield drawn[1]
 
 
-def test_a_table_that_differs_in_one_digit_is_told() -> None:
-    """A restitution, or a radius, that is off by a millionth of a millionth contradicts the certified run."""
+def test_table_parameter_off_by_1e_12_is_detected() -> None:
+    """PIC with a restitution or a radius that is off by 1e-12 contradicts the certified run."""
     table, hair = next(iter(tables(0))), 1.0 + 1e-12
     assert compare(table)[1] == []
     assert compare(table, replace(table, restitution=table.restitution / hair))[1]
     assert compare(table, replace(table, radius=table.radius * hair))[1]
 
 
-def test_a_nearly_flat_arc_under_gravity_costs_no_digits() -> None:
-    """A disc was set on an arc of 14 km with the rounding of 14 km, which its next impact showed."""
+def test_nearly_flat_arc_under_gravity_loses_no_digits() -> None:
+    r"""On an arc with a radius of 14 km the impacts keep the digits of the disc's own position.
+
+    Positions on the arc once had the rounding of 14 km.
+    """
     _, table = sure(draw(874))
     assert any(0.0 < abs(bulge) < 1e-3 for line in table.lines for bulge in line.bulges)
     envelope, differences = compare(table)
@@ -107,7 +114,7 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 
 
 @each("name", release_after(1, FAULTS))
-def test_a_fault_in_what_walls_consist_of_is_told(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One of the first tables contradicts its certified run if a side, an arc or a vertex of a wall is wrong."""
+def test_fault_in_wall_features_is_detected(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wrong side, arc or vertex of a wall makes PIC contradict the certified run on one of the first tables."""
     monkeypatch.setattr(obstacles, "build_features", lambda *asked: FAULTS[name](build_features(*asked)))
     assert any(compare(table)[1] for table in tables(0))

@@ -30,10 +30,13 @@ directions = st.floats(0, math.tau).map(lambda angle: cmath.rect(1.0, angle))
 
 
 @given(masses, velocities, masses, velocities, directions, st.floats(0, 1))
-def test_the_impact_law_keeps_momentum_and_restitution(
+def test_impact_law_conserves_momentum_and_applies_restitution(
     m1: float, v1: complex, m2: float, v2: complex, normal: complex, e: float
 ) -> None:
-    """Momentum is kept, the normal relative velocity turns into -e times itself, the tangential parts stay."""
+    r"""An impact conserves momentum, and multiplies the normal relative velocity by -e.
+
+    The tangential velocity of the first disc does not change.
+    """
     after1, after2 = compute_after_impact(m1, v1, m2, v2, normal, e)
     assert m1 * after1 + m2 * after2 == pytest.approx(m1 * v1 + m2 * v2, abs=1e-11)
     assert dot(after2 - after1, normal) == pytest.approx(-e * dot(v2 - v1, normal), abs=1e-12)
@@ -41,15 +44,18 @@ def test_the_impact_law_keeps_momentum_and_restitution(
 
 
 @given(velocities, directions, st.floats(0, 1))
-def test_a_wall_is_an_immovable_disc(velocity: complex, normal: complex, e: float) -> None:
-    """The wall's law is the limit of the pair's for an infinite second mass at rest."""
+def test_wall_impact_equals_impact_with_immovable_disc(velocity: complex, normal: complex, e: float) -> None:
+    """An impact with a wall gives the same velocity as an impact with a resting disc of infinite mass."""
     limit, _ = compute_after_impact(1.0, velocity, math.inf, 0j, normal, e)
     assert compute_after_wall(velocity, normal, e) == pytest.approx(limit, abs=1e-13)
 
 
 @given(velocities, st.floats(-1, 1))
-def test_the_normal_of_an_offset_has_that_offset(approach: complex, offset: float) -> None:
-    """The second centre is `offset` to the left of the approach, and ahead."""
+def test_compute_normal_places_second_centre_at_offset(approach: complex, offset: float) -> None:
+    r"""The component of the unit normal to the left of the approach is the given offset.
+
+    The normal never points against the approach.
+    """
     assume(abs(approach) > 1e-3)
     normal = compute_normal(approach, offset)
     assert abs(normal) == pytest.approx(1)
@@ -58,10 +64,13 @@ def test_the_normal_of_an_offset_has_that_offset(approach: complex, offset: floa
 
 
 @given(st.floats(0.05, 3), st.floats(0.01, 0.99), st.floats(0.01, 0.99), st.floats(0.1, 5))
-def test_unfolding_agrees_with_reflecting_step_by_step(
+def test_wedge_unfolding_agrees_with_successive_reflection(
     angle: float, where: float, direction: float, speed: float
 ) -> None:
-    """Unfolding gives the impacts that reflecting the path at each side in turn gives."""
+    r"""Unfolding a wedge gives the same impacts as reflecting the path at each side in turn.
+
+    After the last impact, the path leaves within the wedge.
+    """
     start = cmath.rect(1.0, where * angle)
     velocity = cmath.rect(speed, where * angle + direction * math.pi)
     position, now = start, 0.0
@@ -77,8 +86,8 @@ def test_unfolding_agrees_with_reflecting_step_by_step(
     assert -1e-9 <= cmath.phase(velocity) <= angle + 1e-9
 
 
-def test_no_two_impacts_are_simultaneous_but_by_convention() -> None:
-    """Where a scene has a unique answer its impacts are apart by more than a millisecond, so their order is sure."""
+def test_known_impacts_are_simultaneous_only_by_convention() -> None:
+    """Known impacts of a scene are more than 1 ms apart, or all simultaneous if a convention orders them."""
     for entry in EVERY_IMPACT_KNOWN:
         gaps = np.diff([impact.time_s for impact in entry.known.impacts])
         assert np.all(gaps == 0 if entry.known.convention else gaps > 1e-3), entry.name
@@ -87,8 +96,11 @@ def test_no_two_impacts_are_simultaneous_but_by_convention() -> None:
 COMPLAINTS = [entry for entry in all_scenes().values() if isinstance(entry, Complaint)]
 
 
-def test_there_are_twenty_and_more_each_with_its_thread() -> None:
-    """At least twenty complaints, each with the address of its thread and with what was reported, ours and theirs."""
+def test_catalogue_has_at_least_twenty_bug_reports_with_threads() -> None:
+    r"""At least 20 scenes come from bug reports, and each has the address of its GitHub thread.
+
+    Each scene's name contains the number of the thread. Its texts on the report and the scene end with a full stop.
+    """
     assert len(COMPLAINTS) >= 20
     for entry in COMPLAINTS:
         assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+", entry.thread)
@@ -100,8 +112,11 @@ def test_there_are_twenty_and_more_each_with_its_thread() -> None:
 
 
 @pytest.mark.long
-def test_pic_reproduces_the_known_answer_of_a_complaint_that_survives_its_file(tmp_path: Path) -> None:
-    """Saved and loaded again each scene is the same to the bit, and PIC meets its known answer."""
+def test_pic_matches_known_answers_of_bug_reports_after_reload(tmp_path: Path) -> None:
+    r"""PIC matches the known answer of each bug report's scene to 1e-12, after the scene was saved and loaded.
+
+    Saving and loading returns an equal scene.
+    """
     for entry in COMPLAINTS:
         save_scene(entry.scene, tmp_path / "scene.toml")
         scene = load_scene(tmp_path / "scene.toml")
@@ -109,8 +124,11 @@ def test_pic_reproduces_the_known_answer_of_a_complaint_that_survives_its_file(t
         assert deviation(solve_pic(scene), entry.known, scene) <= 1e-12, entry.name
 
 
-def test_complaints_run_only_when_they_are_named() -> None:
-    """The suite is without them; a name or a pattern that begins with their group finds them, and nothing else does."""
+def test_bug_reports_are_found_only_by_their_group() -> None:
+    r"""The catalogue does not list scenes of bug reports; only their group, its pattern or a full name finds them.
+
+    The message for a misspelt name suggests the nearest one.
+    """
     assert not any(name.startswith("issues/") for name in catalogue())
     assert len(find_scenes(["issues"])) == len(COMPLAINTS) == len(find_scenes(["issues/*"]))
     assert [entry.name for entry in find_scenes(["issues/jolt-1403"])] == ["issues/jolt-1403"]

@@ -43,47 +43,50 @@ def others(entry: CatalogueScene) -> Iterator[tuple[str, Trace, float]]:
     yield "a time, of the duration", altered(trace, -1, time_s=late), 0.001
 
 
-def test_another_trace_deviates_by_as_much_as_it_is_off() -> None:
-    """An impact more, less or of another body is infinitely far off, and a number by its part of the scale."""
+def test_deviation_equals_the_change_of_a_trace() -> None:
+    r"""The deviation of a changed trace equals the change, as a fraction of the scene's scale.
+
+    It is infinite if an impact is removed, added or has its bodies swapped.
+    """
     for entry in WITH_IMPACTS:
         for what, trace, off in others(entry):
             assert score(trace, entry) == pytest.approx(off), (entry.name, what)
 
 
-def test_swapped_impacts_deviate_infinitely() -> None:
-    """A trace that has two impacts in the wrong order is wrong, however right each of them is."""
+def test_impacts_in_wrong_order_deviate_infinitely() -> None:
+    """A trace with the right impacts in reverse order has an infinite deviation."""
     entry = catalogue()["paper/wrong-direction"]
     trace = solved(entry)
     assert score(replace(trace, impacts=trace.impacts[::-1].copy()), entry) == math.inf
 
 
 @each("name", ["time_s", "velocity_first_after"])
-def test_not_a_number_deviates_infinitely(name: str) -> None:
-    """NaN never passes for agreement, although it compares as neither more nor less."""
+def test_nan_in_an_impact_deviates_infinitely(name: str) -> None:
+    """A NaN in the time or velocity of an impact makes the deviation infinite."""
     entry = catalogue()["classics/head-on"]
     assert score(altered(solved(entry), 0, **{name: math.nan}), entry) == math.inf
 
 
 @each("name", ["final_position_m", "final_velocity_m_s"])
 @each("scene", ["classics/head-on", "classics/gas"])
-def test_a_final_state_that_is_not_a_number_deviates_infinitely(name: str, scene: str) -> None:
-    """NaN in the final state counts, also where only a conserved quantity is known."""
+def test_nan_in_final_state_deviates_infinitely(name: str, scene: str) -> None:
+    """A NaN in the final state makes the deviation infinite, even if only conserved quantities are known."""
     entry = catalogue()[scene]
     trace = solved(entry)
     lost: dict[str, Any] = {name: np.full_like(trace.final_position_m, math.nan)}
     assert score(replace(trace, **lost), entry) == math.inf
 
 
-def test_a_wrong_final_state_is_seen() -> None:
-    """A doubled final velocity is seen in every scene of the catalogue."""
+def test_doubled_final_velocity_is_detected() -> None:
+    """In every scene of the catalogue, a doubled final velocity gives a deviation above 0.05."""
     for entry in ENTRIES:
         trace = solved(entry)
         doubled = replace(trace, final_velocity_m_s=2 * trace.final_velocity_m_s)
         assert score(doubled, entry) > 0.05, entry.name
 
 
-def test_final_overlap_is_seen_where_no_impact_is_known() -> None:
-    """A gas that flew through its walls conserves its energy, and is wrong all the same."""
+def test_gas_that_flew_through_walls_is_detected() -> None:
+    """A gas that flew through its walls deviates by more than 0.1, although it conserves its energy."""
     entry = catalogue()["classics/gas"]
     scene = entry.scene
     velocity = np.array([disc.velocity_m_s for disc in scene.discs])
@@ -92,8 +95,8 @@ def test_final_overlap_is_seen_where_no_impact_is_known() -> None:
     assert score(trace, entry) > 0.1
 
 
-def test_two_discs_in_one_place_are_seen() -> None:
-    """Discs that overlap at the end deviate by the depth of the overlap."""
+def test_final_overlap_deviates_by_its_depth() -> None:
+    """Two discs in the same final position deviate by the depth of their overlap, relative to the scene's extent."""
     entry = catalogue()["classics/gas"]
     trace = solved(entry)
     position = trace.final_position_m.copy()

@@ -29,8 +29,11 @@ PAPER = ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"
         (["paper/multiple", "paper", "paper/late"], [PAPER[-1], *PAPER[:-1]]),
     ],
 )
-def test_a_name_a_group_a_pattern_and_a_tag_find_their_scenes(patterns: list[str], found: list[str]) -> None:
-    """Scenes come in the order of the patterns, and of the catalogue within one; each comes once."""
+def test_names_groups_patterns_and_tags_find_scenes(patterns: list[str], found: list[str]) -> None:
+    r"""A name, group, pattern or tag finds its scenes, each once.
+
+    They are in the order of the patterns, and within a pattern in the order of the catalogue.
+    """
     assert [entry.name for entry in find_scenes(patterns)] == found
 
 
@@ -44,16 +47,16 @@ def test_a_name_a_group_a_pattern_and_a_tag_find_their_scenes(patterns: list[str
         ("tag:wall", "tag:walls"),
     ],
 )
-def test_a_near_miss_is_answered_with_what_was_meant(wrong: str, meant: str) -> None:
-    """An unknown name is refused, and the message names the nearest known one, or where there is none, the list."""
+def test_unknown_scene_name_is_refused_with_suggestion(wrong: str, meant: str) -> None:
+    """The error for an unknown name suggests the nearest known name, or refers to `carom scenes`."""
     with pytest.raises(UnknownNameError, match=re.escape(f"{wrong!r}; did you mean {meant!r}?")):
         find_scenes([wrong])
     with pytest.raises(UnknownNameError, match="`carom scenes` lists them"):
         find_scenes(["xyzzy"])
 
 
-def test_listing_builds_no_scene() -> None:
-    """Names and groups are known before any scene is built."""
+def test_catalogue_entry_does_not_build_its_scene_for_its_name() -> None:
+    """The name and group of an entry are available without building its scene."""
 
     def explode() -> Staged:
         raise AssertionError
@@ -62,8 +65,12 @@ def test_listing_builds_no_scene() -> None:
     assert (entry.name, entry.group) == ("group/name", "group")
 
 
-def test_every_scene_has_what_an_entry_promises() -> None:
-    """It bears its entry's name and sentence, is built once, names its source, and any engine can take its sizes."""
+def test_every_scene_is_complete_and_has_moderate_sizes() -> None:
+    r"""Each scene has its entry's name and description, and each known answer has a source.
+
+    A scene is built once. Its duration, frame rate, positions, radii and masses are within the limits of the
+    catalogue, and its last known impact is at least five frames before its end.
+    """
     frames = 5
     for entry in ENTRIES:
         scene = entry.scene
@@ -112,8 +119,8 @@ TAGS = {
 }
 
 
-def test_tags_say_what_the_scene_is() -> None:
-    """A scene has the tags that a reader would give it, and no others; no tag is left out."""
+def test_tags_match_a_list_written_by_hand() -> None:
+    """The tags of selected scenes equal a list written by hand, in which every tag occurs."""
     assert {name: set(all_scenes()[name].tags) for name in TAGS} == {
         name: set(tags.split()) for name, tags in TAGS.items()
     }
@@ -124,27 +131,30 @@ NAME = "paper/missed"
 SCENE = all_scenes()[NAME].scene
 
 
-def test_a_scene_is_called_for_by_its_name() -> None:
-    """`carom.scene` gives the scene of a full name."""
+def test_carom_scene_returns_scene_by_name() -> None:
+    """`carom.scene` returns the scene with the given full name."""
     assert carom.scene(NAME) == SCENE
 
 
 @each("solve", [carom.solve_pic, carom.solve_pit, carom.solve_pic_framewise, carom.certify, carom.horizon])
-def test_whatever_takes_a_scene_takes_a_name(solve: Callable[..., object]) -> None:
-    """Carom's own methods, certified runs and their horizons make of a name what they make of the scene."""
+def test_functions_accept_scene_name_instead_of_scene(solve: Callable[..., object]) -> None:
+    """Carom's solvers, `certify` and `horizon` return the same for a scene's name as for the scene."""
     assert solve(NAME) == solve(SCENE)
 
 
 @pytest.mark.long
-def test_a_run_takes_a_name_and_the_scenes_frame() -> None:
-    """A run without a step takes the scene's own frame, in which PIT misses this impact."""
+def test_run_uses_scene_frame_as_default_step() -> None:
+    r"""`carom.run` accepts a name; without a step, it takes steps of one frame of the scene.
+
+    Its impacts equal those of `carom.solve_pit`.
+    """
     trace = carom.run(NAME, "pit")
     assert trace.dt_s == 1 / SCENE.frame_rate_hz
     np.testing.assert_array_equal(trace.impacts, carom.solve_pit(SCENE).impacts)
 
 
-def test_a_cross_check_takes_names_and_groups() -> None:
-    """A name selects its scene with its known answer, and a group all of its scenes."""
+def test_cross_check_accepts_scene_names_and_scenes() -> None:
+    """A cross-check runs named scenes and scene objects together; a named scene has its known answer."""
     results = cross_checked([NAME, SCENE.model_copy(update={"name": "mine"})], ["pit"], dts=[1 / 24])
     assert {row.job.scene.name for row in results.rows} == {NAME, "mine"}
     assert NAME in results.known
@@ -157,14 +167,14 @@ def test_a_cross_check_takes_names_and_groups() -> None:
         ("paper", "'paper' is not the name of a single scene; it matches: paper/missed, paper/late"),
     ],
 )
-def test_a_name_of_no_one_scene_is_refused(name: str, words: str) -> None:
-    """The error of a misspelt name has the nearest one, and that of a group its scenes."""
+def test_name_that_is_not_one_scene_is_refused(name: str, words: str) -> None:
+    """The error for a misspelt name suggests the nearest one; the error for a group lists its scenes."""
     with pytest.raises(UnknownNameError, match=words):
         carom.solve_pic(name)
 
 
-def test_engines_print_as_a_line_each() -> None:
-    """The list of engines is a list, and its text is a heading and a line for each."""
+def test_engine_list_prints_one_line_per_engine() -> None:
+    """The text of `carom.engines()` is a heading and one line per engine, which starts with its name."""
     found = carom.engines()
     assert len(repr(found).splitlines()) == len(found) + 1
     assert all(line.startswith(info.name) for line, info in zip(repr(found).splitlines()[1:], found, strict=True))

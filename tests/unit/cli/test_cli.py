@@ -58,16 +58,19 @@ def scene_file(tmp_path: Path) -> Path:
 
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(("fail_on", "code"), release_after(1, [("inaccurate", 1), ("never", 0)]))
-def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code: int, tmp_path: Path) -> None:
-    """PIT misses `paper/missed`: that is exit code 1, and 0 where nothing is to fail; JUnit says the same."""
+def test_fail_on_sets_the_exit_code_of_a_missed_impact(fail_on: str, code: int, tmp_path: Path) -> None:
+    r"""PIT misses the impact of `paper/missed`: exit code 1 with `--fail-on inaccurate`, 0 with `--fail-on never`.
+
+    The JUnit file counts the same number of failures.
+    """
     arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing", "--report", tmp_path)
     assert carom_command(*arguments, "--fail-on", fail_on).exit_code == code
     assert f'failures="{code}"' in (tmp_path / "junit.xml").read_text()
 
 
 @pytest.mark.usefixtures("in_process")
-def test_nothing_that_could_be_run_is_exit_code_3(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that does not support the scene, and one that is not installed, are exit code 3, with the reason."""
+def test_run_without_a_usable_engine_has_exit_code_3(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run ends with exit code 3 and the reason if its engine can't run the scene or is not available."""
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-10", "--no-timing")
     assert result.exit_code == 3
     assert "more steps than an engine can count" in told(result)
@@ -79,8 +82,11 @@ def test_nothing_that_could_be_run_is_exit_code_3(scene_file: Path, monkeypatch:
 
 
 @pytest.mark.long
-def test_names_are_no_markup_and_tell_a_terminal_nothing(tmp_path: Path) -> None:
-    """A name with brackets is printed unchanged, a control character as its escape; the printed path is right."""
+def test_names_are_printed_without_markup_and_control_characters(tmp_path: Path) -> None:
+    r"""Brackets in scene and folder names are printed unchanged, and control characters as escapes.
+
+    The report is written to the folder with the unescaped name.
+    """
     path = tmp_path / "odd.toml"
     path.write_text(SCENE.replace('"mine"', '"[red]mine[/x]"'))
     folder = tmp_path / "r[red]q[/x]\x1b[31m"
@@ -93,15 +99,15 @@ def test_names_are_no_markup_and_tell_a_terminal_nothing(tmp_path: Path) -> None
 
 
 @pytest.mark.long
-def test_a_crash_is_exit_code_4(scene_file: Path) -> None:
-    """An engine that gives no answer in time is exit code 4."""
+def test_timeout_has_exit_code_4(scene_file: Path) -> None:
+    """A run that exceeds `--time-limit` ends the command with exit code 4 and the words "timed out"."""
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-7", "--no-timing", "--time-limit", "0.5")
     assert result.exit_code == 4, result.output
     assert "timed out" in result.output
 
 
-def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
-    """`carom scenes` counts groups, lists one group or all, prints a scene as a file that loads, and saves files."""
+def test_scenes_command_lists_prints_and_saves_scenes(tmp_path: Path) -> None:
+    """`carom scenes` counts groups, lists one group or all, prints a scene as a loadable file, and saves files."""
     groups = carom_command("scenes").output.splitlines()
     assert ["paper", "4"] in [line.split()[:2] for line in groups]
     assert all(len(line) <= 80 for line in groups)
@@ -123,13 +129,13 @@ def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
 
 
 @each("command, schema", [("scenes", build_scene_schema), ("diff", build_records_schema)])
-def test_a_schema_is_printed_as_json(command: str, schema: Callable[[], object]) -> None:
-    """`carom scenes --schema` prints that of a scene's file, and `carom diff --schema` that of JSON lines."""
+def test_schema_option_prints_json(command: str, schema: Callable[[], object]) -> None:
+    """`carom scenes --schema` prints the schema of scene files, and `carom diff --schema` that of JSON lines."""
     assert json.loads(carom_command(command, "--schema").output) == schema()
 
 
-def test_engines_lists_each_with_version_or_reason() -> None:
-    """`carom engines` names every method that is known, each with a version or why it is unavailable."""
+def test_engines_command_lists_every_engine() -> None:
+    """`carom engines` has one line for each engine, with versions or "unavailable", of at most 80 characters."""
     output = carom_command("engines").output
     for info in carom.engines():
         assert info.name in output
@@ -141,8 +147,8 @@ def test_engines_lists_each_with_version_or_reason() -> None:
     assert all(len(line) <= 80 for line in lines)
 
 
-def test_an_engine_is_shown_in_full() -> None:
-    """`carom engines NAME` shows profiles, capabilities, knobs, how it is installed, and what was reported of it."""
+def test_engines_command_describes_one_engine() -> None:
+    """`carom engines NAME` shows profiles, capabilities, knobs, the install command and related bug reports."""
     output = carom_command("engines", "mujoco").output
     for word in ("pip install", "cylinder-plain", "gravity", "stiffness", "issues/mujoco-441", "--show tuned"):
         assert word in output
@@ -150,8 +156,8 @@ def test_an_engine_is_shown_in_full() -> None:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_settings_are_printed_to_paste() -> None:
-    """`carom engines NAME --show PROFILE` prints the engine's own code, with what was asked for in it."""
+def test_show_prints_settings_as_engine_code() -> None:
+    """`carom engines NAME --show PROFILE` prints engine code with the given time step and coefficients."""
     arguments = ("--show", "tuned", "--dt", ".002", "--restitution", ".9", "--friction", ".3")
     model = carom_command("engines", "mujoco", *arguments).output
     assert 'timestep="0.002"' in model
@@ -161,8 +167,11 @@ def test_settings_are_printed_to_paste() -> None:
     assert "space.step(dt)" in carom_command("engines", "pymunk", "--show", "default", "--scene", "classics/box").output
 
 
-def test_help_says_what_each_command_does() -> None:
-    """`carom --help` shows first sentences whole, `carom COMMAND --help` all options, their types by plain words."""
+def test_help_describes_every_command_and_option() -> None:
+    r"""`carom --help` shows the summary of each command, and `carom COMMAND --help` all its options.
+
+    Types of options are plain words, not names of Python types.
+    """
     listing = told(carom_command("--help"))
     commands = get_command(app).commands  # type: ignore[attr-defined]  # a group, which the annotation does not say
     assert {"run", "bench", "advise", "certify", "stress", "scenes", "engines"} <= set(commands)
@@ -177,8 +186,8 @@ def test_help_says_what_each_command_does() -> None:
 @pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="asks /proc which processes are left")
 @pytest.mark.usefixtures("heard_interrupts")
-def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:
-    """Ctrl-C in a long run ends it with exit code 130 and a sentence, leaves no report and no process behind."""
+def test_interrupted_run_leaves_no_report_and_no_process(tmp_path: Path, scene_file: Path) -> None:
+    """Ctrl-C ends a long run with exit code 130 and a message, and leaves no report and no process behind."""
     report = tmp_path / "report"
     options = ("-e", "pit", "--dt", "1e-7", "--time-limit", "1e6", "--report", str(report))
     command = [sys.executable, "-m", "carom", "run", str(scene_file), *options]
@@ -224,10 +233,8 @@ def _works(pids: list[int]) -> bool:
     return ticks >= 0.1 * os.sysconf("SC_CLK_TCK")
 
 
-def test_ctrl_c_before_anything_is_finished_promises_no_journal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """An interruption without a journal is raised again; with one, the message says how to resume."""
+def test_interrupt_mentions_resume_only_if_a_journal_exists(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Ctrl-C prints how to resume if a journal exists; otherwise KeyboardInterrupt propagates without a message."""
 
     def interrupt() -> None:
         with guard_journals(tmp_path / "journal.jsonl"):
@@ -254,10 +261,13 @@ COMMANDS_WITH_JOURNALS = {
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize("moment", release_after(2, ["made", "opened", "written", "marked"]))
 @pytest.mark.parametrize("command", release_after(1, COMMANDS_WITH_JOURNALS))
-def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
+def test_interrupt_during_creation_of_a_journal_leaves_no_folder(
     command: str, moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A signal when the folder is marked, or a journal opened, begun or just made, ends in 130 and leaves no folder."""
+    r"""Ctrl-C while a journal is created ends with exit code 130 and leaves no output folder.
+
+    The signal comes when the folder is marked, or when the journal is opened, synced or entered.
+    """
 
     def ends(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
@@ -288,8 +298,8 @@ def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
 
 
 @pytest.mark.long
-def test_a_run_of_one_scene_ends_with_the_command_that_prints_the_settings() -> None:
-    """The best engine's settings at the step that was run, for the scene as asked; the command gives code."""
+def test_run_of_one_scene_prints_a_settings_command() -> None:
+    """The output ends with a command that prints the best engine's settings as code, and that command works."""
     asked = ["run", "paper/late", "-e", "pit", "-e", "pymunk", "-p", "default", "--no-timing", "--fail-on", "never"]
     *_, said, command = carom_command(*asked).output.splitlines()
     assert said == "To print the settings of pymunk default as code:"
@@ -299,8 +309,8 @@ def test_a_run_of_one_scene_ends_with_the_command_that_prints_the_settings() -> 
     assert "To print the settings" not in alone
 
 
-def test_the_list_names_every_kind_of_line() -> None:
-    """`--list` names attacks, relations and complaints, and runs nothing."""
+def test_stress_list_names_every_kind_of_test() -> None:
+    """`carom stress --list` names attacks, relations and bug reports and ends with exit code 0."""
     result = carom_command("stress", "--list")
     assert result.exit_code == 0
     for name in ("grazing", "boost", "mujoco-441"):
@@ -308,8 +318,8 @@ def test_the_list_names_every_kind_of_line() -> None:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_a_quick_attack_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
-    """One attack on PIT: the table, the summary, the documents, the journal and the scene of its number."""
+def test_stress_prints_a_summary_and_writes_its_files(tmp_path: Path) -> None:
+    """One quick attack on PIT prints its result and writes the reports, the journal and the failing scene."""
     result = carom_command("stress", "tunnelling", "-e", "pit", "--quick", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert "pit: passes 0 of 1" in result.output
@@ -336,8 +346,8 @@ def asked(name: str, words: list[str]) -> tuple[dict[str, Any], str]:
 
 
 @each("study", [study for study, command in STUDIES.items() if command])
-def test_the_command_again_asks_for_the_same(study: Any) -> None:
-    """With every option that a study declares, the command that is shown is read as the one that was given."""
+def test_command_line_in_reports_parses_to_the_same_options(study: Any) -> None:
+    """With every option of a study set, the reproduced command line parses to the options that were given."""
     name, *words = STUDIES[study]
     for one in list_declared_options(study).values():
         if one.flags:
@@ -351,20 +361,20 @@ def test_the_command_again_asks_for_the_same(study: Any) -> None:
     assert all(given[option] is not None for option, one in list_declared_options(study).items() if one.flags)
 
 
-def test_what_continues_or_prints_more_is_no_part_of_it() -> None:
-    """A repeated result is the same, however much is printed."""
+def test_command_line_in_reports_omits_resume_and_verbosity() -> None:
+    """The reproduced command line omits `--resume`, `--retry` and `-v`, which do not change results."""
     _, again = asked("run", ["paper/missed", "--resume", "--retry", "-v", "--no-timing", "-e", "pit"])
     assert again == "carom run paper/missed --engine pit --no-timing"
 
 
-def test_from_python_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the process was started with is no command of Carom's."""
+def test_command_line_of_another_program_is_only_carom(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a process that was not started by Carom's command, the reproduced command line is `carom`."""
     monkeypatch.setattr("sys.argv", ["pytest", "-x"])
     assert get_command_line() == "carom"
 
 
-def test_a_scene_is_printed_with_its_proven_digits() -> None:
-    """The slanted wall is met at .63 s; thirty digits are shown where thirty are asked for."""
+def test_certify_prints_the_requested_digits() -> None:
+    """`carom certify --digits 30` certifies the impact at 0.63 s to 30 digits, up to the end of the scene."""
     result = carom_command("certify", "classics/slanted-wall", "--digits", "30")
     assert result.exit_code == 0, result.output
     assert "0.6300000000000000" in result.output or "0.62999999999999" in result.output
@@ -372,8 +382,8 @@ def test_a_scene_is_printed_with_its_proven_digits() -> None:
     assert "Certified to the end of the scene." in result.output
 
 
-def test_spins_are_printed_where_something_turns() -> None:
-    """Between two rough plates a disc leaves the first rolling, with -2 rad/s; elsewhere there is no such column."""
+def test_certify_prints_spins_only_if_a_disc_turns() -> None:
+    """`carom certify` has a column of spins for `spin/plates`, with -2 rad/s, and none for a scene without spin."""
     result = carom_command("certify", "spin/plates")
     assert result.exit_code == 0, result.output
     assert "spins after, rad/s" in result.output
@@ -381,16 +391,16 @@ def test_spins_are_printed_where_something_turns() -> None:
     assert "spins" not in carom_command("certify", "classics/slanted-wall").output
 
 
-def test_a_degenerate_scene_is_named_and_is_exit_code_1() -> None:
-    """What has no certain answer is a sentence with its bodies, and what came before it is kept."""
+def test_certify_reports_a_degenerate_scene_with_exit_code_1() -> None:
+    """The message names the discs that are pressed together in contact, and the impact before stays certified."""
     result = carom_command("certify", "classics/cradle-touching")
     assert result.exit_code == 1
     assert "two bodies already in contact are pressed together: disc 0, disc 1, disc 2" in result.output
     assert "certified to 15 digits for 1 impact" in result.output
 
 
-def test_json_and_files_hold_the_whole_run(tmp_path: Path) -> None:
-    """Both are the document that `from_enclosures` reads."""
+def test_certify_prints_and_writes_the_same_json(tmp_path: Path) -> None:
+    """`carom certify --json` prints the document that `--out` writes; it contains all 5 requested impacts."""
     result = carom_command("certify", "classics/box", "--max-impacts", "5", "--json", "--out", tmp_path)
     assert result.exit_code == 0
     assert json.loads(result.output) == json.loads((tmp_path / "classics.box.json").read_text())
@@ -398,8 +408,8 @@ def test_json_and_files_hold_the_whole_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_cross_check_says_how_far_its_reference_is_certified() -> None:
-    """The impact up to which a scene is certified is printed for many discs, and on request for any scene."""
+def test_run_reports_how_far_its_reference_is_certified() -> None:
+    """`carom run` prints the last certified impact for scenes of many discs, and with `--certify` for any scene."""
     arguments = ("run", "-e", "pic", "--dt", "1/60", "--no-timing")
     by_default = told(carom_command(*arguments, "classics/cradle-gaps", "classics/head-on"))
     assert "certified to impact 4" in by_default
@@ -412,8 +422,8 @@ LIST = (sys.executable, "-m", "carom", "scenes")
 
 
 @pytest.mark.long
-def test_a_reader_that_has_seen_enough_is_no_error() -> None:
-    """Into `head -1` the command ends with exit code 0 and no message about the pipe."""
+def test_closed_output_pipe_is_not_an_error() -> None:
+    """If the reader closes the pipe, as `head -1` does, the command ends with exit code 0 and no message."""
     read, write = os.pipe()
     os.close(read)  # it has seen enough before the first line
     with os.fdopen(write, "wb") as out:
@@ -424,8 +434,8 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
 @pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
 @each("arguments", [("scenes",), ("--help",), ("scenes", "paper")])
-def test_a_full_disk_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...]) -> None:
-    """Output that can't be written ends in a sentence, however late it is found."""
+def test_full_disk_is_reported_with_exit_code_2(arguments: tuple[str, ...]) -> None:
+    """If the output can't be written, the command ends with exit code 2 and one line on standard error."""
     with Path("/dev/full").open("wb") as full:
         done = subprocess.run(
             [sys.executable, "-m", "carom", *arguments], stdout=full, stderr=subprocess.PIPE, check=False
@@ -435,8 +445,8 @@ def test_a_full_disk_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...]) -
 
 
 @pytest.mark.long
-def test_an_output_of_ascii_alone_gets_ascii() -> None:
-    """In ASCII no result or message raises; each sign has a replacement."""
+def test_output_is_ascii_if_the_encoding_is_ascii() -> None:
+    """With an ASCII encoding, results and error messages are printed in ASCII and no command fails to print."""
     plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
     command, missed = (
         (sys.executable, "-m", "carom", "run"),
@@ -461,8 +471,11 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
         "certify paper/missed",
     ],
 )
-def test_a_folder_of_somebody_elses_is_refused_before_the_run(command: str, tmp_path: Path) -> None:
-    """Every command that writes leaves a folder alone that holds what it did not write, and names its option."""
+def test_output_folder_with_other_files_is_refused(command: str, tmp_path: Path) -> None:
+    r"""Commands refuse an output folder with files that Carom did not write, and leave it unchanged.
+
+    The message names one of the files and the option `--out`.
+    """
     (tmp_path / "index.html").write_text("mine")
     (tmp_path / "scenes").mkdir()
     result = carom_command(*command.split(), "--out", tmp_path)
@@ -473,8 +486,8 @@ def test_a_folder_of_somebody_elses_is_refused_before_the_run(command: str, tmp_
     assert (tmp_path / "index.html").read_text() == "mine"
 
 
-def test_a_scene_that_was_saved_and_edited_is_not_saved_over(tmp_path: Path) -> None:
-    """A scene of the catalogue is its owner's once it is saved: saved a second time, it is refused."""
+def test_scenes_command_does_not_overwrite_an_edited_file(tmp_path: Path) -> None:
+    """A scene file that was saved and then edited is not overwritten: a second save ends with exit code 2."""
     arguments = ["scenes", "paper/missed", "--save", str(tmp_path)]
     assert carom_command(*arguments).exit_code == 0
     (tmp_path / "paper.missed.toml").write_text("edited")
@@ -484,8 +497,8 @@ def test_a_scene_that_was_saved_and_edited_is_not_saved_over(tmp_path: Path) -> 
     assert (tmp_path / "paper.missed.toml").read_text() == "edited"
 
 
-def test_a_scenes_own_file_is_not_certified_over(tmp_path: Path) -> None:
-    """A scene named as its own file is certified into a folder of its own, not over itself."""
+def test_certify_refuses_the_folder_of_its_scene_file(tmp_path: Path) -> None:
+    """`carom certify` refuses an output folder that contains the scene's file, and leaves that file unchanged."""
     assert carom_command("scenes", "paper/missed", "--save", str(tmp_path)).exit_code == 0
     scene = tmp_path / "paper.missed.toml"
     before = scene.read_bytes()
@@ -493,8 +506,8 @@ def test_a_scenes_own_file_is_not_certified_over(tmp_path: Path) -> None:
     assert scene.read_bytes() == before
 
 
-def test_two_scenes_whose_names_differ_little_have_two_files(tmp_path: Path) -> None:
-    """Names that differ by a separator alone, or by capitals, are certified into files of their own."""
+def test_certify_writes_one_file_for_each_similar_name(tmp_path: Path) -> None:
+    """Scenes whose names differ only by a separator or by capitals are certified into separate files."""
     saved = tmp_path / "mine"
     assert carom_command("scenes", "paper/missed", "--save", str(saved)).exit_code == 0
     text = (saved / "paper.missed.toml").read_text()
@@ -508,8 +521,11 @@ def test_two_scenes_whose_names_differ_little_have_two_files(tmp_path: Path) -> 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="address space is limited on Linux")
-def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> None:
-    """Where NumPy gets no memory, that is no violation; help does without."""
+def test_small_address_space_is_reported_with_exit_code_2(tmp_path: Path) -> None:
+    r"""With 100 MB of address space a run ends with exit code 2 and a message about `ulimit -v`.
+
+    `carom --help` still works.
+    """
     command = 'ulimit -v 100000; exec "$0" -m carom "$@"'
     run = ("run", "paper/late", "-e", "pit", "--no-timing", "--report", str(tmp_path / "report"))
     done = subprocess.run(["sh", "-c", command, sys.executable, *run], capture_output=True, text=True, check=False)
@@ -526,8 +542,8 @@ def _play(*words: str) -> tuple[int, str]:
     return found.exit_code, found.output
 
 
-def test_it_writes_a_page_with_the_scene(tmp_path: Path) -> None:
-    """The page has the scene that was named, first of those to choose from, and a policy without unsafe scripts."""
+def test_play_writes_a_page_with_the_scene(tmp_path: Path) -> None:
+    """`carom play` writes a self-contained page that selects the named scene and restricts scripts by hash."""
     page = tmp_path / "play.html"
     code, said = _play("paper/late", "-e", "none", "--out", str(page))
     text = page.read_text(encoding="utf-8")
@@ -537,8 +553,8 @@ def test_it_writes_a_page_with_the_scene(tmp_path: Path) -> None:
     assert "http" not in text.replace("http-equiv", "")
 
 
-def test_the_policy_allows_scripts_by_their_hashes_and_webassembly() -> None:
-    """The policy has the engine's hash, and the word for WebAssembly, which the solvers are, and no other."""
+def test_page_policy_allows_hashed_scripts_and_webassembly() -> None:
+    """The page's policy contains the hash of an engine's script and allows WebAssembly, but not `eval`."""
     engine = PageEngine("toy", "Toy", {"default": {}}, "0;", "of no licence")
     (policy,) = re.findall(r'Content-Security-Policy" content="(.*?)"', render_page(add_gallery(), [engine]))
     assert f"'sha256-{base64.b64encode(hashlib.sha256(b'0;').digest()).decode()}'" in policy
@@ -546,8 +562,8 @@ def test_the_policy_allows_scripts_by_their_hashes_and_webassembly() -> None:
     assert "'unsafe-eval'" not in policy
 
 
-def test_an_engine_that_is_not_installed_is_refused_with_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An engine that was asked for and whose package is not there is bad usage, and the answer says what to run."""
+def test_play_refuses_a_missing_engine_with_its_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An engine whose package is not installed ends `carom play` with exit code 2 and the `npm install` command."""
     monkeypatch.setattr("carom.web.installed_engines.build_page_engine", lambda *_: None)
     code, said = _play("-e", "rapier2d")
     assert code == 2
@@ -555,8 +571,8 @@ def test_an_engine_that_is_not_installed_is_refused_with_what_installs_it(monkey
     assert "npm install" in " ".join(said.split())
 
 
-def test_a_package_of_another_form_is_refused(tmp_path: Path) -> None:
-    """Text that the page must alter and that a release no longer has is an error, not a page that fails later."""
+def test_page_refuses_an_unexpected_package_version(tmp_path: Path) -> None:
+    """A package that lacks the text which the page must replace is refused as an unexpected version."""
     script = tmp_path / PACKAGES["cannon"].script
     script.parent.mkdir(parents=True)
     script.write_text("exports.World = class {};\n", encoding="utf-8")
@@ -564,14 +580,14 @@ def test_a_package_of_another_form_is_refused(tmp_path: Path) -> None:
         load_package_script(PACKAGES["cannon"], tmp_path)
 
 
-def test_the_scripts_are_one() -> None:
-    """The joined script has no import or export of its own left, which a page from a file can't have."""
+def test_page_script_has_no_imports_or_exports() -> None:
+    """The joined script of the page has no `import` or `export` lines, which a page opened as a file can't load."""
     lines = build_page_script().splitlines()
     assert not [line for line in lines if line.startswith(("import ", "export ", "//"))]
 
 
-def test_an_import_that_is_not_linked_is_refused() -> None:
-    """An adapter with another import is refused for the page."""
+def test_page_refuses_an_adapter_with_an_unlinked_import() -> None:
+    """An adapter that imports another package than its engine's is refused for the page."""
     with pytest.raises(InputError, match="imports other"):
         link_script("matter", package="", package_name="matter-js", module='import Other from "other";\n')
 
@@ -595,8 +611,11 @@ def blocks(text: str, heading: str) -> str:
 
 
 @pytest.mark.long
-def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path: Path) -> None:
-    """Of Box2D's knobs the scaling of velocities alone mends a slow impact; the profiles to paste hold it, and run."""
+def test_tune_finds_the_velocity_scale_of_box2d(slow: Path, tmp_path: Path) -> None:
+    r"""`carom tune` finds that a larger velocity scale corrects a slow impact in Box2D.
+
+    The printed profiles in Python and TOML contain the scale, and the printed command runs without a violation.
+    """
     out = tmp_path / "out"
     done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", out, "-j", 1)
     assert done.exit_code == 0, done.output
@@ -615,10 +634,13 @@ def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path:
 
 
 @pytest.mark.long
-def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
+def test_interrupted_tune_resumes_to_the_same_profile(
     slow: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ctrl-C leaves the best so far and the way on; taken up, the search ends where it would have ended whole."""
+    r"""Ctrl-C prints the best settings so far, and `--resume` finds the profile of an uninterrupted search.
+
+    Without `--resume`, a second search into the same folder is refused.
+    """
     one, other = tmp_path / "one", tmp_path / "other"
     assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
     tried = KnobSearch.evaluate

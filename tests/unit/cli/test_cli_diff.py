@@ -38,16 +38,19 @@ def worse(sample: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.long
-def test_a_grade_that_stays_good_enough_does_not_fail(sample: Path, worse: Path) -> None:
-    """What got worse and is sampled still fails on *sampled*, and neither by default nor on *never*."""
+def test_diff_fails_only_on_grades_of_fail_on(sample: Path, worse: Path) -> None:
+    r"""A sampled cell with a larger error fails with `--fail-on sampled`, but not by default or with `never`.
+
+    A sampled cell with a smaller error does not fail.
+    """
     assert carom_command("diff", sample, worse).exit_code == 0
     assert carom_command("diff", sample.parent, worse.parent, "--fail-on", "sampled").exit_code == 1
     assert carom_command("diff", sample, worse, "--fail-on", "never").exit_code == 0
     assert carom_command("diff", worse, sample, "--fail-on", "sampled").exit_code == 0
 
 
-def test_a_crash_is_worse_even_where_nothing_was_graded(worse: Path) -> None:
-    """A cell that was not graded and now crashes got worse, though it has no place among the grades."""
+def test_crash_of_an_ungraded_cell_is_worse(worse: Path) -> None:
+    """A cell that was not graded and now crashes is worse and gives exit code 1; the reverse gives 0."""
     head, *rows = worse.read_text(encoding="utf-8").splitlines()
     ungraded = next(json.loads(row) for row in rows if json.loads(row)["grade"] == "ungraded")
     nothing = dict.fromkeys(("grade", "float_bits", "total", "missed", "spurious", "settings"))
@@ -62,23 +65,23 @@ def test_a_crash_is_worse_even_where_nothing_was_graded(worse: Path) -> None:
     assert carom_command("diff", *reversed(paths)).exit_code == 0
 
 
-def test_markdown_and_page_are_written(sample: Path, worse: Path, tmp_path: Path) -> None:
-    """Both files hold the sentence that sums it up, which the terminal shows as well."""
+def test_diff_writes_markdown_and_page(sample: Path, worse: Path, tmp_path: Path) -> None:
+    """`--markdown` and `--page` write files with the summary that the terminal shows, and create their folder."""
     files = tmp_path / "new" / "diff.md", tmp_path / "new" / "diff.html"
     done = carom_command("diff", sample, worse, "--markdown", files[0], "--page", files[1])
     for text in (done.output, *(file.read_text(encoding="utf-8") for file in files)):
         assert "1 worse; " in text
 
 
-def test_markdown_to_a_pipe_is_that_alone(sample: Path, worse: Path) -> None:
-    """With - the Markdown is all that is printed, so that it can be piped into a comment."""
+def test_markdown_to_standard_output_is_the_only_output(sample: Path, worse: Path) -> None:
+    """`--markdown -` prints only the Markdown, so that it can be piped into a comment."""
     done = carom_command("diff", sample, worse, "--markdown", "-")
     assert done.output.startswith("# Carom diff: ")
     assert done.output.count("1 worse; ") == 1
 
 
-def test_a_row_without_a_field_is_refused_by_its_line(sample: Path, worse: Path) -> None:
-    """The line of the row is named, and the field that it lacks."""
+def test_row_without_a_field_is_refused_with_its_line(sample: Path, worse: Path) -> None:
+    """The error message names the file, the line of the row and the missing field."""
     lines = worse.read_text(encoding="utf-8").splitlines()
     row = json.loads(lines[4])
     del row["missed"]
@@ -89,8 +92,8 @@ def test_a_row_without_a_field_is_refused_by_its_line(sample: Path, worse: Path)
     assert "'missed'" in done.output
 
 
-def test_the_jobs_in_the_docs_are_at_most_ten_lines_that_call_carom() -> None:
-    """The documented jobs run both commands; `tests/documents` holds that they are YAML with options that exist."""
+def test_documented_jobs_are_short_and_call_carom() -> None:
+    """The two jobs in docs/reference/diff.md have up to ten lines of steps and call `carom run` or `carom diff`."""
     text = (ROOT / "docs" / "reference" / "diff.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     assert [len(block.partition("    steps:\n")[2].splitlines()) <= 10 for block in blocks] == [True, True]
@@ -98,8 +101,11 @@ def test_the_jobs_in_the_docs_are_at_most_ten_lines_that_call_carom() -> None:
 
 
 @each("option", ["--page", "--markdown"])
-def test_what_is_no_comparison_is_not_replaced(sample: Path, tmp_path: Path, option: str) -> None:
-    """A file of somebody's, and the very results, are refused and left as they are; an own one is replaced."""
+def test_diff_does_not_overwrite_other_files(sample: Path, tmp_path: Path, option: str) -> None:
+    r"""`--page` and `--markdown` refuse to overwrite the compared results and files that Carom did not write.
+
+    A comparison that Carom wrote is replaced.
+    """
     results, own = sample / "results.jsonl" if sample.is_dir() else sample, tmp_path / "own"
     other = tmp_path / "scene.toml"
     other.write_text("name = 'mine'")

@@ -46,8 +46,8 @@ WRONG = [
 ]
 
 
-def test_what_a_study_declares_is_held_here() -> None:
-    """Options of each study's folder have a row in `STUDIES`, and each of them a line under Attributes."""
+def test_every_study_has_a_row_and_documented_options() -> None:
+    """`STUDIES` has the options of each study's package, and the docstrings describe every option."""
     modules = [
         import_module(f"carom.studies.{path.parent.name}.options")
         for path in Path(studies.__path__[0]).glob("*/options.py")
@@ -69,8 +69,8 @@ def optional(study: type[DeclaredOptions], name: str) -> bool:
 
 
 @each("study", STUDIES)
-def test_what_makes_no_sense_is_refused_from_python(study: type[DeclaredOptions]) -> None:
-    """Each study refuses each value that its declaration calls wrong, and the message begins with the field."""
+def test_wrong_option_value_is_refused_in_python(study: type[DeclaredOptions]) -> None:
+    """Each study refuses each value that its declaration calls wrong; the message begins with the option's name."""
     for own, name, value in WRONG:
         if own is not study:
             continue
@@ -97,8 +97,8 @@ def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
 
 
 @each("study, name, text", release_after(1, texts()))
-def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name: str, text: str) -> None:
-    """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
+def test_wrong_option_value_is_refused_on_the_command_line(study: type[DeclaredOptions], name: str, text: str) -> None:
+    """A wrong value ends a command with exit code 2 and the flag, the declared requirement and the value."""
     one = list_declared_options(study)[name]
     result = carom_command(*STUDIES[study], one.flags[0], text)
     assert result.exit_code == 2, result.output
@@ -106,8 +106,8 @@ def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name:
 
 
 @each("study", [study for study, command in STUDIES.items() if command])
-def test_help_shows_what_is_declared(study: type[DeclaredOptions]) -> None:
-    """`--help` has each option that the shell has, with its words, its bounds and its default."""
+def test_help_shows_every_declared_option(study: type[DeclaredOptions]) -> None:
+    """`--help` shows the flag and the declared help text of each option of a study."""
     result = carom_command(STUDIES[study][0], "--help")
     shown = "".join(result.output.split())
     for name, one in list_declared_options(study).items():
@@ -117,8 +117,8 @@ def test_help_shows_what_is_declared(study: type[DeclaredOptions]) -> None:
 
 
 @each("study", STUDIES)
-def test_the_shells_defaults_are_pythons(study: type[DeclaredOptions]) -> None:
-    """Where the shell says nothing, the options are those that Python has by default."""
+def test_command_line_and_python_have_equal_defaults(study: type[DeclaredOptions]) -> None:
+    """Options parsed from an empty command line equal the options that Python builds without arguments."""
     assert study.parse_command_line({}) == study()
     assert study.parse_command_line(dict.fromkeys(list_declared_options(study))) == study()
 
@@ -149,8 +149,8 @@ TAKEN = [
 
 
 @each("study, name", TAKEN)
-def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name: str) -> None:
-    """An option on which the answers in a journal depend changes its stamp, and no other does."""
+def test_journal_stamp_depends_only_on_stamped_options(study: type[DeclaredOptions], name: str) -> None:
+    """Another value of an option changes the journal's stamp exactly if the option is declared as stamped."""
     usual = study()
     value = getattr(usual, name)
     if isinstance(value, bool):
@@ -165,8 +165,11 @@ def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name
     assert (changed.stamp != usual.stamp) is list_declared_options(study)[name].stamped
 
 
-def test_usual_values_are_taken() -> None:
-    """Lists are accepted instead of tuples, and whole numbers as seconds; a series is several steps."""
+def test_lists_whole_seconds_and_step_series_are_accepted() -> None:
+    r"""Options accept lists instead of tuples, whole numbers of seconds, series of steps, and angles in degrees.
+
+    A quick stress test has a time limit of 10 s instead of 60 s.
+    """
     assert Options(["pit"], [1, 0.5], ["tuned"], time_limit_s=5).dts == (1, 0.5)
     assert BenchPlan(engines=("pit",), rounds=3, budget_s=1).rounds == 3
     assert BenchPlan.parse_command_line({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)
@@ -190,9 +193,9 @@ def test_usual_values_are_taken() -> None:
         (carom.tune, ("pymonk",), UnknownNameError, "pymunk"),
     ],
 )
-def test_a_call_of_python_s_refuses_likewise(
+def test_python_calls_refuse_unknown_names_and_wrong_options(
     call: Callable[..., object], given: tuple[object, ...], error: type[Exception], words: str
 ) -> None:
-    """What is no scene or no engine, and a wrong option, are refused in a sentence, too."""
+    """`carom.run`, `carom.advise` and `carom.tune` refuse unknown scenes and engines, and wrong options."""
     with pytest.raises(error, match=words):
         call(*given)

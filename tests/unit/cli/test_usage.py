@@ -90,10 +90,10 @@ REFUSED = [
 
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(("command", "words"), REFUSED, ids=[command for command, _ in REFUSED])
-def test_bad_usage_is_a_sentence_and_exit_code_2(
+def test_bad_usage_is_refused_with_exit_code_2(
     command: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Every wrong word is named by what it must be, without a traceback, and no file or folder is left."""
+    """Wrong usage gives exit code 2 and a specific message, without a traceback, and leaves no file or folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     result = carom_command(*shlex.split(command.format(kept=KEPT, docs=ROOT / "docs")))

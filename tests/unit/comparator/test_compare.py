@@ -51,16 +51,19 @@ def changed(trace: Trace, impacts: NDArray[np.void]) -> Trace:
     return replace(trace, impacts=impacts, dt_s=1 / 60)
 
 
-def test_an_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) -> None:
-    """An impact given to another pair is one missed and one spurious, never one with a large error."""
+def test_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) -> None:
+    """An impact reported for another pair is one missed and one spurious impact, not one with a large error."""
     impacts = reference.impacts.copy()
     impacts["second"][0] = 2
     score = scored(reference, changed(reference, impacts))
     assert (score.missed, score.spurious) == ((0,), (0,))
 
 
-def test_a_run_that_stopped_early_says_so(reference: Trace) -> None:
-    """A trace that ends before the scene is cut short and graded wrong; the reason has the engine's own message."""
+def test_run_that_stopped_early_is_cut_short_and_wrong(reference: Trace) -> None:
+    r"""A trace that ends before the scene is CUT_SHORT and WRONG; the reason has the engine's message.
+
+    The impact after its end is undecided.
+    """
     begun = solve_pic(reference.scene, until_s=0.3)
     cut = replace(begun, outcome=Outcome.WARNED, notes=("bad state",), end_time_s=0.3)
     score = scored(reference, cut)
@@ -70,8 +73,8 @@ def test_a_run_that_stopped_early_says_so(reference: Trace) -> None:
     assert score.grade is Grade.WRONG
 
 
-def test_pit_is_sampled_when_held_against_itself(scene: Scene, reference: Trace) -> None:
-    """PIT compared with itself is graded `sampled`; without a PIT run to compare with, it is not graded."""
+def test_pit_compared_with_itself_is_sampled(scene: Scene, reference: Trace) -> None:
+    """PIT compared with itself is graded SAMPLED; without a PIT run to compare with, it is UNGRADED."""
     pit = solve_pit(scene)
     assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
     alone = compare(reference, pit)
@@ -79,8 +82,8 @@ def test_pit_is_sampled_when_held_against_itself(scene: Scene, reference: Trace)
     assert Verdict.UNCOMPARED in alone.verdicts
 
 
-def test_a_scene_without_a_unique_answer_is_not_graded() -> None:
-    """Where a reference impact shares a disc with another at one instant, the verdict is `convention`."""
+def test_scene_without_a_unique_answer_is_ungraded() -> None:
+    """If a disc of the reference has two impacts at one instant, the run is UNGRADED with verdict CONVENTION."""
     cradle = staged("touching", disc_at(0, 0, 1, 0), disc_at(2, 0), disc_at(3, 0), duration_s=3)
     reference = solve_pic(cradle)
     score = compare(reference, reference)
@@ -89,15 +92,18 @@ def test_a_scene_without_a_unique_answer_is_not_graded() -> None:
 
 
 def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> None:
-    """Two traces of different scenes can't be compared, and the message names both."""
+    """Comparing traces of different scenes raises an InputError that names both scenes."""
     other = solve_pic(Scene(name="other", discs=scene.discs, duration_s=1))
     with pytest.raises(InputError, match=r"'three'.*'other'"):
         compare(reference, other)
 
 
 @each("horizon", [0, 0.1])
-def test_a_horizon_before_the_first_impact_decides_nothing(scene: Scene, reference: Trace, horizon: float) -> None:
-    """Without an impact to compare, no run is graded, whether it finds all impacts or none; the reason says so."""
+def test_horizon_before_the_first_impact_gives_no_grade(scene: Scene, reference: Trace, horizon: float) -> None:
+    r"""With a horizon before the first impact every run is UNGRADED, and the reason says so.
+
+    This holds for runs that find all impacts, or none.
+    """
     blind = replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
     silent = replace(reference, impacts=reference.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
     for observed in (reference, solve_pit(scene), blind, silent):
@@ -108,8 +114,8 @@ def test_a_horizon_before_the_first_impact_decides_nothing(scene: Scene, referen
         assert Verdict.CONFORMS not in score.verdicts
 
 
-def test_what_is_invented_before_the_horizon_is_wrong_all_the_same(reference: Trace) -> None:
-    """A horizon without impacts still says that there is none before it."""
+def test_spurious_impact_before_the_horizon_is_wrong(reference: Trace) -> None:
+    """A spurious impact before a horizon without reference impacts makes the run WRONG."""
     impacts = reference.impacts[:1].copy()
     impacts["time_s"], impacts["second"] = 0.05, 2
     score = compare(reference, replace(reference, impacts=impacts, dt_s=1e-3), horizon=0.1)
@@ -124,8 +130,8 @@ def replayed_at(reference: Trace, times: list[float]) -> Trace:
     return replayed(reference, impacts)
 
 
-def test_what_pit_pays_later_does_not_excuse_what_is_late_before() -> None:
-    """PIT is three steps late at the second impact only, so a run that is two steps late at the first is inaccurate."""
+def test_lateness_of_pit_does_not_excuse_earlier_lateness() -> None:
+    """If PIT is three steps late at the second impact only, two steps late at the first is INACCURATE."""
     reference = solve_pic(ROW)
     pit = replayed_at(reference, [FIRST_S, LAST_S + 3 * DT])
     for times, grade in (
@@ -137,8 +143,8 @@ def test_what_pit_pays_later_does_not_excuse_what_is_late_before() -> None:
         assert compare(reference, replayed_at(reference, times), sampling=pit).grade is grade, times
 
 
-def test_what_is_found_before_it_happens_is_not_sampled() -> None:
-    """Half a step early is no better than PIT however late PIT is: early is not late."""
+def test_early_impact_is_inaccurate() -> None:
+    """An impact found half a step early is EARLY and INACCURATE, however late PIT is."""
     reference = solve_pic(ROW)
     pit = replayed_at(reference, [FIRST_S, LAST_S + 3 * DT])
     score = compare(reference, replayed_at(reference, [FIRST_S, LAST_S - 0.5 * DT]), sampling=pit)
@@ -147,11 +153,11 @@ def test_what_is_found_before_it_happens_is_not_sampled() -> None:
     assert score.grade is Grade.INACCURATE
 
 
-def test_what_comes_early_because_of_what_was_late_is_sampled() -> None:
-    """An impact brought forward by a late one before it, and not early from its own state, is sampling's doing.
+def test_impact_that_is_early_because_of_a_late_one_is_sampled() -> None:
+    r"""An impact that is early only because an earlier one was late is graded SAMPLED.
 
-    A disc strikes an immovable one off centre: found late, it is thrown off by another angle and meets the wall behind
-    it on another path. From frames that see the first impact .9 of a frame late, the second comes early.
+    A disc strikes an immovable one off centre. Found late, it is deflected by another angle and meets the wall
+    behind it on another path. From frames that find the first impact .9 of a frame late, the second comes early.
     """
     for rate in (23.0, 29.0, 31.0, 37.0, 41.0, 43.0):
         scene = staged(
@@ -173,8 +179,8 @@ def test_what_comes_early_because_of_what_was_late_is_sampled() -> None:
     pytest.fail("no frame rate brings the second impact forward")
 
 
-def test_the_names_of_0_1_say_what_total_holds(scene: Scene, reference: Trace) -> None:
-    """What read a score of Carom 0.1 reads the largest errors still, each from the one place that holds it."""
+def test_score_attributes_of_carom_0_1_still_work(scene: Scene, reference: Trace) -> None:
+    """The score attributes of Carom 0.1 return the values of the score's `total`."""
     score = compare(reference, solve_pit(scene))
     names = {
         "time_error_s": "time_s",
@@ -197,8 +203,8 @@ PARTS = [package_of(module) for _, module, _ in stages()]
 
 
 @each("part", PARTS)
-def test_a_stage_calls_no_other_stage(part: str) -> None:
-    """What a stage imports from another one is a type or a constant."""
+def test_stages_import_only_types_and_constants_of_others(part: str) -> None:
+    """A stage of the comparison imports only types and constants of other stages, and no functions."""
     files = (ROOT / "src" / "carom" / "comparator").rglob("*.py")
     names = [".".join(file.relative_to(ROOT / "src").with_suffix("").parts) for file in files]
     imported = [
@@ -216,7 +222,7 @@ def test_a_stage_calls_no_other_stage(part: str) -> None:
 
 
 def test_each_stage_extends_the_result_of_the_stage_before() -> None:
-    """The result of a stage has all that the results before have, so each stage takes one result."""
+    """The result type of each stage extends that of the stage before, and each stage takes that result."""
     results = [
         inspect.get_annotations(getattr(import_module(module), name), eval_str=True) for name, module, _ in stages()
     ]
@@ -258,15 +264,18 @@ def with_spin_of_the_wall(trace: Trace) -> Trace:
         (lambda trace: replace(trace, float_bits=16), r"float_bits of .* is 16, but must be one of \[32, 64\]"),
     ],
 )
-def test_what_cannot_be_of_the_scene_is_refused_by_name(change: Callable[[Trace], Trace], words: str) -> None:
-    """Bodies that there are not, a wall that moves or turns, an end after the scene's, and floats of 16 bits."""
+def test_trace_that_contradicts_its_scene_is_refused(change: Callable[[Trace], Trace], words: str) -> None:
+    r"""A trace with unknown bodies, a moving or spinning wall, or a wrong end time raises an InputError.
+
+    Missing spins and floats of 16 bits are refused, too.
+    """
     for pair in ((SLIDING, change(SLIDING)), (change(SLIDING), SLIDING)):
         with pytest.raises(InputError, match=words):
             compare(*pair)
 
 
-def test_pit_must_be_of_the_same_scene_and_step() -> None:
-    """A run at 1/60 s is "no worse than PIT at the same step" against no coarser PIT, nor against one of elsewhere."""
+def test_sampling_run_must_have_the_same_scene_and_step() -> None:
+    """A sampling run of another scene or step raises an InputError; a run without steps accepts any step."""
     scene = find_scenes(["paper/late"])[0].scene
     reference, observed = solve_pic(scene), solve_pit(scene, frame_rate_hz=60)
     with pytest.raises(InputError, match=r"a step of 0.0166667 s, but sampling has one of 0.333333 s"):

@@ -33,10 +33,10 @@ def without(trace: Trace, row: int) -> Trace:
 @each("frame_rate_hz", release_after(1, [60, 240, 960]))
 @each("tilt", release_after(1, [0.3, 0.0]))
 @each("restitution", release_after(1, [0.7, 0.0, 0.2, 0.5]))
-def test_pit_of_a_disc_that_comes_to_rest_is_no_worse_than_pit(
+def test_pit_of_a_disc_that_comes_to_rest_is_sampled_at_worst(
     restitution: float, tilt: float, frame_rate_hz: int, heights: int
 ) -> None:
-    """Whatever the height, PIT is *sampled* at worst: hops that no frame can see are nobody's fault."""
+    """PIT of a bouncing disc that comes to rest is SAMPLED at worst: hops that frames cannot resolve are ignored."""
     rng = np.random.default_rng(7)
     for height_m in rng.uniform(0.65, 1.8, heights).tolist():
         scene = dropped(restitution, height_m, tilt=tilt)
@@ -47,8 +47,8 @@ def test_pit_of_a_disc_that_comes_to_rest_is_no_worse_than_pit(
         assert score.expected >= 1
 
 
-def test_pit_of_bounces_that_the_scene_cuts_short_is_no_worse_either() -> None:
-    """A scene that ends before its disc rests has the same hops: those that PIT can't follow do not count."""
+def test_pit_of_bounces_cut_short_by_the_end_is_sampled() -> None:
+    """If a scene ends before its disc rests, bounces that PIT cannot follow are ignored: PIT is SAMPLED."""
     scene = dropped(0.7, 1.962831966843237)
     reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=240)
     assert reference.outcome is Outcome.COMPLETED
@@ -57,8 +57,11 @@ def test_pit_of_bounces_that_the_scene_cuts_short_is_no_worse_either() -> None:
 
 
 @each("row", [0, 1, 2])
-def test_a_bounce_that_frames_can_see_still_counts(row: int) -> None:
-    """The first four bounces of a ball with e = 1/2 are 10 frames apart or more: a run without one is not *sampled*."""
+def test_bounce_that_frames_can_resolve_counts(row: int) -> None:
+    r"""A run without one of the first three bounces of a ball with e = 1/2 is INACCURATE or WRONG.
+
+    Those bounces are 10 frames apart or more.
+    """
     scene = dropped(0.5, 1.5)
     pit = solve_pit(scene, frame_rate_hz=240)
     score = compare(solve_pic(scene), without(pit, row), sampling=pit)
@@ -66,8 +69,8 @@ def test_a_bounce_that_frames_can_see_still_counts(row: int) -> None:
     assert score.total.time_s > 0.1 or score.missed
 
 
-def test_an_invented_bounce_early_on_is_still_invented() -> None:
-    """A run that has an impact half way up the first hop has one too many."""
+def test_invented_bounce_before_rest_is_spurious() -> None:
+    """A run with an extra impact half way up the first hop has one spurious impact and is WRONG."""
     scene = dropped(0.5, 1.5)
     pit = solve_pit(scene, frame_rate_hz=240)
     impacts = np.insert(pit.impacts, 1, pit.impacts[0])
@@ -77,8 +80,8 @@ def test_an_invented_bounce_early_on_is_still_invented() -> None:
     assert score.grade is Grade.WRONG
 
 
-def test_bounces_on_what_lies_above_or_gives_all_speed_back_count_to_the_end() -> None:
-    """A light touch of the ceiling is no rest, and a ball of e = 1 never comes to rest."""
+def test_ceiling_touches_and_elastic_bounces_count_to_the_end() -> None:
+    """A light touch of the ceiling, or bounces with e = 1, do not shorten the range of the comparison."""
     up = staged(
         "up",
         disc_at(0, 0.5, 0, 3.0),
@@ -93,15 +96,18 @@ def test_bounces_on_what_lies_above_or_gives_all_speed_back_count_to_the_end() -
         assert clip_before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) == WHOLE
 
 
-def test_without_gravity_nothing_comes_to_rest() -> None:
-    """A slow disc between walls that takes half of its speed each time is followed to the end."""
+def test_range_is_not_shortened_without_gravity() -> None:
+    """Without gravity the range is not shortened, even if a slow disc loses half of its speed at a wall."""
     scene = staged("slow", disc_at(0, 0.51, 0, -0.001), wall_at(0, 0, 0, 1), wall_restitution=0.5, duration_s=30)
     reference = solve_pic(scene)
     assert clip_before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) is WHOLE
 
 
-def test_a_crush_begins_with_the_first_impact_that_the_next_follows_within_two_steps() -> None:
-    """At 1.625 and 1.75 s, exactly two steps of 1/16 s: from the former on nothing is compared."""
+def test_crush_ends_the_range_at_impacts_two_steps_apart() -> None:
+    r"""The range of a crush ends before the first impact that the next one follows within two steps.
+
+    These are at 1.625 and 1.75 s, exactly two steps of 1/16 s apart.
+    """
     near, far = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.5, 0.0, -1.0, 0.0, velocity_m_s=(-1.0, 0.0))
     scene = staged("crush", disc_at(1.0, 0.0, r=0.25), near, far, duration_s=3.0)
     until_s = clip_before_rest(solve_pic(scene), WHOLE, 1 / 16).until_s

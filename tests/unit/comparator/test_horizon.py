@@ -31,15 +31,18 @@ def pic() -> Trace:
     return solve_pic(SCENE, max_impacts=IMPACTS)
 
 
-def test_float64_agrees_to_ten_digits_and_not_to_all(certified: CertifiedTrace, pic: Trace) -> None:
-    """All 60 impacts of a dilute gas agree to 1e-6, but not all agree to 2e-15, because errors grow."""
+def test_pic_agrees_with_60_certified_impacts_to_1e_6(certified: CertifiedTrace, pic: Trace) -> None:
+    r"""All 60 impacts of PIC in a dilute gas agree with certified ones to 1e-6, but not all to 2e-15.
+
+    Errors grow from impact to impact.
+    """
     assert compute_horizon(certified, pic, tolerance=1e-6).agreed == IMPACTS
     assert compute_horizon(certified, pic, tolerance=2e-15).agreed < IMPACTS
 
 
 @each("k", [0, 17, IMPACTS - 1])
-def test_the_first_impact_that_is_off_ends_it(certified: CertifiedTrace, pic: Trace, k: int) -> None:
-    """A time or a velocity off by more than the tolerance is where the horizon is, for NaN too."""
+def test_first_deviating_impact_ends_the_horizon(certified: CertifiedTrace, pic: Trace, k: int) -> None:
+    """The horizon ends before the first impact whose time or velocity is off by more than the tolerance, or NaN."""
     for values in ({"time_s": pic.impacts["time_s"][k] + 1e-3}, {"velocity_first_after": (math.nan, 0.0)}):
         found = compute_horizon(certified, altered(pic, k, **values), tolerance=1e-6)
         assert (found.agreed, found.order_differs) == (k, None)
@@ -47,23 +50,26 @@ def test_the_first_impact_that_is_off_ends_it(certified: CertifiedTrace, pic: Tr
         assert not found.covers_the_scene
 
 
-def test_an_impact_of_other_bodies_is_where_the_order_differs(certified: CertifiedTrace, pic: Trace) -> None:
-    """The first impact of a pair that the certified run does not have there is named."""
+def test_horizon_ends_where_the_order_of_impacts_differs(certified: CertifiedTrace, pic: Trace) -> None:
+    """An impact of other bodies than the certified one ends the horizon and is named."""
     other = 14 if pic.impacts["first"][25] != 14 else 13
     found = compute_horizon(certified, altered(pic, 25, first=other), tolerance=1e-6)
     assert (found.agreed, found.order_differs) == (25, 25)
     assert "differs from impact 26 on" in str(found)
 
 
-def test_a_scene_of_a_closed_form_is_covered_to_its_end() -> None:
-    """Where all impacts are certified and agree, the horizon is the end of the scene."""
+def test_fully_certified_scene_is_covered_to_its_end() -> None:
+    """If all impacts are certified and agree, the horizon is the end of the scene."""
     found = carom.horizon(staged("two", disc_at(0.0, 0.0, 1.0), disc_at(3.0, 0.3), duration_s=5.0))
     assert found.covers_the_scene
     assert (found.agreed, found.certified, found.end_s) == (1, 1, 5.0)
 
 
-def test_discs_at_rest_that_a_driven_wall_strikes_are_covered() -> None:
-    """What errors are compared with is the speed that the wall gives, where all discs are at rest at the start."""
+def test_resting_discs_struck_by_a_driven_wall_are_covered() -> None:
+    r"""A scene whose discs rest until a driven wall strikes them is covered to its end.
+
+    Errors are relative to the speed that the wall gives.
+    """
     discs, press = (
         (disc_at(1.0, 0.0, r=0.1), disc_at(2.0, 0.05, r=0.1)),
         wall_at(0.0, 0.0, 1.0, 0.0, velocity_m_s=(0.3, 0.0)),
@@ -73,8 +79,11 @@ def test_discs_at_rest_that_a_driven_wall_strikes_are_covered() -> None:
 
 
 @pytest.mark.long
-def test_a_horizon_ends_where_pic_says_that_a_disc_is_crushed() -> None:
-    """Between edges, along which it goes, a certified run would follow it without end."""
+def test_horizon_ends_where_a_disc_is_crushed() -> None:
+    r"""A horizon between closing edges ends at the crush, after over 250 certified impacts.
+
+    A certified run alone would follow the disc without end.
+    """
     edges = [Chain(points_m=[(x, -1.0), (x, 1.0)], velocity_m_s=(-x / 4.0, 0.0)) for x in (0.0, 2.0)]
     found = carom.horizon(staged("crush", disc_at(1.0, 0.0, -1.0, 0.0625, r=0.25), *edges, duration_s=4.0))
     assert found.order_differs is None
@@ -83,7 +92,10 @@ def test_a_horizon_ends_where_pic_says_that_a_disc_is_crushed() -> None:
 
 
 def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
-    """Another path after the horizon does not touch the score; before it, it does. A run's own contradictions do."""
+    r"""A run that deviates only beyond the horizon is EXACT; a missed impact before the horizon counts.
+
+    A run that contradicts itself beyond the horizon is INACCURATE.
+    """
     horizon_s = float(pic.impacts["time_s"][29])
     gone = replayed(pic, pic.impacts[:45].copy())
     for observed in (pic, gone):
@@ -104,16 +116,16 @@ def dropped(trace: Trace, at: int) -> Trace:
     return dataclasses.replace(trace, impacts=np.delete(trace.impacts, at))
 
 
-def test_a_horizon_at_the_end_changes_nothing(pic: Trace) -> None:
-    """A horizon that covers the scene is no horizon."""
+def test_horizon_at_the_end_of_the_scene_has_no_effect(pic: Trace) -> None:
+    """A horizon that covers the whole scene gives the errors, findings and grade of no horizon."""
     whole, plain = compare(pic, pic, horizon=SCENE.duration_s), compare(pic, pic)
     assert repr((whole.errors, whole.findings)) == repr((plain.errors, plain.findings))  # NaN equals nothing
     assert whole.grade is plain.grade
     assert whole.horizon_s is None
 
 
-def test_a_run_that_has_an_impact_less_or_more_is_not_covered() -> None:
-    """A trace that lacks the last impact of a certified run, or has one more, differs from it there."""
+def test_run_with_a_missing_or_extra_impact_is_not_covered() -> None:
+    """A trace without the last certified impact, or with one more, differs from the certified run there."""
     scene = line(0.0, 3.0, 6.0, velocities=(1.0, 0.0, 0.0))
     certified, whole = certify(scene), solve_pic(scene)
     assert len(certified) == len(whole.impacts) == 2
@@ -128,24 +140,27 @@ def test_a_run_that_has_an_impact_less_or_more_is_not_covered() -> None:
 
 
 @each("k", range(1, 5))
-def test_an_impact_at_the_very_end_ends_no_horizon(k: int) -> None:
-    """A row of discs whose last impact is at the scene's duration: a unit in the last place later, it is not there."""
+def test_impact_at_the_end_of_the_scene_ends_no_horizon(k: int) -> None:
+    r"""A row of discs whose last impact is at exactly the scene's duration has no estimated horizon.
+
+    One ulp later the impact would be outside of the scene.
+    """
     long = line(-1.0 - 0.1 * k, -4.3 - 0.7 * k, -9.1 - 1.7 * k, velocities=(-0.7, 0.0, 0.0), duration_s=100.0)
     scene = long.model_copy(update={"duration_s": float(solve_pic(long).impacts["time_s"][1])})
     assert len(solve_pic(scene).impacts) == 2
     assert estimate_horizon(solve_pic(scene)) is None
 
 
-def test_bad_horizons_are_refused(certified: CertifiedTrace, pic: Trace) -> None:
-    """0 is no tolerance, and two scenes are not compared."""
+def test_invalid_tolerance_or_scene_is_refused(certified: CertifiedTrace, pic: Trace) -> None:
+    """A tolerance of 0, or a trace of another scene, raises an InputError."""
     with pytest.raises(InputError, match="tolerance must be above 0, got 0"):
         compute_horizon(certified, pic, tolerance=0)
     with pytest.raises(InputError, match="but the trace is not"):
         compute_horizon(certified, solve_pic(SCENE.model_copy(update={"name": "other"}), max_impacts=0))
 
 
-def test_what_lies_beyond_the_horizon_is_not_held_against_anybody() -> None:
-    """An impact dropped within the horizon is missed; impacts dropped beyond it, from 40 on, have no effect."""
+def test_missed_impacts_count_only_within_the_horizon() -> None:
+    """With a horizon of 20 impacts, a dropped impact 5 is missed; impacts dropped from 40 on have no effect."""
     reference = solve_pic(catalogue()["classics/gas"].scene)
     early = dataclasses.replace(reference, impacts=np.delete(reference.impacts, 5))
     late = replayed(reference, reference.impacts[:40].copy())
@@ -157,8 +172,8 @@ def test_what_lies_beyond_the_horizon_is_not_held_against_anybody() -> None:
     assert compare(reference, late).missed[0] == 40
 
 
-def test_a_time_and_a_number_of_impacts_are_one_horizon() -> None:
-    """A horizon by number of impacts and one by the time of the last of them are the same."""
+def test_horizon_by_count_equals_horizon_by_time() -> None:
+    """A horizon of 20 impacts equals one at the time of the 20th; more impacts than there are is no horizon."""
     reference = solve_pic(catalogue()["classics/gas"].scene)
     by_time = compare(reference, reference, horizon=float(reference.impacts["time_s"][19]))
     assert by_time.expected == compare(reference, reference, horizon=20).expected == 20
@@ -168,22 +183,22 @@ def test_a_time_and_a_number_of_impacts_are_one_horizon() -> None:
 
 
 @each("horizon", [-1, -0.5, float("nan"), True])
-def test_a_horizon_that_is_none_is_refused(horizon: float) -> None:
-    """A negative horizon, NaN, or a truth value is refused by name."""
+def test_invalid_horizon_is_refused(horizon: float) -> None:
+    """A horizon that is negative, NaN or a boolean raises an InputError with its value."""
     reference = solve_pic(catalogue()["paper/late"].scene)
     with pytest.raises(InputError, match=rf"horizon must be a number of impacts .* got {horizon}"):
         compare(reference, reference, horizon=horizon)
 
 
-def test_short_scenes_are_believed_whole() -> None:
+def test_scenes_with_known_answers_have_no_estimated_horizon() -> None:
     """No horizon is estimated for scenes whose known answers PIC reproduces to rounding."""
     for entry in catalogue().values():
         if entry.known.impacts and entry.known.count == len(entry.known.impacts) and not entry.known.convention:
             assert estimate_horizon(solve_pic(entry.scene)) is None, entry.name
 
 
-def test_the_estimate_ends_before_the_run_does_in_a_chaotic_gas() -> None:
-    """Tens to hundreds of impacts of sixteen discs in twenty seconds are reliable, as in certified runs.
+def test_estimated_horizon_of_a_gas_is_between_29_and_327_impacts() -> None:
+    r"""The estimated horizon of a gas of sixteen discs is between 29 and 327 impacts, as in certified runs.
 
     Measured errors exceed 1e-12 from impact 29 to 101 on, and 1e-6 from impact 95 to 327 on, at packing .1 to .4.
     """
@@ -194,8 +209,8 @@ def test_the_estimate_ends_before_the_run_does_in_a_chaotic_gas() -> None:
     assert 29 < believed < 327
 
 
-def test_impacts_at_one_instant_far_apart_may_change_places() -> None:
-    """Many discs that strike the walls at the very start do so in any order: that ends no horizon."""
+def test_order_of_simultaneous_wall_impacts_ends_no_horizon() -> None:
+    """Discs that strike the walls at 0 s in any order do not end the estimated horizon."""
     reference = solve_pic(build_gas_scene(16, 0.3, duration_s=1.0, touching=True))
     assert (reference.impacts["time_s"] == 0.0).sum() > 1
     assert estimate_horizon(reference) is None

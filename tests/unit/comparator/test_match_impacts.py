@@ -13,8 +13,8 @@ from carom.comparator.align_impacts import MOST_EDITS, compute_edit_distance
 from carom.comparator.match_impacts import match_impacts
 
 
-def test_a_disc_that_tunnelled_at_the_very_end_is_a_miss() -> None:
-    """An impact in the last steps counts as missed where the discs part in the end: no later step would find it."""
+def test_tunnelling_in_the_last_steps_is_a_miss() -> None:
+    """An impact in the last steps is missed if the discs separate at the end: no later step would find it."""
     scene = staged("late", disc_at(-95, 0, 100, 0, r=0.25), disc_at(0.45, 0, r=0.25), duration_s=1.0, frame_rate_hz=24)
     reference, pit = solve_pic(scene), solve_pit(scene)
     score = compare(reference, pit, sampling=pit)
@@ -22,8 +22,8 @@ def test_a_disc_that_tunnelled_at_the_very_end_is_a_miss() -> None:
     assert score.grade is Grade.WRONG
 
 
-def test_an_impact_that_a_later_step_would_have_found_is_undecided() -> None:
-    """An impact in the last frame that PIT would see at the next one is neither found nor missed, and is not graded."""
+def test_impact_that_the_next_frame_would_find_is_undecided() -> None:
+    """An impact in the last frame that PIT would find at the next one is undecided, and the run UNGRADED."""
     scene = staged(
         "last frame", disc_at(-1, 0, 1, 0, r=0.25), disc_at(0.49, 0, r=0.25), duration_s=1.0, frame_rate_hz=24
     )
@@ -34,8 +34,8 @@ def test_an_impact_that_a_later_step_would_have_found_is_undecided() -> None:
     assert score.grade is Grade.UNGRADED
 
 
-def test_an_impact_is_none_that_comes_after_the_next_of_either_disc() -> None:
-    """Disc 0 strikes 1 at 1 s, and 1 strikes 2 at 3 s: a first impact reported at 5 s is too late to match."""
+def test_impact_after_a_later_one_of_its_disc_does_not_match() -> None:
+    """An impact of 1 s reported at 5 s, after the disc's next impact at 3 s, is missed and spurious."""
     discs = disc_at(0, 0, 0.6, 0.8), disc_at(1.2, 1.6), disc_at(3, 4)
     scene = staged("aslant", *discs, duration_s=10.0, frame_rate_hz=60.0)
     late = altered(solve_pit(scene), 0, time_s=5.0)
@@ -43,8 +43,8 @@ def test_an_impact_is_none_that_comes_after_the_next_of_either_disc() -> None:
     assert (found.matched, found.missed, found.spurious) == (((1, 0),), (0,), (1,))
 
 
-def test_a_long_history_of_one_pair_is_aligned_in_its_parts() -> None:
-    """If one of two thousand bounces between two walls is dropped in the middle, that one is missed."""
+def test_one_dropped_bounce_of_2000_is_missed() -> None:
+    """If one of 2000 bounces between two walls is dropped in the middle, exactly that one is missed."""
     scene = staged(
         "to and fro", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1.0
     )
@@ -75,19 +75,19 @@ def full_table(a: Pairs, b: Pairs) -> int:
 
 
 @given(EVENTS, EVENTS)
-def test_the_band_gives_what_the_full_table_gives(a: Pairs, b: Pairs) -> None:
-    """The banded distance is that of the full table, for all sequences."""
+def test_banded_edit_distance_equals_the_full_table(a: Pairs, b: Pairs) -> None:
+    """The banded edit distance equals that of the full table, for all short sequences."""
     assert compute_edit_distance(a, b) == full_table(a, b)
 
 
-def test_one_of_each_edit() -> None:
-    """One impact more, one fewer, and two neighbours swapped are one edit each."""
+def test_insertion_deletion_and_swap_are_one_edit_each() -> None:
+    """One impact more, one fewer, and two swapped neighbours are one edit each."""
     a: Pairs = [(0, 1), (1, 2), (2, 3), (0, 2)]
     assert compute_edit_distance(a, a[:2] + a[3:]) == 1
     assert compute_edit_distance(a, [*a[:2], (5, 6), *a[2:]]) == 1
     assert compute_edit_distance(a, [a[0], a[2], a[1], a[3]]) == 1
 
 
-def test_sequences_of_ten_thousand_that_have_nothing_in_common_end_at_the_cap() -> None:
-    """Two long sequences without a common event end at the cap, without a table of a hundred million cells."""
+def test_edit_distance_of_long_disjoint_sequences_is_capped() -> None:
+    """Two sequences of 10,000 events without a common one have the largest distance, MOST_EDITS."""
     assert compute_edit_distance([(0, 1)] * 10_000, [(2, 3)] * 10_000) == MOST_EDITS

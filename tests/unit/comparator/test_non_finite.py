@@ -71,8 +71,11 @@ def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
 
 
 @each("name", list(fields()))
-def test_a_number_that_is_none_is_wrong_at_any_place(name: str) -> None:
-    """NaN or infinity in any field of any row has a verdict and the grade wrong, with and without a PIT."""
+def test_non_finite_number_in_any_field_is_wrong(name: str) -> None:
+    r"""NaN or infinity in any field of a trace gives NOT_FINITE as first verdict, and the grade WRONG.
+
+    This holds with and without a PIT run to compare with.
+    """
     trace = sampled(faithful(REFERENCE))
     assert compare(REFERENCE, trace).grade is Grade.EXACT
     broken = itertools.islice(broken_copies(trace, name), 0, None, 5)
@@ -92,8 +95,8 @@ def test_a_number_that_is_none_is_wrong_at_any_place(name: str) -> None:
         pytest.param("classics/box", marks=pytest.mark.long),
     ],
 )
-def test_walls_immovable_discs_and_long_chains_are_looked_through_as_well(name: str) -> None:
-    """Every field of every impact of scenes with walls, immovable discs and many impacts; beyond a horizon too."""
+def test_non_finite_number_beyond_the_horizon_is_wrong(name: str) -> None:
+    """NaN or infinity in any impact is WRONG, also beyond a horizon, with walls and immovable discs."""
     reference = solve_pic(catalogue()[name].scene)
     for field in ("impacts.time_s", "impacts.normal", "impacts.velocity_second_before", "impacts.velocity_first_after"):
         for copy, what in broken_copies(dataclasses.replace(reference, dt_s=DT), field):
@@ -102,22 +105,22 @@ def test_walls_immovable_discs_and_long_chains_are_looked_through_as_well(name: 
 
 
 @each("field", ["end_time_s", "dt_s"])
-def test_the_end_and_the_step_are_numbers(field: str) -> None:
-    """A run that ends at no time, or has no step, is wrong."""
+def test_non_finite_end_or_step_is_wrong(field: str) -> None:
+    """A run whose end time or step is NaN or infinite is WRONG."""
     for value in BROKEN:
         assert compare(REFERENCE, replaced(faithful(REFERENCE), field, value)).grade is Grade.WRONG
 
 
-def test_the_reason_names_field_row_and_value() -> None:
-    """The verdict's reason names the field, its impact and its value."""
+def test_reason_names_the_non_finite_field_impact_and_value() -> None:
+    """The reason of NOT_FINITE names the field, the impact and the value; the total error is infinite."""
     score = compare(REFERENCE, altered(faithful(REFERENCE), 1, velocity_first_after=(math.nan, 0.0)))
     assert score.findings[0].reason == "velocity_first_after of impact 1 is nan, 0"
     assert score.total.velocity == math.inf
     assert score.errors[0].velocity == 0
 
 
-def test_not_known_is_not_broken() -> None:
-    """NaN means "not known" for a whole state, and for the effective time of an impact whose state is not known."""
+def test_nan_for_an_unknown_state_is_accepted() -> None:
+    """NaN for a whole unknown state and its effective time is no error; NaN for the time alone is one."""
     trace = faithful(REFERENCE)
     states, effective = sure(trace.state_before).copy(), sure(trace.effective_time_s).copy()
     effective[1] = math.nan
@@ -130,8 +133,8 @@ def test_not_known_is_not_broken() -> None:
     assert compare(REFERENCE, unknown).grade is Grade.EXACT  # by the time stamp
 
 
-def test_nothing_is_held_against_a_reference_with_a_number_that_is_none() -> None:
-    """A reference with NaN is refused by name; a PIT with NaN is treated as missing."""
+def test_non_finite_reference_is_refused_and_pit_ignored() -> None:
+    """A reference with NaN raises an InputError; a PIT run with NaN is treated as missing."""
     broken = dataclasses.replace(REFERENCE, final_position_m=REFERENCE.final_position_m * math.nan)
     with pytest.raises(InputError, match="final_position_m of disc 0 is nan, nan in the reference"):
         compare(broken, REFERENCE)
@@ -153,6 +156,6 @@ def test_nothing_is_held_against_a_reference_with_a_number_that_is_none() -> Non
         ([], math.nan),
     ],
 )
-def test_the_largest_of_what_holds_nan_is_nan(values: list[float], expected: float) -> None:
-    """The largest by magnitude keeps its sign; the result is NaN if any value is NaN, or if there is none."""
+def test_largest_of_values_with_nan_is_nan(values: list[float], expected: float) -> None:
+    """The value of largest magnitude keeps its sign; it is NaN if any value is NaN, or if there is none."""
     assert find_largest(values) == pytest.approx(expected, nan_ok=True)

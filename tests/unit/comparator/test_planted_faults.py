@@ -51,11 +51,11 @@ def fault_size(a: float) -> float:
     return 64 * 2.0**-52 * max(1.0, abs(a))
 
 
-def test_a_normal_turned_by_a_degree(reference: Trace) -> None:
-    """An impact carried out along a normal turned by 1° comes back with a normal error of 1°, and no other does.
+def test_normal_turned_by_one_degree_is_measured_exactly(reference: Trace) -> None:
+    r"""An impact along a normal turned by 1° is the only one with a normal error, of 1° to rounding.
 
-    The impulse J along the turned normal leaves errors in the velocities after the impact. Along and across the true
-    normal they are J (1 - cos 1°) and J sin 1° over the mass.
+    The impulse J along the turned normal leaves errors in the velocities after the impact. Along and across the
+    true normal they are J (1 - cos 1°) and J sin 1° over the mass.
     """
     angle = math.radians(1.0)
     impacts = reference.impacts.copy()
@@ -92,8 +92,8 @@ def test_a_normal_turned_by_a_degree(reference: Trace) -> None:
         assert int(np.nanargmax(score.local.velocity)) == at
 
 
-def test_a_restitution_a_tenth_too_low(reference: Trace) -> None:
-    """An impact carried out with a restitution 0.1 lower comes back with an error of -0.1, all along the normal."""
+def test_restitution_lowered_by_a_tenth_is_measured_exactly(reference: Trace) -> None:
+    """An impact with a restitution 0.1 too low has a restitution error of -0.1, all along the normal."""
     impacts, scene = reference.impacts.copy(), reference.scene
     row, at = impacts[-1], len(impacts) - 1
     w1 = 1 / scene.discs[int(row["first"])].mass_kg
@@ -114,8 +114,8 @@ def test_a_restitution_a_tenth_too_low(reference: Trace) -> None:
 
 @each("length, time", release_after(1, [(1e-6, 1e3), (1000.0, 1.0), (1.0, 1e-3)]))
 @each("name", ["paper/multiple", "classics/deflection"])
-def test_the_units_of_a_scene_do_not_matter(name: str, length: float, time: float) -> None:
-    """The same scene in millimetres, or a thousand times faster, gets the same grade, verdicts and scaled errors.
+def test_units_of_a_scene_do_not_change_its_score(name: str, length: float, time: float) -> None:
+    r"""A scene in other units of length and time has the same grade, verdicts and scaled errors.
 
     Errors agree to 1e-9: the scaled start is rounded again, which affects an impact near a frame's edge most.
     """

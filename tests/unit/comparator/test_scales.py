@@ -57,10 +57,11 @@ def spin_off(reference: Trace, size: float) -> Trace:
         ("a fast spinner", spin_off, Verdict.WRONG_SPIN),
     ],
 )
-def test_a_body_that_has_nothing_to_do_with_it_hides_no_error(
-    name: str, plant: Callable[[Trace, float], Trace], verdict: Verdict
-) -> None:
-    """An error of two discs is named next to a disc that they never meet, and the run is not exact."""
+def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float], Trace], verdict: Verdict) -> None:
+    r"""An error of two discs is reported also next to a fast, distant or spinning disc that they never meet.
+
+    Errors from 1e-9 on are not EXACT, and large ones are INACCURATE.
+    """
     reference = solve_pic(pair_beside(name))
     sampling = solve_pit(reference.scene)
     assert compare(reference, plant(reference, 0.0), sampling=sampling).grade is Grade.EXACT
@@ -71,10 +72,10 @@ def test_a_body_that_has_nothing_to_do_with_it_hides_no_error(
     assert compare(reference, plant(reference, 6 * LENGTH), sampling=sampling).grade is Grade.INACCURATE
 
 
-def test_a_scale_is_the_greatest_speed_that_led_to_an_impact() -> None:
-    """Handed on from impact to impact, also where a disc has stopped; not by what never moves, nor to others.
+def test_speed_scale_is_the_largest_speed_that_led_to_an_impact() -> None:
+    r"""The speed scale of an impact is the largest speed that earlier impacts have handed on to its discs.
 
-    By hand: a disc at 4 m/s stops where it strikes another and hands its speed on; one at 2 m/s meets it there.
+    A disc at 4 m/s stops where it strikes another and hands its speed on; one at 2 m/s meets it there.
     """
     discs = [disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(-6, 0, 2, 0), disc_at(0, 9, 1, 0), disc_at(3, 9, m=math.inf)]
     reference = solve_pic(staged("handed on", *discs, duration_s=4))
@@ -87,8 +88,8 @@ def test_a_scale_is_the_greatest_speed_that_led_to_an_impact() -> None:
 
 
 @each("rate_hz", [60, 240, 1000])
-def test_exact_in_narrow_floats_ends_at_a_hundredth_of_a_steps_travel(rate_hz: int) -> None:
-    """However many steps round a place: what is further off than a hundredth of a step's travel is close at best.
+def test_32_bit_run_is_exact_up_to_1_percent_of_a_steps_travel(rate_hz: int) -> None:
+    r"""A 32-bit run is EXACT up to a position error of 1% of a step's travel, and MISPLACED beyond it.
 
     The travel is that of the greatest speed that led to the disc, 1 m/s here.
     """
@@ -113,8 +114,11 @@ TIE = staged(
 )
 
 
-def test_what_is_certain_before_a_tie_decides() -> None:
-    """An impact missed, or off, six seconds before a shared instant makes a run wrong, or inaccurate; it says so."""
+def test_errors_before_a_tie_decide_the_grade() -> None:
+    r"""A missed or wrong impact before a tie makes a run WRONG or INACCURATE; an exact run is UNGRADED.
+
+    The reason of CONVENTION has the grade until the tie.
+    """
     reference, sampling = solve_pic(TIE), solve_pit(TIE)
     assert min(reference.ambiguous) > 0
     slow = reference.impacts.copy()
@@ -131,24 +135,25 @@ def test_what_is_certain_before_a_tie_decides() -> None:
         assert finding.reason.endswith(f"until then the run is {word}")
 
 
-def test_nothing_is_certain_where_the_tie_comes_first() -> None:
-    """Where the first impact is shared, what came before it is nothing, and nothing is said of it."""
+def test_tie_at_the_first_impact_gives_no_grade_until_then() -> None:
+    """If the first impact is a tie, the run is UNGRADED, and the reason has no grade until then."""
     reference = solve_pic(staged("first", *TIE.discs[2:], duration_s=12))
     score = compare(reference, faithful(reference), sampling=solve_pit(reference.scene))
     assert score.grade is Grade.UNGRADED
     assert "until then" not in score.findings[0].reason
 
 
-def test_the_row_of_the_planted_faults_has_one_scale() -> None:
-    """Where the fastest disc hands its speed on through all impacts, their own scale is the scene's."""
+def test_row_of_planted_faults_has_one_speed_scale() -> None:
+    """In the row of the planted faults every impact has the speed of the fastest disc as its scale."""
     reference = solve_pic(ROW)
     assert compute_own_scales(reference).speed_m_s.tolist() == [SPEED] * len(reference.impacts)
 
 
-def test_velocities_that_nobody_tells_apart_are_not_accused() -> None:
-    """PIC's states alone, at a step in which a disc meets two others, are exact: only its last velocity is known.
+def test_unknown_velocity_between_impacts_of_a_step_is_no_error() -> None:
+    r"""If a disc meets two others in one step, only its last velocity is compared: PIC's states are EXACT.
 
-    By hand: a disc strikes the first of two at 1.01 s, and that the next at 1.015 s, both in the step from 1 s on.
+    A disc strikes the first of two at 1.01 s, and that the next at 1.015 s, both in the step that begins at 1 s. If
+    the last velocity is too small, the verdict is WRONG_VELOCITY.
     """
     scene = staged("chain", disc_at(0, 0, 1, 0), disc_at(2.01, 0), disc_at(3.015, 0), disc_at(9, 9), duration_s=3)
     reference, dt_s = solve_pic(scene), 1 / 30
@@ -179,8 +184,8 @@ def test_velocities_that_nobody_tells_apart_are_not_accused() -> None:
 
 
 @each("late, price", [(0.25, 0.25), (0.75, 0.75), (0.0, 0.0)])
-def test_where_velocities_cost_nothing_time_is_what_is_paid(late: float, price: float) -> None:
-    """Head-on, PIT is late and its velocities are right: it pays the part of a step that it is late, and no 0."""
+def test_price_of_head_on_pit_is_its_lateness(late: float, price: float) -> None:
+    """In a head-on impact, where PIT's velocities are right, the price is the part of a step that PIT is late."""
     scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(2 - late / 60, 0), duration_s=3)
     reference = solve_pic(scene)
     pit = solve_pit(scene, frame_rate_hz=60)
@@ -189,8 +194,8 @@ def test_where_velocities_cost_nothing_time_is_what_is_paid(late: float, price: 
     assert score.price_paid == pytest.approx(price, abs=1e-9)
 
 
-def test_a_grade_that_is_a_lucky_phase_says_so() -> None:
-    """PIT that looks at the very instant of an oblique impact is exact there, and says at how many phases it is."""
+def test_reason_names_a_lucky_phase_of_pit() -> None:
+    """PIT with a frame at the very instant of the impact is EXACT; the reason says at 1 of 16 phases."""
     scene = staged("oblique", disc_at(0, 0, 2, 0), disc_at(1.8, 0.6), duration_s=2)  # .8 apart along x at .5 s
     reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=64)
     score = compare(reference, pit, sampling=pit)
@@ -199,10 +204,11 @@ def test_a_grade_that_is_a_lucky_phase_says_so() -> None:
 
 
 @each("duration_s, fastest", [(0.75, 4.0), (1.25, 6.0)])
-def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: float, fastest: float) -> None:
-    """A disc dropped by 1 m at 8 m/s^2 lands after 0.5 s at 4 m/s and leaves at 2 m/s; another one does not land.
+def test_speed_scale_includes_landings_and_the_end(duration_s: float, fastest: float) -> None:
+    r"""The speed scale under gravity is the largest speed at a landing or at the end: 4 or 6 m/s.
 
-    At 1.25 s the other disc, thrown upwards at 4 m/s, falls at 6 m/s.
+    A disc dropped by 1 m at 8 m/s^2 lands after 0.5 s at 4 m/s and leaves at 2 m/s. At 1.25 s another disc, thrown
+    upwards at 4 m/s, falls at 6 m/s.
     """
     ball, beside = disc_at(0, 1.5), disc_at(9, 9, 0, 4)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
@@ -211,7 +217,7 @@ def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: fl
 
 
 @each("count", [1, 2, 3, 10, 11])
-def test_the_median_is_numpy_s(count: int) -> None:
+def test_median_equals_that_of_numpy(count: int) -> None:
     """The median equals NumPy's for odd and even numbers of values, also with infinities and NaN."""
     values = np.random.default_rng(count).normal(size=count)
     for strange in (values.max(), math.inf, -math.inf, math.nan):

@@ -99,8 +99,8 @@ def fastest_rim(scene: Scene) -> float:
 
 
 @each_damped
-def test_the_right_rate_is_exact(scene: Scene) -> None:
-    """PIC of the scene itself is exact, step by step and as a whole, and nothing is said against it."""
+def test_pic_of_a_damped_scene_is_exact(scene: Scene) -> None:
+    """PIC of a damped scene is graded EXACT, and CONFORMS is its only verdict."""
     score = judged(scene, PicAdapter())
     assert score.grade is Grade.EXACT
     assert score.verdicts == (Verdict.CONFORMS,)
@@ -108,8 +108,11 @@ def test_the_right_rate_is_exact(scene: Scene) -> None:
 
 @each_damped
 @each("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
-def test_another_rate_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
-    """A run damped by another rate, or not at all, changes velocities where nothing is met, by that much a step."""
+def test_wrong_damping_rate_is_inaccurate_or_worse(scene: Scene, factor: float) -> None:
+    r"""A run with a wrong damping rate, or none, is inaccurate or worse, with the verdict TURNS.
+
+    The measured slip per step is the difference between the two decay factors, to 1e-6.
+    """
     score = judged(scene, Otherwise(damping_per_s=factor))
     assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
     assert Verdict.TURNS in score.verdicts
@@ -121,8 +124,11 @@ def test_another_rate_is_no_better_than_inaccurate(scene: Scene, factor: float) 
 
 @each("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
 @each("scene", ON_TABLES)
-def test_another_deceleration_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
-    """Whether or not anything is met: each step changes velocities by that part of the table's less or more."""
+def test_wrong_table_deceleration_is_inaccurate_or_worse(scene: Scene, factor: float) -> None:
+    r"""A run with a wrong deceleration of the table is inaccurate or worse, with or without impacts.
+
+    A slip of over 1e-3 per step is measured, or invented impacts.
+    """
     score = judged(scene, Otherwise(table_deceleration_m_s2=factor))
     assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
     # At full speed a dt / v is 1.7e-3, and near the stop half of the part; what changes by over 1 % turns by itself.
@@ -130,8 +136,8 @@ def test_another_deceleration_is_no_better_than_inaccurate(scene: Scene, factor:
 
 
 @each_damped
-def test_damping_of_the_first_order_is_inaccurate(scene: Scene) -> None:
-    """What keeps 1 - c dt of a velocity in each step, as engines do, is found: by (c dt)^2 / 2 a step."""
+def test_first_order_damping_is_inaccurate(scene: Scene) -> None:
+    """Damping by 1 - c dt per step, as in many engines, is INACCURATE, with a slip of (c dt)^2 / 2 per step."""
     rate = scene.damping_per_s * DT_S
     score = judged(scene, Otherwise(damping_per_s=-math.log1p(-rate) / rate))
     assert score.grade is Grade.INACCURATE
@@ -140,14 +146,20 @@ def test_damping_of_the_first_order_is_inaccurate(scene: Scene) -> None:
 
 @pytest.mark.long
 @each("seed", range(12))
-def test_pit_is_no_worse_than_sampled_on_a_table(seed: int) -> None:
-    """PIT on random tables is not inaccurate, compared with PIT at all phases of its step."""
+def test_pit_on_a_decelerating_table_is_never_inaccurate(seed: int) -> None:
+    r"""PIT on random decelerating tables is never graded INACCURATE or PARTED_INACCURATE.
+
+    It is compared with PIT at all phases of its step.
+    """
     assert judged(slowing(seed), load_adapter("pit")).grade not in {Grade.INACCURATE, Grade.PARTED_INACCURATE}
 
 
 @each("scene", [PAIR, *release_after(2, reversed(DAMPED))])
-def test_a_wrong_coefficient_is_found(scene: Scene) -> None:
-    """A run with nine tenths of the restitution is inaccurate, and off by that at each impact that stands alone."""
+def test_wrong_restitution_of_a_slowed_run_is_measured(scene: Scene) -> None:
+    r"""A run with 0.9 of the restitution is INACCURATE (or WRONG if damped), with an error of 0.1 e to 1e-9.
+
+    Restitution is not measured in impacts with friction.
+    """
     score = judged(scene, Otherwise(restitution=0.9, wall_restitution=0.9))
     assert sure(score.local_truth).grade in {Grade.INACCURATE} | ({Grade.WRONG} if scene is not PAIR else set())
     if scene.name != "contact/damped-slide":  # of rubbing impacts no restitution is worked out
@@ -156,8 +168,11 @@ def test_a_wrong_coefficient_is_found(scene: Scene) -> None:
 
 
 @each_damped
-def test_a_late_run_of_a_damped_scene_is_late_by_as_much(scene: Scene) -> None:
-    """A run that finds every first impact half a step late, and is right in all else, is late by half a step."""
+def test_pit_lateness_in_damped_scenes_is_the_rest_of_the_frame(scene: Scene) -> None:
+    r"""PIT finds the first impact of a damped scene late by the rest of its frame, to 1e-7 steps.
+
+    That impact is due at PIC's time, and the lateness of the run is within one step.
+    """
     reference, found = own(scene, DT_S)
     score = score_steps(sure(found.local_truth), compute_scales(scene, solve_pic(scene, max_impacts=2000)), 64)
     first = reference.impacts["time_s"][0]
@@ -170,16 +185,16 @@ def test_a_late_run_of_a_damped_scene_is_late_by_as_much(scene: Scene) -> None:
     "scene, dt_s, off",
     [(PAIR, TABLE_DT_S, 1e-14), *((scene, DT_S, 1e-12) for scene in DAMPED if scene.name == "contact/damped-pair")],
 )
-def test_effective_times_of_an_engine_are_those_of_its_paths(scene: Scene, dt_s: float, off: float) -> None:
-    """States alone, without what a method says of its impacts, give PIC's instants and velocities back."""
+def test_effective_times_are_recovered_from_states_alone(scene: Scene, dt_s: float, off: float) -> None:
+    """Impact times and velocities of PIC are recovered from its states alone, in damped and table scenes."""
     trace, truth = observe_run(Silent(dt_s), scene, "tuned", dt_s), own(scene, dt_s)[0]
     assert trace.effective_time_s == pytest.approx(truth.impacts["time_s"], rel=off)
     for name in ("velocity_first_before", "velocity_second_before", "velocity_first_after", "velocity_second_after"):
         assert trace.impacts[name] == pytest.approx(truth.impacts[name], rel=10 * off, abs=1e-13)
 
 
-def test_places_at_a_turn_on_a_table_are_those_of_the_whole_speed() -> None:
-    """A disc meets a wall nearly head-on, at 2^-10 m/s along it: seen from the turn it comes from its path."""
+def test_positions_at_a_wall_impact_on_a_table_are_consistent() -> None:
+    """Positions around a nearly head-on wall impact on a table are consistent with the path, to 1e-12."""
     bodies = disc_at(0.0, 0.0, 2.0, 2.0**-10, r=0.25), wall_at(1.25, 0.0, -1.0, 0.0)
     scene = staged("table", *bodies, table_deceleration_m_s2=0.8, duration_s=1.0)
     score = compare(solve_pic(scene), observe_run(PicAdapter(), scene, "tuned", TABLE_DT_S))
@@ -187,8 +202,8 @@ def test_places_at_a_turn_on_a_table_are_those_of_the_whole_speed() -> None:
     assert sure(score.consistency).unchecked == 0
 
 
-def test_a_step_beyond_the_end_leaves_out_what_stops_in_it() -> None:
-    """A disc that stops after the scene's end, and before the last look, moves at the end as fast as PIC has it."""
+def test_disc_that_stops_after_the_end_still_moves_at_the_end() -> None:
+    """A disc that stops after the scene's end, but within the last step, has PIC's speed and position at the end."""
     scene = staged("stops", disc_at(0, 0, 1, r=0.25), table_deceleration_m_s2=1.0, duration_s=0.995)
     observed = observe_run(load_adapter("pic"), scene, "tuned", 0.3)
     assert observed.end_time_s == pytest.approx(0.995, abs=1e-15)
@@ -196,8 +211,11 @@ def test_a_step_beyond_the_end_leaves_out_what_stops_in_it() -> None:
     assert observed.final_position_m[0, 0] == pytest.approx(0.5 - 0.005**2 / 2, abs=1e-15)
 
 
-def test_a_scene_on_a_table_begins_earlier_or_later() -> None:
-    """Begun a tenth of a second earlier, the same impact comes a tenth later; not where discs meet on the way back."""
+def test_start_of_a_table_scene_can_be_shifted() -> None:
+    r"""A table scene that starts 0.1 s earlier has its impact 0.1 s later.
+
+    If discs would meet on the way back, the scene starts 0.1 s later instead.
+    """
     (first,) = solve_pic(PAIR).impacts["time_s"]
     earlier = shift_start(PAIR, 0.1)
     assert earlier.duration_s == pytest.approx(2.1)

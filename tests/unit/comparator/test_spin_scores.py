@@ -55,8 +55,12 @@ def reason(result: Score, verdict: Verdict) -> str:
 
 
 @each("spin, error, arm", [(-2.002, 0.002, "1.001"), (2.0, 4.0, "-1"), (0.0, 2.0, "0")])
-def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, error: float, arm: str) -> None:
-    """The disc of 'grip' comes at 5 m/s and leaves at (2, 2) with -2 rad/s: another spin is an error of spin alone."""
+def test_wrong_spin_is_measured_and_inaccurate(spin: float, error: float, arm: str) -> None:
+    r"""A run of 'grip' with only a wrong spin is INACCURATE, with a spin error of exactly that size.
+
+    The disc comes at 5 m/s and leaves at (2, 2) with -2 rad/s. ANGULAR reports the arm at which friction seems to
+    act.
+    """
     result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
     assert result.grade is Grade.INACCURATE
     assert result.total.velocity <= 1e-15
@@ -71,15 +75,18 @@ def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, 
 
 
 @each("spin, said", [(-2.000002, "1e-6 of its radius outside"), (-1.999998, "1e-6 of its radius inside")])
-def test_an_arm_that_is_hardly_off_the_radius_is_told_by_its_difference(spin: float, said: str) -> None:
-    """Friction turns the disc of 'grip' by -2 rad/s: a millionth more or less is an arm longer or shorter by that."""
+def test_friction_arm_close_to_the_radius_is_shown_as_difference(spin: float, said: str) -> None:
+    r"""A friction arm that is off by a millionth of the radius is reported as that distance from the rim.
+
+    Friction turns the disc of 'grip' by -2 rad/s.
+    """
     result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
     assert f"as if it acted at {said} its rim" in reason(result, Verdict.ANGULAR)
 
 
 @each("part", [0.9, 0.95, 1.05])
-def test_a_spin_that_sampling_does_not_explain_is_not_sampled(part: float) -> None:
-    """Off by a twentieth in what of its slip a superball gets back, at the right time, by less than PIT in speed."""
+def test_spin_error_that_sampling_does_not_explain_is_inaccurate(part: float) -> None:
+    """A run with a wrong tangential restitution is INACCURATE, although its velocity error is below PIT's."""
     scene = scene_named("superball-table")
     truth = solve_pic(scene)
     other = scene.model_copy(update={"wall_tangential_restitution": part * scene.wall_tangential_restitution})
@@ -93,8 +100,11 @@ def test_a_spin_that_sampling_does_not_explain_is_not_sampled(part: float) -> No
     assert result.grade is Grade.INACCURATE
 
 
-def test_a_disc_that_slides_where_friction_holds_it_is_named() -> None:
-    """With f = 2 and a push of 6 friction may take 12 m/s, and 1 is enough to hold: 12 would be to slide."""
+def test_sliding_where_friction_would_hold_is_reported() -> None:
+    r"""A disc that slides where friction would hold it is INACCURATE with the verdict SLID.
+
+    With f = 2 and a push of 6 friction can take 12 m/s, and 1 is enough to hold.
+    """
     result = score("grip", outcome_of_one_impact("grip", (3.0 - 12.0, 2.0), -24.0))
     assert Verdict.SLID in found(result)
     assert Verdict.STUCK not in found(result)
@@ -102,8 +112,11 @@ def test_a_disc_that_slides_where_friction_holds_it_is_named() -> None:
     assert result.grade is Grade.INACCURATE
 
 
-def test_a_disc_that_holds_where_friction_lets_it_slide_is_named() -> None:
-    """With f = 0.1 and a push of 3 friction takes 0.3 m/s, and 1 would be needed to hold."""
+def test_sticking_where_friction_is_too_weak_is_reported() -> None:
+    r"""A disc that sticks where friction is too weak to hold it is INACCURATE with the verdict STUCK.
+
+    With f = 0.1 and a push of 3 friction takes 0.3 m/s, and 1 would be needed to hold.
+    """
     result = score("slide", outcome_of_one_impact("slide", (2.0, 1.0), -2.0))
     assert Verdict.STUCK in found(result)
     assert not found(result) & {Verdict.SLID, Verdict.ANGULAR}
@@ -111,24 +124,25 @@ def test_a_disc_that_holds_where_friction_lets_it_slide_is_named() -> None:
 
 
 @each("name", ["edge", "throw-stick"])
-def test_right_runs_take_no_wrong_branch(name: str) -> None:
-    """PIC's impacts, also exactly between stick and slide, and those of PIT, take the branch that the law takes."""
+def test_pic_and_pit_take_the_right_branch_of_friction(name: str) -> None:
+    """PIC and PIT have no verdict on friction or spin, also exactly between sticking and sliding."""
     for trace in (solve_pic(scene_named(name)), solve_pit(scene_named(name))):
         result = score(name, trace)
         assert not found(result) & {Verdict.SLID, Verdict.STUCK, Verdict.ANGULAR, Verdict.SPINS}
 
 
-def test_the_true_run_is_exact() -> None:
-    """The table's own run, without a fault, is exact."""
+def test_correct_run_of_slide_is_exact() -> None:
+    """The correct run of 'slide' is EXACT, and CONFORMS is its only verdict."""
     result = score("slide", outcome_of_one_impact("slide", (2.7, 1.0), -0.6))
     assert result.grade is Grade.EXACT
     assert found(result) == {Verdict.CONFORMS}
 
 
-def test_an_arm_shortened_by_the_overlap_is_named_and_not_held_against_the_run() -> None:
-    """Friction at 0.98 of the radius turns a disc by so much less; one that may overlap by 0.06 is explained by it.
+def test_friction_arm_shortened_by_the_overlap_is_explained() -> None:
+    r"""Friction at 0.98 of the radius is reported; the overlap of a step of 1/60 s explains it, of 1/600 s not.
 
-    The disc comes at 13**0.5 m/s: a step of 1/60 s explains an arm shorter by 0.06, one of 1/600 s by 0.006.
+    The disc comes at 13**0.5 m/s: a step of 1/60 s explains an arm shorter by 0.06, one of 1/600 s by 0.006. The
+    run is INACCURATE because PIT, with full arms, has no such error on a wall.
     """
     run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98)
     result = score("slide", run)
@@ -141,8 +155,8 @@ def test_an_arm_shortened_by_the_overlap_is_named_and_not_held_against_the_run()
     assert "more than the overlap gained" in reason(score("slide", shorter), Verdict.ANGULAR)
 
 
-def test_a_spin_that_fades_in_flight_is_named() -> None:
-    """A spin that is another at the end than after the last impact was damped by nobody that reports it."""
+def test_spin_that_changes_in_flight_is_reported() -> None:
+    """A final spin that differs from that after the last impact gives SPINS, WRONG_LAST_SPIN and ENERGY_LOST."""
     run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
     result = score("slide", dataclasses.replace(run, final_spin_rad_s=np.array([-0.5])))
     assert found(result) == {Verdict.SPINS, Verdict.WRONG_LAST_SPIN, Verdict.ENERGY_LOST}
@@ -150,8 +164,8 @@ def test_a_spin_that_fades_in_flight_is_named() -> None:
     assert result.grade is Grade.INACCURATE
 
 
-def test_a_spin_that_is_no_number_is_wrong() -> None:
-    """NaN in a spin is a verdict by name, and the grade is wrong."""
+def test_nan_spin_is_wrong() -> None:
+    """NaN in a spin gives the verdict NOT_FINITE with its field, and the grade WRONG."""
     run = outcome_of_one_impact("slide", (2.7, 1.0), math.nan)
     result = score("slide", run)
     assert result.grade is Grade.WRONG
@@ -159,23 +173,23 @@ def test_a_spin_that_is_no_number_is_wrong() -> None:
     assert result.total.spin == math.inf
 
 
-def test_a_trace_without_spins_can_not_be_scored_where_discs_turn() -> None:
-    """A trace without spins of discs that turn is refused by name, and not graded by its other values."""
+def test_trace_without_spins_of_turning_discs_is_refused() -> None:
+    """A trace without the spins of discs that turn raises an InputError."""
     run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
     with pytest.raises(InputError, match=r"the trace of 'planted' .* has no spins"):
         score("slide", dataclasses.replace(run, spins=None, final_spin_rad_s=None))
 
 
-def test_a_method_that_knows_no_friction_is_called_inaccurate() -> None:
-    """Mirrored off a rough floor, without a spin: velocity and spin are both off by what friction gives."""
+def test_method_without_friction_is_inaccurate() -> None:
+    """A frictionless bounce off a rough floor is INACCURATE; velocity and spin are off by friction's effect."""
     result = score("slide", outcome_of_one_impact("slide", (3.0, 1.0), 0.0))
     assert result.grade is Grade.INACCURATE
     assert result.total.velocity == pytest.approx(0.3 / math.hypot(3, 2), rel=1e-12)
     assert result.total.spin == pytest.approx(0.6 / math.hypot(3, 2), rel=1e-12)
 
 
-def test_a_fast_rim_does_not_flatter_a_velocity() -> None:
-    """A velocity error of a fast spinning disc is relative to the speed of discs; a spin error, to that of rims."""
+def test_velocity_error_is_relative_to_the_disc_not_its_rim() -> None:
+    """The velocity error of a disc that spins at 1e6 rad/s is relative to the speed of discs, not of rims."""
     disc = disc_at(0.0, 2.0, 3.0, -2.0, r=1.0, spin_rad_s=1e6)
     floor = wall_at(0.0, 0.0, 0.0, 1.0)
     scene = staged("top", disc, floor, wall_friction=0.1, duration_s=1.0)
@@ -190,8 +204,11 @@ def test_a_fast_rim_does_not_flatter_a_velocity() -> None:
     assert result.grade is not Grade.EXACT
 
 
-def test_the_corner_has_two_outcomes_with_friction() -> None:
-    """The two admissible answers of a right-angled corner, worked out by hand, and the one that PIC takes."""
+def test_rough_corner_has_two_admissible_outcomes() -> None:
+    r"""A rough right-angled corner has two admissible outcomes, and PIC's run matches one of them.
+
+    A run with reversed spins matches neither.
+    """
     trace = solve_pic(scene_named("corner"))
     group = sure(find_first_group(trace))
     outcomes = find_admissible_outcomes(trace.scene, group, math.sqrt(13))
@@ -205,8 +222,8 @@ def test_the_corner_has_two_outcomes_with_friction() -> None:
     assert not wrong.matches
 
 
-def test_spin_alone_costs_sampling_nothing() -> None:
-    """Without friction a spin stays what it was: PIT is late, and its spins are right to the bit."""
+def test_pit_has_no_spin_error_without_friction() -> None:
+    """Without friction PIT's spins are right to the bit, although its impacts are late."""
     discs = [disc_at(0, 0, 4, 0, spin_rad_s=3.0), disc_at(3, 0.25, spin_rad_s=-1.0)]
     scene = staged("smooth", *discs, duration_s=2.0)
     truth, pit = solve_pic(scene), solve_pit(scene)
@@ -216,8 +233,8 @@ def test_spin_alone_costs_sampling_nothing() -> None:
     assert result.scales.energy_j == 8.0 + 0.25 * 0.25 * (9.0 + 1.0)
 
 
-def test_horizons_end_where_spins_part() -> None:
-    """A rough gas has a horizon; a single rough bounce, none."""
+def test_rough_gas_has_an_estimated_horizon() -> None:
+    """A rough gas has an estimated horizon within 60 s; a scene of one rough bounce has none."""
     assert estimate_horizon(solve_pic(scene_named("slide"))) is None
     rng = np.random.default_rng(1)
     discs = [
@@ -233,8 +250,8 @@ def test_horizons_end_where_spins_part() -> None:
 
 
 @each("name", ["paper/late", "paper/missed", "classics/inelastic-oblique"])
-def test_a_spin_that_rubs_on_nothing_changes_no_other_number(name: str) -> None:
-    """With all discs spinning and no friction, scores are those of the same scene without spin, number for number."""
+def test_spin_without_friction_changes_no_other_score(name: str) -> None:
+    """With spinning discs and no friction, all scores but those of spin and energy equal those without spin."""
     still = all_scenes()[name].scene
     discs = [disc if disc.immovable else disc.model_copy(update={"spin_rad_s": 3.0}) for disc in still.discs]
     spinning = Scene(**{**dict(still), "discs": discs})
@@ -255,8 +272,8 @@ def test_a_spin_that_rubs_on_nothing_changes_no_other_number(name: str) -> None:
     np.testing.assert_array_equal(one.local.velocity, other.local.velocity)
 
 
-def test_what_pit_pays_of_spin_is_no_error_of_a_run_that_samples() -> None:
-    """PIT turns discs otherwise than PIC by what being late costs: compared with itself it is sampled, and no worse."""
+def test_pit_with_friction_compared_with_itself_is_sampled() -> None:
+    """PIT of spinning discs with friction, compared with itself, is SAMPLED."""
     for name in ("throw-slide", "throw-stick", "gearing"):
         scene = scene_named(name)
         trace = solve_pit(scene)

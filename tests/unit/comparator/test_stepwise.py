@@ -99,8 +99,11 @@ def states_of(scene: Scene, dt_s: float) -> States:
 
 
 @each("scenes_of", [*named(), *at_random()])
-def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(scenes_of: Callable[[], list[Scene]]) -> None:
-    """PIC agrees with PIC from each of its states; PIT is off by what PIT pays there, and misses what that misses."""
+def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(scenes_of: Callable[[], list[Scene]]) -> None:
+    r"""Every step of PIC is exact; steps of PIT miss only what PIT misses there, with errors of at most PIT's.
+
+    At a tie, PIC from a state 1 ulp away may take the other admissible order.
+    """
     for scene in scenes_of():
         reference = solve_pic(scene, max_impacts=2000)
         if reference.outcome is Outcome.GLIDES:  # of infinitely many hops
@@ -118,8 +121,8 @@ def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(scenes_of: Callab
         assert not sampled.ratio[1] > 1.0 + 1e-9, scene.name  # NaN where nothing stands alone
 
 
-def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run that is looked at in many blocks has the windows, meetings and slips of one that is looked at in one."""
+def test_stepwise_results_do_not_depend_on_the_block_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Windows, meetings and slips of a run are the same, whether it is processed in one block or in many."""
     scene = all_scenes()["classics/gas"].scene
     states = states_of(scene, 1 / 60)
     whole = compute_local_truth(scene, states, dt_s=1 / 60)
@@ -135,8 +138,8 @@ def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.mark.long
-def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a dense gas a window is open at any boundary; states go as blocks end still, and none is worked out thrice."""
+def test_states_of_a_crowd_are_processed_less_than_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a dense gas, where a window is almost always open, states are processed less than twice on average."""
     scene = build_gas_scene(100, packing=0.5, duration_s=400 / 60)
     sizes: list[int] = []
 
@@ -154,8 +157,8 @@ def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> Non
     assert sum(sizes) < 2 * 400
 
 
-def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A ball that sinks slowly for a whole run has sunk as deep as it has, however often it was looked at."""
+def test_sinking_depth_does_not_depend_on_the_block_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball that sinks by 0.1 m, or 0.2 radii, in 10 s has that depth in one block and in many."""
     disc = disc_at(0, 0.5, r=0.5)
     scene = staged("sinking", disc, wall_at(0, 0, 0, 1), duration_s=10.0, gravity_m_s2=(0.0, -10.0))
     times = np.arange(601, dtype=np.float64) / 60
@@ -168,21 +171,27 @@ def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (pieces.sunk_radii, pieces.resting_steps) == (whole.sunk_radii, whole.resting_steps)
 
 
-def test_what_finds_each_impact_late_is_sampled_step_by_step() -> None:
-    """PIT of one impact pays its own price: that is no exact run, though nothing is missed and nothing sinks."""
+def test_steps_of_pit_with_a_late_impact_are_sampled() -> None:
+    """The stepwise grade of PIT with one late impact is SAMPLED."""
     scene = all_scenes()["paper/late"].scene
     assert score_steps(steps_of(scene, "pit"), compute_scales(scene, solve_pic(scene)), 64).grade is Grade.SAMPLED
 
 
-def test_a_disc_that_falls_slowly_onto_a_fixed_one_is_due_when_it_is_there() -> None:
-    """A metre at 0.5 m/s^2 takes 2 s: on a straight path a disc that begins at rest would never come."""
+def test_slow_fall_onto_a_fixed_disc_is_due_at_contact() -> None:
+    r"""A disc that falls 1 m from rest at 0.5 m/s^2 onto a fixed disc is due after exactly 2 s.
+
+    On a straight path it would never arrive.
+    """
     bodies = disc_at(0.0, 2.0), disc_at(0.0, 0.0, m=math.inf)
     scene = staged("slow", *bodies, gravity_m_s2=(0.0, -0.5), duration_s=3.0, frame_rate_hz=8.0)
     assert steps_of(scene, "pic").meetings["due_s"].tolist() == [2.0]
 
 
-def test_a_floor_that_a_disc_leaves_does_not_explain_that_it_is_turned() -> None:
-    """Pushed up by 5 m/s in the step in which it leaves, which is no rest: 2.5 steps of falling are 0.4 m/s."""
+def test_push_on_leaving_a_floor_is_an_invented_impact() -> None:
+    r"""A push of 5 m/s in the step in which a disc leaves the floor is an invented impact.
+
+    It is no rest: 2.5 steps of falling are 0.4 m/s.
+    """
     dt_s = 1 / 60
     bodies = disc_at(0.0, 0.5, 0.0, 2.0), wall_at(0.0, 0.0, 0.0, 1.0)
     scene = staged("pushed", *bodies, gravity_m_s2=(0.0, -10.0), duration_s=0.25)
@@ -196,8 +205,8 @@ def test_a_floor_that_a_disc_leaves_does_not_explain_that_it_is_turned() -> None
     assert (found.invented, found.missed, found.early) == (1, 0, 0)
 
 
-def test_a_pass_is_counted_once_however_long_it_lasts() -> None:
-    """A ball that falls through the floor, and on for a hundred steps, has missed one impact."""
+def test_fall_through_the_floor_is_one_missed_impact() -> None:
+    """A ball that falls through the floor and on for a hundred steps has missed one impact, and is WRONG."""
     scene, dt_s = all_scenes()["gravity/bouncing-ball"].scene, 1 / 60
     times = np.arange(scene.step_count(dt_s) + 1, dtype=np.float64) * dt_s
     start, gravity = scene.arrays, np.array(scene.gravity_m_s2)
@@ -213,8 +222,8 @@ def test_a_pass_is_counted_once_however_long_it_lasts() -> None:
     assert not math.isnan(score.first_missed_s)
 
 
-def test_a_piece_of_no_length_is_no_step() -> None:
-    """A state at the time of the one before it, alone or among others, changes nothing."""
+def test_state_at_an_unchanged_time_adds_no_step() -> None:
+    """A state at the same time as the one before, alone or among others, adds no step."""
     scene = staged("flight", disc_at(0.0, 0.0, 1.0, 0.0), duration_s=1.0)
     times_s = np.array([0.0, 0.25, 0.25, 0.5, 0.5, 0.75])
     places = np.stack([times_s, np.zeros_like(times_s)], axis=1)[:, None]

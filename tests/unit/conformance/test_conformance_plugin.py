@@ -17,8 +17,11 @@ from carom.execution.shared_options import LimitOptions
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
-def test_without_its_option_the_plugin_imports_nothing_and_says_nothing(project: Path, run_pytest: Pytest) -> None:
-    """A run that does not ask for it passes where not even Carom's own dependencies can be imported."""
+def test_plugin_without_its_option_imports_no_dependencies(project: Path, run_pytest: Pytest) -> None:
+    r"""Without `--carom-engine`, the plug-in prints nothing and only imports a few light modules of Carom.
+
+    The run passes even if numpy, pydantic, rich, typer and tomli_w can't be imported.
+    """
     (project / "test_own.py").write_text(
         "import sys\n"
         "def test_own():\n"
@@ -39,8 +42,11 @@ def test_without_its_option_the_plugin_imports_nothing_and_says_nothing(project:
 
 
 @pytest.mark.long
-def test_a_repository_without_tests_runs_the_suite(run_pytest: Pytest) -> None:
-    """Where there is nothing else to collect, the cases are all there is, and -k chooses among them."""
+def test_suite_runs_in_repository_without_tests(run_pytest: Pytest) -> None:
+    r"""In a folder without tests, the suite runs alone, and `-k` selects among its cases.
+
+    The case of an engine that is not installed is skipped, and the reason contains the command that installs it.
+    """
     done = run_pytest("--carom-engine", "carom-toys", "-rs", "-k", "(sound and declares) or available")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "2 passed, 1 skipped" in done.stdout
@@ -49,8 +55,12 @@ def test_a_repository_without_tests_runs_the_suite(run_pytest: Pytest) -> None:
 
 
 @pytest.mark.long
-def test_the_suite_joins_tests_of_ones_own(project: Path, run_pytest: Pytest) -> None:
-    """With own tests, testpaths, strict markers, warnings as errors and xdist, the cases run with the tests."""
+def test_suite_runs_together_with_own_tests(project: Path, run_pytest: Pytest) -> None:
+    r"""The suite runs together with a project's own tests, in two xdist processes.
+
+    The project sets testpaths, strict markers and warnings as errors. `-m carom_conformance` selects the suite
+    alone.
+    """
     (project / "pyproject.toml").write_text(
         '[tool.pytest.ini_options]\ntestpaths = ["checks"]\nfilterwarnings = ["error"]\n'
         'addopts = ["--strict-markers", "--strict-config"]\n'
@@ -69,8 +79,8 @@ def test_the_suite_joins_tests_of_ones_own(project: Path, run_pytest: Pytest) ->
 
 
 @pytest.mark.long
-def test_a_known_failure_that_is_none_fails(project: Path, run_pytest: Pytest) -> None:
-    """A listed case that passes, or that does not apply, fails and names the file that has to be put right."""
+def test_known_failure_that_passes_or_is_skipped_fails(project: Path, run_pytest: Pytest) -> None:
+    """A known failure that passes or does not apply fails; the message asks to remove it from the file."""
     (project / "carom-known-failures.toml").write_text(
         '[[known_failure]]\nreason = "it used to"\ncases = ["sound::declares-profiles", "sound::refuses[walls]"]\n'
     )
@@ -82,8 +92,8 @@ def test_a_known_failure_that_is_none_fails(project: Path, run_pytest: Pytest) -
 
 
 @pytest.mark.long
-def test_a_case_that_hangs_is_ended_and_a_known_failure_is_counted(project: Path, run_pytest: Pytest) -> None:
-    """An engine that gives no answer fails its case in time; where that is known, it is counted and the run passes."""
+def test_hanging_case_fails_and_known_failure_is_counted(project: Path, run_pytest: Pytest) -> None:
+    """A case without an answer within the time limit fails, unless it is listed: then it is a known failure."""
     (project / "known.toml").write_text('[[known_failure]]\nreason = "it sleeps"\ncases = ["hangs::start[tuned]"]\n')
     chosen = ("--carom-engine", "hangs", "--carom-time-limit", "1", "--carom-known-failures=known.toml", "-k")
     done = run_pytest(*chosen, "start or immovable-discs-alone")
@@ -94,8 +104,8 @@ def test_a_case_that_hangs_is_ended_and_a_known_failure_is_counted(project: Path
 
 
 @pytest.mark.long
-def test_an_engine_of_a_manifest_is_summed_up_without_a_distribution(run_pytest: Pytest, tmp_path: Path) -> None:
-    """What brings a manifest is nobody's wheel: the last line names the engine and its version alone."""
+def test_summary_of_manifest_engine_names_engine_and_version(run_pytest: Pytest, tmp_path: Path) -> None:
+    """The summary of an engine with a manifest contains its name and version, and no distribution."""
     done = run_pytest("--carom-engine", str(manifest_of(tmp_path, version="2.5")), "-k", "declares-capabilities")
     assert "toy: toy 2.5: 1 passed, 0 failed" in done.stdout
 
@@ -110,17 +120,15 @@ def test_an_engine_of_a_manifest_is_summed_up_without_a_distribution(run_pytest:
         (("pit", "--carom-memory-limit", "0"), "--carom-memory-limit must be a positive number of megabytes, "),
     ],
 )
-def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(
-    options: tuple[str, ...], message: str, run_pytest: Pytest
-) -> None:
-    """An engine that is unknown, or missing, and a limit, under the name that pytest has, are errors of usage."""
+def test_wrong_command_line_option_is_a_usage_error(options: tuple[str, ...], message: str, run_pytest: Pytest) -> None:
+    """An unknown or missing engine and a limit of 0 end the run with pytest's usage error (exit status 4)."""
     done = run_pytest("--carom-engine", *options)
     assert done.returncode == 4, done.stdout + done.stderr
     assert message in done.stderr, done.stderr
 
 
-def test_a_wrong_file_makes_no_plan(tmp_path: Path) -> None:
-    """A name of no case and a file that is not there are errors."""
+def test_missing_or_wrong_known_failures_file_is_refused(tmp_path: Path) -> None:
+    """A known failures file that does not exist, or that contains an unknown case, is refused."""
     with pytest.raises(InputError, match=r"none\.toml: can't be read"):
         make_suite(["pit"], [], tmp_path / "none.toml", [tmp_path], LimitOptions())
     (tmp_path / FILE_NAME).write_text('[[known_failure]]\nreason = "x"\ncases = ["pit::enrgy[tuned]"]\n')
@@ -129,8 +137,12 @@ def test_a_wrong_file_makes_no_plan(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path) -> None:
-    """Default, tuned and located are run, or what is asked for; what is about no profile is run in any case."""
+def test_suite_runs_default_tuned_and_located_profiles(tmp_path: Path) -> None:
+    r"""Without a choice of profiles, the suite runs default, tuned and located.
+
+    Cases without a profile are always included. Known failures of other profiles are ignored. An unknown profile is
+    refused.
+    """
     (tmp_path / FILE_NAME).write_text(
         '[[known_failure]]\nreason = "x"\ncases = ["pymunk::times[default-paper/late]"]\n'
     )
@@ -146,8 +158,8 @@ def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path)
 
 
 @pytest.mark.long
-def test_engines_are_meant_by_name_distribution_or_package() -> None:
-    """A word means an adapter, else all of a distribution, however it is spelt, or of a package; each comes once."""
+def test_engines_are_selected_by_name_distribution_or_package() -> None:
+    """Adapters are selected by their name, distribution (in any spelling) or package, each once."""
 
     def names(*words: str) -> list[str]:
         with InProcessPool() as pool:

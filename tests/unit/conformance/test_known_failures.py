@@ -23,8 +23,8 @@ SOUND = '[[known_failure]]\nreason = "it {}"\ncases = ["a::energy[tuned]", "a::h
 NAMES = ["a::energy[tuned]", "a::hits[default-x]", "a::times[default-x]"]
 
 
-def test_each_case_has_its_entrys_reason(tmp_path: Path) -> None:
-    """Every case of an entry is a known failure for the entry's reason; an empty file has none."""
+def test_known_failure_has_the_reason_of_its_entry(tmp_path: Path) -> None:
+    """Each case of an entry is a known failure with the entry's reason; an empty file has no entries."""
     file = tmp_path / "known.toml"
     file.write_text(SOUND.format("leaks") + '[[known_failure]]\nreason = " slow "\ncases = ["b::start[tuned]"]\n')
     assert list_known_reasons(load_known_failures(file), {"a": "1", "b": ""}, "linux-x86_64", file) == {
@@ -66,8 +66,8 @@ def test_each_case_has_its_entrys_reason(tmp_path: Path) -> None:
         (SOUND + SOUND, "known_failure 2: 'a::energy.tuned.' is listed twice"),
     ],
 )
-def test_a_file_of_another_form_is_refused(tmp_path: Path, text: str, message: str) -> None:
-    """What can't be read, or lacks a reason or cases, is an error that names file and entry."""
+def test_malformed_known_failures_file_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    """A malformed file or entry is refused with the name of the file and the cause."""
     file = tmp_path / "known.toml"
     file.write_text(text)
     with pytest.raises(InputError, match=message) as error:
@@ -75,8 +75,8 @@ def test_a_file_of_another_form_is_refused(tmp_path: Path, text: str, message: s
     assert "known.toml" in str(error.value)
 
 
-def test_names_are_held_against_the_cases_that_there_are() -> None:
-    """A name of no case, or of one that is skipped, is an error; one of an engine not run this time is let be."""
+def test_unknown_or_skipped_case_in_file_is_refused() -> None:
+    """A listed case that does not exist or is skipped is refused; cases of engines that are not run are ignored."""
 
     def check(name: str) -> None:
         entries = [KnownFailure("x", (name,))]
@@ -102,22 +102,25 @@ def test_names_are_held_against_the_cases_that_there_are() -> None:
         ("6.9..7.0", {"6.9", "7.0", "7.0.0rc1"}),
     ],
 )
-def test_an_entry_holds_of_the_releases_that_it_names(versions: str, holds: set[str]) -> None:
-    """Each condition must be met by the numbers of the release; a candidate counts as its release."""
+def test_entry_applies_only_to_its_releases(versions: str, holds: set[str]) -> None:
+    """An entry applies to releases that meet all its conditions; a release candidate counts as its release."""
     entry = KnownFailure("x", ("a::b",), versions=versions)
     assert {one for one in ("6.9", "7.0", "7.3.1", "8", "7.0.0rc1") if entry.is_valid_for(one, "linux-x86_64")} == holds
 
 
-def test_an_entry_holds_on_the_platform_that_it_names() -> None:
-    """A system holds on each of its machines; a system and a machine on that one alone."""
+def test_entry_applies_only_to_its_platform() -> None:
+    """An entry for a system applies to all its machines, one for a system and machine only to that machine."""
     places = ("linux-x86_64", "linux-aarch64", "darwin-arm64")
     for asked, holds in (("linux", places[:2]), ("linux-aarch64", places[1:2]), ("", places)):
         entry = KnownFailure("x", ("a::b",), platform=asked)
         assert tuple(one for one in places if entry.is_valid_for("1", one)) == holds
 
 
-def test_two_entries_of_one_case_must_hold_of_different_releases(tmp_path: Path) -> None:
-    """A case has one reason for one release on one platform; ranges that both hold it are an error that names it."""
+def test_case_in_two_entries_needs_disjoint_releases(tmp_path: Path) -> None:
+    r"""A case can be listed twice only for disjoint ranges of releases.
+
+    A range for an engine of unknown version is refused. An entry for the current platform applies.
+    """
     file = tmp_path / "known.toml"
     entry = "[[known_failure]]\nreason = '{}'\ncases = ['a::b']\nversions = '{}'\n"
     file.write_text(entry.format("old", "<7") + entry.format("new", ">=7"))
@@ -160,16 +163,19 @@ def written(file: Path, failed: dict[str, str], passed: set[str]) -> WrittenFail
     return write_known_failures(file, entries, failed, passed, VERSIONS, HERE)
 
 
-def test_a_run_without_news_leaves_every_letter(tmp_path: Path) -> None:
-    """Where nothing new failed and what is known to fail did, the file is the same."""
+def test_unchanged_results_leave_the_file_unchanged(tmp_path: Path) -> None:
+    """If no new case failed and no listed case passed, the file keeps its exact text."""
     file = tmp_path / "known.toml"
     file.write_text(FILE)
     assert written(file, {}, set()) == WrittenFailures((), (), ())
     assert file.read_text() == FILE
 
 
-def test_what_passes_leaves_and_what_stands_keeps_its_reason(tmp_path: Path) -> None:
-    """A case that passes is taken out; other cases, entries, reasons and comments stay; an empty entry goes."""
+def test_passing_case_is_removed_and_other_entries_stay(tmp_path: Path) -> None:
+    r"""A case that passes is removed; comments, other cases and their reasons stay.
+
+    An entry without cases is removed.
+    """
     file = tmp_path / "known.toml"
     file.write_text(FILE)
     assert written(file, {}, {"a::energy[tuned]"}).dropped == ("a::energy[tuned]",)
@@ -184,8 +190,8 @@ def test_what_passes_leaves_and_what_stands_keeps_its_reason(tmp_path: Path) -> 
     assert [one.reason for one in load_known_failures(file)] == ["slow"]
 
 
-def test_what_fails_joins_by_what_it_fails_by(tmp_path: Path) -> None:
-    """Cases whose failures differ in numbers alone share an entry, whose reason is to be written."""
+def test_new_failures_are_grouped_by_message(tmp_path: Path) -> None:
+    """New failures whose messages differ only in numbers share one entry, with a reason still to be written."""
     file = tmp_path / "known.toml"
     file.write_text("# Nothing is known yet.\n")
     failed = {"a::hits[default-x]": "2 missed", "a::hits[tuned-x]": "3 missed", "a::start[tuned]": "moves by 1e-3 m"}
@@ -198,8 +204,8 @@ def test_what_fails_joins_by_what_it_fails_by(tmp_path: Path) -> None:
     ]
 
 
-def test_a_case_of_another_platform_joins_for_this_release_here(tmp_path: Path) -> None:
-    """Where the file lists a case for another platform, its new entry holds here alone, so that no case has two."""
+def test_case_listed_for_other_platform_gets_entry_for_this_one(tmp_path: Path) -> None:
+    """A failing case that is listed for another platform gets an entry for this release and platform only."""
     file = tmp_path / "known.toml"
     file.write_text(FILE)
     written(file, {"a::times[default-x]": "late"}, set())
@@ -215,8 +221,8 @@ def test_a_case_of_another_platform_joins_for_this_release_here(tmp_path: Path) 
         '[["known_failure"]]\nreason = "one"\ncases = ["a::b", "a::c"]',
     ],
 )
-def test_a_file_of_another_form_is_written_as_entries(text: str, tmp_path: Path) -> None:
-    """However TOML spells the list, what is written holds the same reasons and the cases that are left."""
+def test_any_toml_spelling_of_entries_is_rewritten(text: str, tmp_path: Path) -> None:
+    """However TOML spells the entries, the rewritten file keeps the reasons of the cases that remain."""
     file = tmp_path / "known.toml"
     file.write_text(text)
     before = {name: one.reason for one in load_known_failures(file) for name in one.cases}
@@ -227,10 +233,11 @@ def test_a_file_of_another_form_is_written_as_entries(text: str, tmp_path: Path)
 
 @pytest.mark.long
 @pytest.mark.parametrize("workers", [(), ("-n", "2")])
-def test_a_run_writes_the_file_and_the_next_one_passes(
-    project: Path, run_pytest: Pytest, workers: tuple[str, ...]
-) -> None:
-    """What fails is written, alone or in several processes; a second run passes, and says how many reasons lack."""
+def test_run_after_writing_known_failures_passes(project: Path, run_pytest: Pytest, workers: tuple[str, ...]) -> None:
+    r"""After `--write-known-failures` has updated the file, the next run passes, alone or in two processes.
+
+    The first run reports how many cases were added and dropped and how many entries need a reason.
+    """
     file = project / "known.toml"
     file.write_text('[[known_failure]]\nreason = "it used to"\ncases = ["hangs::declares-profiles"]\n')
     chosen = ("--carom-engine", "hangs", "--carom-time-limit", "1", "--carom-known-failures=known.toml")

@@ -89,29 +89,32 @@ def off(units: float) -> Callable[[Setting], Setting]:
 @each(
     "read, bits, passes", [(narrowed, 32, True), (narrowed, 64, False), (off(3), 32, False), (off(2.0**-29), 64, False)]
 )
-def test_settings_are_read_back_to_the_declared_width(
+def test_settings_must_be_exact_to_declared_float_width(
     read: Callable[[Setting], Setting], bits: int, passes: bool, held: Held
 ) -> None:
-    """0.2 as a 32-bit float is 0.2 to an engine that declares 32 bits, and another number to one of 64 bits."""
+    r"""Settings that an engine reads back must equal the requested ones to rounding in its declared float width.
+
+    Settings rounded to 32 bits pass with 32 bits and fail with 64 bits.
+    """
     said = held(Bouncer(read=read, capabilities=Capabilities(float_bits=bits)), "settings[tuned]")
     assert (said == "") is passes
     assert passes or "differs from the requested one" in said
 
 
 @each("unit", [1.0, 100.0, 1 / 3])
-def test_a_start_may_be_rounded_into_units_and_back(unit: float, held: Held) -> None:
-    """An engine in pixels is a unit in the last place off at the start, and starts as written for all that."""
+def test_start_rounded_by_unit_conversion_passes(unit: float, held: Held) -> None:
+    """A start that is off only by the rounding of a conversion of units passes."""
     assert held(Bouncer(unit=unit), "start[tuned]") == ""
 
 
-def test_a_start_further_off_is_found(held: Held) -> None:
-    """Three roundings are more than it takes to go into a unit and back, and are found."""
+def test_start_off_by_three_roundings_fails(held: Held) -> None:
+    """A start whose coordinates are off by three roundings (3 · 2^-53) fails."""
     assert "starts differently from the scene" in held(Bouncer(nudge=3 * 2.0**-53), "start[tuned]")
 
 
 @each("bits, shove, passes", [(32, 3e-4, False), (32, 3e-6, True), (64, 3e-6, False)])
-def test_a_velocity_off_by_more_than_rounding_is_found(bits: int, shove: float, passes: bool, held: Held) -> None:
-    """In 32 bits velocities off by 3e-4 are wrong and by 3e-6 are rounding, which in 64 bits is wrong too."""
+def test_velocity_error_above_rounding_fails(bits: int, shove: float, passes: bool, held: Held) -> None:
+    """A velocity error of 3e-4 fails with 32 bits; 3e-6 passes with 32 bits and fails with 64 bits."""
     engine = Bouncer(shove=shove, capabilities=Capabilities(restitution=(0.0, 1.0), float_bits=bits))
     for case in ("restitution[greatest-greatest]", "velocities[tuned-classics/head-on]"):
         said = held(engine, case)
@@ -120,8 +123,8 @@ def test_a_velocity_off_by_more_than_rounding_is_found(bits: int, shove: float, 
 
 
 @each("bits", MANTISSA_BITS)
-def test_reports_and_suite_count_the_same_as_rounding(bits: int) -> None:
-    """What the suite allows an adapter is what a report takes for rounding, in each width that can be declared."""
+def test_suite_and_reports_use_the_same_rounding_threshold(bits: int) -> None:
+    """The suite and the reports use the same threshold for rounding: 1e-5 with 32 bits, 1e-12 with 64 bits."""
     suite = Here(Bouncer(capabilities=Capabilities(float_bits=bits))).rounding
     assert suite == THRESHOLDS.rounding_of(bits) == {32: 1e-5, 64: 1e-12}[bits]
 
@@ -129,8 +132,12 @@ def test_reports_and_suite_count_the_same_as_rounding(bits: int) -> None:
 ONE = Capabilities(restitution=(0.0, 1.0), restitution_combine="one")
 
 
-def test_one_coefficient_for_all_is_declared_and_held_to(held: Held) -> None:
-    """Who gives walls the discs' coefficient fails where any two are declared, and passes where one is."""
+def test_single_restitution_for_discs_and_walls_must_be_declared(held: Held) -> None:
+    r"""An engine that uses the discs' restitution for walls passes only if its adapter declares this.
+
+    Cases with two coefficients are then skipped, and an adapter that runs such a scene instead of refusing it
+    fails.
+    """
     unlike, alike, refused = (
         "restitution[least-greatest]",
         "restitution[middle-middle]",
@@ -147,8 +154,11 @@ def test_one_coefficient_for_all_is_declared_and_held_to(held: Held) -> None:
 
 
 @pytest.mark.long
-def test_a_margin_is_one_promise(held: Held) -> None:
-    """A speculative engine fails more than ten cases; its declared margin allows them all, and half of it does not."""
+def test_declared_margin_allows_errors_of_a_contact_margin(held: Held) -> None:
+    r"""With its contact margin declared, a speculative engine passes all cases; with half of it, some cases fail.
+
+    Without a declared margin, more than ten cases fail.
+    """
     names = [f"{check}[tuned-{name}]" for check in ("hits", "times", "velocities") for name in CATALOGUE_SCENES[:12]]
     failed = {}
     for promised in (0.0, MARGIN / 2, MARGIN):
@@ -160,8 +170,8 @@ def test_a_margin_is_one_promise(held: Held) -> None:
     assert failed[MARGIN] == []
 
 
-def test_a_margin_excuses_nothing_else(held: Held) -> None:
-    """An engine without a margin that takes every impact for inelastic fails as before, whatever margin it promises."""
+def test_declared_margin_allows_no_wrong_restitution(held: Held) -> None:
+    """A declared contact margin does not allow wrong velocities after an impact with the wrong restitution."""
 
     class Dull(Bouncer):
         def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> BouncerWorld:
@@ -172,8 +182,11 @@ def test_a_margin_excuses_nothing_else(held: Held) -> None:
 
 
 @each("offset", [0.0, 0.3, 0.6, 0.9])
-def test_thicker_bodies_show_what_a_margin_means(offset: float) -> None:
-    """Time and velocity of one impact are off by the closed forms for a margin, and by no more for a smaller one."""
+def test_thickened_discs_have_closed_form_errors(offset: float) -> None:
+    r"""In discs thickened by a margin, the errors of impact time and velocities equal their closed forms.
+
+    Half the margin gives no larger velocity error.
+    """
     e, masses, speed, gap = 0.75, (1.0, 3.0), 5.0, 2.0
     scene = Scene(
         name="offset",
@@ -198,8 +211,8 @@ def test_thicker_bodies_show_what_a_margin_means(offset: float) -> None:
         assert less <= found
 
 
-def test_thicker_bodies_are_as_hard_to_turn_and_meet_walls_as_early() -> None:
-    """The inertia of a disc is kept, and a wall is met a margin before it is touched."""
+def test_thickening_keeps_inertia_and_wall_impacts_are_early() -> None:
+    """A thickened disc keeps its moment of inertia and hits a wall one margin early."""
     disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5, mass_kg=2.0)
     wall = Wall(point_m=(1.5, 7.0), normal=(-1.0, 0.0))
     scene = Scene(name="wall", discs=[disc], walls=[wall], duration_s=2.0)
@@ -233,8 +246,8 @@ LIES_ABOUT_WALLS: dict[str, tuple[str, Callable[[Scene], Scene], str]] = {
 
 
 @each("lie", LIES_ABOUT_WALLS)
-def test_a_lie_about_walls_is_found(lie: str, held: Held) -> None:
-    """PIT with a wall that is other than declared fails the case for it; as it is, it passes."""
+def test_false_statement_about_walls_fails_its_case(lie: str, held: Held) -> None:
+    """PIT passes each case about walls; with walls other than declared it fails, with the expected message."""
     pit = load_adapter("pit")
     case, staged, words = LIES_ABOUT_WALLS[lie]
 
@@ -300,8 +313,11 @@ def outcomes(project: Path, run_pytest: Pytest) -> Mapping[tuple[str, str], str]
 
 
 @pytest.mark.long
-def test_each_lie_about_spin_is_found(outcomes: Mapping[tuple[str, str], str]) -> None:
-    """Each false statement fails its case with its words; the honest toy passes all cases."""
+def test_false_statements_about_spin_fail_their_cases(outcomes: Mapping[tuple[str, str], str]) -> None:
+    r"""Each false statement about spin or friction fails its case with the expected message.
+
+    An honest adapter passes all these cases.
+    """
     for lie, words in LIES.items():
         assert words in outcomes[lie], (lie, outcomes[lie])
     honest = {case: said for (name, case), said in outcomes.items() if name == "honest"}

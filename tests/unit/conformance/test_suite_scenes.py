@@ -18,8 +18,11 @@ from carom.errors import InputError
 from carom.execution.shared_options import LimitOptions
 
 
-def test_a_known_answer_and_pic_are_the_same_trace() -> None:
-    """In one of four scenes of the suite, the closed form and PIC's trace agree to rounding, normals included."""
+def test_known_answers_and_pic_give_the_same_trace() -> None:
+    r"""In every fourth scene of the suite, the known answer and PIC agree to rounding.
+
+    This includes impact normals, final positions and spins.
+    """
     for name in list(CATALOGUE_SCENES)[::4]:
         entry = all_scenes()[name]
         reference, pic = build_known_trace(entry.scene, entry.known), solve_pic(entry.scene)
@@ -31,8 +34,8 @@ def test_a_known_answer_and_pic_are_the_same_trace() -> None:
         assert not score.total.final_spin > 1e-11, name  # NaN where nothing turns
 
 
-def test_an_answer_that_does_not_tell_every_spin_makes_no_trace() -> None:
-    """Where something turns, a known impact without the spins after it is not enough, nor is what is conserved."""
+def test_known_answer_without_impacts_or_spins_is_refused() -> None:
+    """No trace is built from an answer of conserved quantities only, or one that lacks a spin after an impact."""
     gas = all_scenes()["classics/gas"]
     with pytest.raises(InputError, match="classics/gas"):
         build_known_trace(gas.scene, gas.known)
@@ -44,8 +47,11 @@ def test_an_answer_that_does_not_tell_every_spin_makes_no_trace() -> None:
 
 
 @each("profiles, scenes, least", release_after(1, [(["tuned"], "classics/box|spin/gearing", 50), ([], "", 200)]))
-def test_pic_passes_every_case(profiles: list[str], scenes: str, least: int, tmp_path: Path) -> None:
-    """What an adapter may declare, PIC does; nearly all are about it, and none fails: tuned on two scenes, or all."""
+def test_pic_passes_every_conformance_case(profiles: list[str], scenes: str, least: int, tmp_path: Path) -> None:
+    r"""PIC passes every case of the suite that applies to it.
+
+    The short form runs the tuned profile on two scenes. A minimum number of cases must apply.
+    """
     (engine,) = make_suite(["pic"], profiles, None, [tmp_path], LimitOptions()).engines
     assert engine.subject is not None
     held = 0

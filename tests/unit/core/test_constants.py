@@ -56,8 +56,8 @@ def values() -> dict[str, float]:
 
 
 @each("name", PLAIN)
-def test_plain_python_computes_with_the_same_value(name: str) -> None:
-    """A constant that both forms have is the same number in both."""
+def test_constants_equal_those_in_python(name: str) -> None:
+    """Each constant of constants.h that Python code also defines has the same value there."""
     assert values()[name] == plain(PLAIN[name])
 
 
@@ -69,15 +69,15 @@ def plain(where: str) -> float:
 
 
 @each("source", NUMBERED)
-def test_plain_python_has_the_numbers_of_enums(source: str) -> None:
-    """A member of an enum of the core has the same number in Python."""
+def test_enum_values_equal_those_in_python(source: str) -> None:
+    """The listed enum members of the core's headers have the same numbers in Python."""
     text = (CORE / source).read_text(encoding="utf-8")
     for name, where in NUMBERED[source].items():
         assert [number(value) for value in re.findall(rf"\b{name} = (-?\w+)", text)] == [plain(where)]
 
 
-def test_every_constant_has_a_reason_and_a_use() -> None:
-    """In the header a comment precedes each constant or its neighbours, and another source uses it."""
+def test_every_constant_is_commented_and_used() -> None:
+    """In constants.h a comment precedes every block of constants, and another source uses each constant."""
     assert len(values()) > 40
     for block in re.findall(r"((?:^#define CAROM_\w+ +[-(\dH].*\n)+)", HEADER, re.MULTILINE):
         above = HEADER[: HEADER.index(block)].rstrip("\n").splitlines()[-1]
@@ -86,8 +86,8 @@ def test_every_constant_has_a_reason_and_a_use() -> None:
     assert set(values()) <= used
 
 
-def test_no_other_source_defines_a_constant() -> None:
-    """All macros that are numbers are in the header."""
+def test_numeric_macros_are_only_in_the_constants_header() -> None:
+    """No source of the extension except constants.h defines a macro that is a number."""
     for path in sources():
         if path.name != "constants.h":
             assert not re.search(r"#define \w+ +[-(]?\d", text(path)), path

@@ -67,8 +67,11 @@ def problems(count: int) -> Iterator[tuple[Fraction, Fraction, tuple[Fraction, F
 
 
 @each("count", release_after(1, [150, 20_000]))
-def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given(count: int) -> None:
-    """Each problem has one answer in fractions, and `share_frictions` gives it; what is held at 0 is exact."""
+def test_share_frictions_returns_the_unique_exact_solution(count: int) -> None:
+    r"""`share_frictions` returns the only solution of the two friction laws, to 1e-14.
+
+    Exact fractions show that there is only one. A quantity reported as held is exactly 0.
+    """
     for s1, q1, most, y, signs in problems(count):
         ((slip, rim),) = admitted(s1, q1, most, y, signs)
         by = core_functions.share_frictions(float(s1), float(q1), tuple(map(float, most)), float(y), signs)
@@ -80,8 +83,11 @@ def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given(
 
 
 @each("count", release_after(1, [150, 20_000]))
-def test_rates_are_those_of_the_law_of_two_frictions(count: int) -> None:
-    """Rates of contacts are the law's to rounding, and what is reported as held is held."""
+def test_contact_rates_match_the_exact_friction_laws(count: int) -> None:
+    r"""Contact rates equal the exact solution of both friction laws to 1e-14.
+
+    Sticking or blocking is reported only if the speed and its exact rate are 0.
+    """
     for a, _, most, y, signs in problems(count):
         ((slip, rim),) = admitted(a, Fraction(0), most, y, signs if most[1] else (signs[0], 0))
         press = Press(1.0, float(a), float(most[0]), float(y), float(most[1]))
@@ -91,20 +97,20 @@ def test_rates_are_those_of_the_law_of_two_frictions(count: int) -> None:
         assert not blocks or (signs[1] == 0 and rim == 0)
 
 
-def test_a_disc_that_does_not_turn_is_held_up_to_friction() -> None:
-    """With 1/k = 0 there is one friction, whatever the other's coefficient."""
+def test_non_rotating_disc_sticks_up_to_the_friction_limit() -> None:
+    """A disc that cannot rotate (1/k = 0) sticks up to the friction limit; rolling resistance has no effect."""
     assert rates(Press(10.0, 3.0, 0.3, 0.0, 5.0), 0.0) == (0.0, 0.0, True, False)
     assert rates(Press(10.0, 4.0, 0.3, 0.0, 5.0), 0.0) == (1.0, 0.0, False, False)
 
 
-def test_at_the_steepest_slope_that_holds_a_roll_both_branches_agree() -> None:
-    """With a = f P (1 + 1/k) rolling and slipping give the same rates."""
+def test_rolling_and_slipping_agree_at_the_steepest_rolling_slope() -> None:
+    """At the limit a = f P (1 + 1/k), rolling and slipping have the same rates."""
     press = Press(8.0, 6.0, 0.25, 2.0)
     assert rates(press, 0.0)[:2] == rates(press, 1e-300)[:2] == (4.0, -4.0)
 
 
-def test_a_speed_is_zero_after_its_share_of_the_rate() -> None:
-    """One of 3 m/s that falls by 6 m/s^2 ends after half a second; one that grows, or is 0, never does."""
+def test_time_to_zero_is_speed_over_deceleration() -> None:
+    """The time to zero is 0.5 s for 3 m/s at 6 m/s^2; it is infinite for a zero, constant or growing speed."""
     assert core_functions.time_to_zero(3.0, -6.0) == core_functions.time_to_zero(-3.0, 6.0) == 0.5
     assert {core_functions.time_to_zero(*row) for row in ((3.0, 6.0), (0.0, -6.0), (3.0, 0.0))} == {math.inf}
 
@@ -123,8 +129,11 @@ def slip_after_stepping(press: Press, slip: float, approach: float, restitution:
 
 
 @each("landings", release_after(1, [20, 150]))
-def test_what_is_left_of_a_slip_is_what_stepping_through_the_bounces_leaves(landings: int) -> None:
-    """Of landings those whose slip keeps its sign agree to rounding; of the others next to nothing is left."""
+def test_slip_after_bounces_matches_stepping_at_50_digits(landings: int) -> None:
+    r"""The slip after infinitely many bounces equals that of stepping through them at 50 digits, to 1e-13.
+
+    Where the result is 0, the exact slip is at most what the tangential acceleration adds during the bounces.
+    """
     rng, slid = random.Random(2), 0
     for _ in range(landings):
         press = Press(rng.uniform(1, 10), rng.uniform(-5, 5), rng.uniform(0, 0.8), rng.choice([0.0, 1.0, 2.0, 2.5]))
@@ -140,6 +149,6 @@ def test_what_is_left_of_a_slip_is_what_stepping_through_the_bounces_leaves(land
     assert landings / 5 < slid < landings - 2
 
 
-def test_a_slip_that_is_gone_stays_gone() -> None:
-    """Bounces do nothing to a disc that rolls already."""
+def test_bounces_leave_a_rolling_disc_without_slip() -> None:
+    """A disc without slip has none after its bounces."""
     assert core_functions.slip_after_bounces(Press(10.0, 0.0, 0.3, 2.0), 0.0, 1.0, 0.5) == 0.0

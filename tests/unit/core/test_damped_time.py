@@ -21,21 +21,21 @@ def _float(name: str, x: float) -> float:
 
 
 @given(DECAYS | st.floats(-1.0, -(2.0**-54)) | st.floats(2.0**-54, 709.0))
-def test_a_power_is_the_nearest_float(x: float) -> None:
-    """As mpmath rounds it once, and less 1 too."""
+def test_exp_and_expm1_are_correctly_rounded(x: float) -> None:
+    """`exp` and `expm1` return the float nearest to mpmath's value at 400 bits."""
     assert exp(x) == _float("exp", x)
     assert expm1(x) == _float("expm1", x)
 
 
 @given(ABOVE)
-def test_a_logarithm_is_the_nearest_float(x: float) -> None:
-    """Just above -1, too, and next to 0."""
+def test_logs1p_is_correctly_rounded(x: float) -> None:
+    """`logs1p` returns the float nearest to log(1 + x), also for x just above -1 and close to 0."""
     assert logs1p([x]) == [_float("log1p", x)]
 
 
 @given(ABOVE, st.lists(st.floats(0.0, 1.0).map(lambda part: part**16), max_size=20))
-def test_logarithms_of_numbers_near_each_other_are_the_nearest_floats(x: float, parts: list[float]) -> None:
-    """A logarithm that is computed from another one has the same bits."""
+def test_logs1p_of_close_numbers_is_correctly_rounded(x: float, parts: list[float]) -> None:
+    """`logs1p` rounds each logarithm of a list correctly, also one that is computed from the previous one."""
     numbers = [x]
     for part in parts:
         numbers.append(numbers[-1] - part * (1.0 + numbers[-1]))
@@ -43,8 +43,8 @@ def test_logarithms_of_numbers_near_each_other_are_the_nearest_floats(x: float, 
     assert logs1p(numbers) == [_float("log1p", number) for number in numbers]
 
 
-def test_far_powers_have_no_digits() -> None:
-    """Far below 0 a power is 0, beyond the largest float it is infinite, and what is no number stays none."""
+def test_exp_and_expm1_of_extreme_arguments() -> None:
+    """`exp` and `expm1` return 0 and -1 far below 0, infinity on overflow, and NaN for NaN."""
     assert (exp(-709.0), exp(-math.inf), expm1(-1e300), expm1(-math.inf)) == (0.0, 0.0, -1.0, -1.0)
     assert math.isnan(exp(math.nan))
     assert math.isnan(expm1(math.nan))

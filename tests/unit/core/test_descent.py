@@ -44,8 +44,11 @@ def exact_descent(gap: Any, speed: Any, pull: Any) -> Any:
 
 
 @given(st.floats(0.5, 2), st.floats(0.5, 2), st.integers(-(2**20), 2**20).filter(bool))
-def test_a_path_that_turns_just_before_or_behind_a_ceiling_is_told_apart(pull: float, speed: float, nudge: int) -> None:
-    """Hit or miss is right, and so is the time, for an apex as near to the wall as 2^-80 of its height."""
+def test_descent_time_distinguishes_a_hit_from_a_near_miss(pull: float, speed: float, nudge: int) -> None:
+    r"""Hit or miss is decided correctly for an apex that is off the wall by 2^-80 to 2^-60 of its height.
+
+    The time of a hit is within 8 units in the last place.
+    """
     mp.dps = DIGITS
     apex = Fraction(speed) ** 2 / (2 * Fraction(pull))
     gap = apex * (1 + Fraction(nudge, 2**80))
@@ -78,8 +81,8 @@ def test_a_path_that_turns_just_before_or_behind_a_ceiling_is_told_apart(pull: f
         (-1.0, 1.0, -1.0, 1.0),  # inside, and pulled back before it is out: rests where it turns
     ],
 )
-def test_which_root_it_is_follows_from_signs(gap: float, speed: float, pull: float, time: float) -> None:
-    """Touching, leaving, grazing, resting: each case has one answer, and no small number decides it."""
+def test_descent_time_is_exact_in_degenerate_cases(gap: float, speed: float, pull: float, time: float) -> None:
+    """Touching, leaving, grazing and resting paths each have one exact time, without any tolerance."""
     assert descent(gap, speed, pull) == time
 
 
@@ -98,9 +101,12 @@ def test_which_root_it_is_follows_from_signs(gap: float, speed: float, pull: flo
         (-1.5, 0.0, 0.0, None, math.inf),  # touches from below and falls off
     ],
 )
-def test_contact_with_an_immovable_disc_is_decided_by_signs(
+def test_fall_time_in_contact_with_an_immovable_disc(
     y: float, vx: float, vy: float, leaving: float | None, time: float
 ) -> None:
-    """In contact, the lowest power of the gap that is not zero says whether it opens."""
+    r"""A disc in contact with an immovable one gets the exact time of its next touch: 0, 1 s or infinity.
+
+    The lowest power of the gap that is not zero decides whether the gap opens.
+    """
     found = primitives.disc_fall_time(0, y, vx, vy, 0.5, 0, 0, 1, 0, -8, leaving)
     assert found == time

@@ -14,12 +14,15 @@ core_functions = pytest.importorskip("tests.core_functions")
 
 
 def test_every_operation_is_rounded_to_a_double() -> None:
-    """The compiler evaluates doubles as doubles: no extended precision changes a bit on the way."""
+    """The compiler evaluates doubles as doubles (FLT_EVAL_METHOD is 0), without extended precision."""
     assert core_functions.EVALUATION_METHOD == 0
 
 
 def test_error_free_transformations_are_exact() -> None:
-    """A sum, difference or product and its error add up to the exact result: no multiply-add was fused."""
+    r"""`two_sum`, `two_diff` and `two_prod` return the rounded result and its exact error.
+
+    A fused multiply-add would break this.
+    """
     rng = np.random.default_rng(5)
     for _ in range(2000):
         a, b = (float(x) for x in rng.normal(size=2) * 10.0 ** rng.integers(-20, 20, 2))
@@ -33,8 +36,8 @@ def test_error_free_transformations_are_exact() -> None:
             assert high == float(exact)
 
 
-def test_a_sum_of_products_survives_total_cancellation() -> None:
-    """Products that cancel to 2^-100 of their size leave the right remainder."""
+def test_sum_of_products_is_exact_under_cancellation() -> None:
+    """`sum_of_products` returns the exact remainder of products that cancel to 2^-104 of their size."""
     high, low = core_functions.sum_of_products(((1.0 + 2.0**-52, 1.0 - 2.0**-52), (-1.0, 1.0), (2.0**-80, 2.0**-80)))
     assert Fraction(high) + Fraction(low) == Fraction(2) ** -160 - Fraction(2) ** -104
 
@@ -67,20 +70,29 @@ def polynomial(*roots: int) -> list[int]:
         ((1000, 1001), [1000.0]),
     ],
 )
-def test_falls_are_told_from_rises_and_grazes(roots: tuple[int, ...], times: list[float]) -> None:
-    """Only a root of odd multiplicity is a crossing, and every other one of these is a fall."""
+def test_find_falls_ignores_rises_and_grazes(roots: tuple[int, ...], times: list[float]) -> None:
+    r"""`find_falls` returns the positive roots at which a polynomial falls through 0, and no rise or graze.
+
+    Only roots of odd multiplicity are crossings.
+    """
     assert list(find_falls(polynomial(*roots))) == times
 
 
-def test_instants_are_counted_from_the_begin_and_by_index() -> None:
-    """Falls at 1 and 3 s: from 0.5 s on after 0.5 and 2.5 s, then never. The gap is below 0 from 1 to 2 s."""
+def test_solve_quartic_counts_closings_from_begin() -> None:
+    r"""`solve_quartic` returns the k-th closing in seconds after `begin`, and infinity after the last one.
+
+    With index -1 it returns the sign of the gap at `begin`.
+    """
     powers = [[(float(power), 1.0)] for power in polynomial(1, 2, 3, 4)]
     assert [solve_quartic(powers, 0.5, False, index) for index in range(3)] == [0.5, 2.5, math.inf]
     assert [solve_quartic(powers, begin, False, -1) for begin in (0.5, 1.0, 1.5)] == [1.0, 0.0, -1.0]
 
 
-def test_a_gap_that_is_closed_and_does_not_open_closes_now() -> None:
-    """At 2.5 s the gap opens and at 1.5 s it still closes; where it is said to be closed, that alone counts."""
+def test_solve_quartic_returns_zero_for_a_closed_gap_that_does_not_open() -> None:
+    r"""A gap that is declared closed has a closing time of 0 s unless its powers open it.
+
+    At 1.25 s the gap falls and at 2.5 s it is at a maximum, so the time is 0. At 1.75 s it rises.
+    """
     powers = [[(float(power), 1.0)] for power in polynomial(1, 2, 3, 4)]
     assert solve_quartic(powers, 2.5, True, 0) == solve_quartic(powers, 1.25, True, 0) == 0.0
     assert solve_quartic(powers, 1.75, True, 0) > 0.0

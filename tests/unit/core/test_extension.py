@@ -18,7 +18,7 @@ PACKAGE = Path(carom.__file__).parent
 
 
 def test_every_source_of_the_extension_is_built() -> None:
-    """Where `carom.core.built` can be imported, so can the module of each .pyx file of the package."""
+    """The module of each .pyx file of the package can be imported and is compiled."""
     sources = sorted(PACKAGE.rglob("*.pyx"))
     assert sources
     for path in sources:
@@ -26,8 +26,8 @@ def test_every_source_of_the_extension_is_built() -> None:
         assert Path(str(importlib.import_module(name).__file__)).suffix != ".py"
 
 
-def test_a_missing_extension_is_an_error_with_a_remedy(tmp_path: Path) -> None:
-    """Importing Carom from a source tree that is not built names the folder and the command, in one error."""
+def test_missing_extension_error_names_the_build_command(tmp_path: Path) -> None:
+    """Importing Carom from an unbuilt source tree raises one ImportError with the folder and the build command."""
     package = tmp_path / "carom"
     shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "*.js", "*.html", "*.so", "*.pyd"))
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
@@ -41,10 +41,13 @@ def test_a_missing_extension_is_an_error_with_a_remedy(tmp_path: Path) -> None:
 
 
 @each("edited, touched, stale", release_after(1, [(True, True, True), (False, True, False), (False, False, False)]))
-def test_an_edited_source_of_an_editable_install_is_warned_of_and_noted(
+def test_stale_extension_is_reported_after_a_source_edit(
     edited: bool, touched: bool, stale: bool, tmp_path: Path
 ) -> None:
-    """A change of a header that is not built yet is reported at the first run and in its notes, a new date is not."""
+    r"""A header edited after the build causes a StaleExtensionWarning and a note with the rebuild command.
+
+    A newer file date alone, or no change, causes neither.
+    """
     package = tmp_path / "carom"
     skipped = shutil.ignore_patterns("__pycache__", "*.js", "*.html")
     shutil.copytree(PACKAGE, package, ignore=skipped, copy_function=shutil.copy2)
@@ -70,8 +73,8 @@ print(extension.__file__, [w.category.__name__ for w in caught], notes)
     assert said or "[] ()" in done.stdout
 
 
-def test_the_digest_sees_every_change_of_a_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A changed character, a renamed file and a file more each change the digest; the line ends of Windows do not."""
+def test_sources_digest_changes_with_every_source_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An edited, renamed or added source changes the digest; Windows line ends do not."""
     monkeypatch.setattr(extension, "__file__", str(tmp_path / "core" / "extension.py"))
     (tmp_path / "a.pxd").write_bytes(b"x\ny\n")
     digests = [extension.compute_sources_digest()]
@@ -90,17 +93,17 @@ def test_the_digest_sees_every_change_of_a_source(tmp_path: Path, monkeypatch: p
 # The extension that is installed, wherever it was built, rounds each operation by itself: its bits rest on that -------
 
 
-def test_no_product_is_fused_with_a_sum() -> None:
-    """(1 + 2^-27)^2 is 1 + 2^-26 + 2^-54, of which a product that is rounded keeps the first two: nothing is left.
+def test_product_and_sum_are_rounded_separately() -> None:
+    r"""The compiled extension rounds a product before it is subtracted: no fused multiply-add.
 
-    A fused multiply-add, which compilers make of the same line where they may, leaves the third.
+    (1 + 2^-27)^2 is 1 + 2^-26 + 2^-54. A rounded product loses the last term, so the difference is 0.
     """
     a = 1.0 + 2.0**-27
     assert built.less_product(1.0 + 2.0**-26, a, a) == 0.0
 
 
 def test_every_operation_is_rounded_to_a_double() -> None:
-    """Nothing is evaluated in extended precision on the way."""
+    """The installed extension evaluates doubles as doubles (FLT_EVAL_METHOD is 0)."""
     assert built.EVALUATION_METHOD == 0
 
 
@@ -111,8 +114,8 @@ CORE = Path(__file__).parents[3] / "src/carom/core"
 SUFFIXES = (".h", ".c", ".pyx", ".pxd", ".pyi")
 
 
-def test_the_overview_lists_every_file() -> None:
-    """A line lists one file, or one name with several suffixes."""
+def test_core_overview_lists_exactly_the_existing_files() -> None:
+    """The overview in carom_core.h lists every file of the core, and no file that does not exist."""
     text = (CORE / "carom_core.h").read_text(encoding="utf-8")
     overview = text[text.index("FILES.") : text.index("*/")]
     listed = set()

@@ -57,10 +57,13 @@ def assert_exact(make: Callable[[random.Random], Encounter], count: int, seed: i
 
 @each("count, seed", release_after(1, [(50, 1), (1500, 2)]))
 @each("make", ENCOUNTERS)
-def test_a_disc_meets_a_fixed_one_at_the_exact_time(
+def test_fall_time_onto_a_fixed_disc_is_exact(
     make: Callable[[random.Random], Encounter], count: int, seed: int
 ) -> None:
-    """The time has the bits of the integer solver, however close the miss, the contact or the sizes."""
+    r"""The fall time onto a fixed disc equals that of the exact rational solver to the bit.
+
+    Cases include near misses, grazes, contacts, whole numbers and very large and small sizes.
+    """
     assert_exact(make, count, seed)
 
 
@@ -95,13 +98,20 @@ MAKERS: list[Callable[[random.Random], Fall]] = [
 
 @each("count, seed", release_after(1, [(40, 3), (1500, 4)]))
 @each("make", MAKERS)
-def test_a_disc_meets_a_feature_at_the_exact_time(make: Callable[[random.Random], Fall], count: int, seed: int) -> None:
-    """Faces, vertices, arcs from both sides and their stops are met at the times of rational arithmetic."""
+def test_fall_time_onto_a_wall_feature_is_exact(make: Callable[[random.Random], Fall], count: int, seed: int) -> None:
+    r"""Fall times onto faces, vertices and arcs match rational arithmetic.
+
+    They agree to the bit, or to 4 ulp for faces and for arcs entered from the side; arcs also allow for the
+    rounding of centre and radius to pairs.
+    """
     assert_exact_at_features(make, count, seed)
 
 
-def test_a_disc_meets_a_half_plane_at_the_exact_time() -> None:
-    """The time is within 4 units in the last place, also of the way back for a disc that has just left the wall."""
+def test_fall_time_onto_a_half_plane_is_exact_to_4_ulp() -> None:
+    r"""The fall time onto a half-plane is within 4 ulp of the exact one, also for a disc that just left it.
+
+    A wall that is ruled out for 0.1 s is not met before.
+    """
     rnd = random.Random(5)
     for _ in range(300):
         nx, ny = rnd.choice([(0.0, 1.0), (0.6, 0.8), (math.cos(turn := rnd.uniform(0, 6)), math.sin(turn))])
@@ -135,8 +145,8 @@ def decided(make: Callable[[random.Random], Encounter], count: int) -> tuple[int
     return counts
 
 
-def test_floats_decide_most_discs_that_never_meet() -> None:
-    """Floats decide nearly all misses of randomly moving discs, and pairs the rest."""
+def test_floats_decide_most_random_misses() -> None:
+    """Floats decide over 80% of randomly moving discs; pairs decide the rest, and the exact solver none."""
     floats, pairs, exact = decided(free, 1000)
     assert floats > 800
     assert floats + pairs == 1000
@@ -144,8 +154,8 @@ def test_floats_decide_most_discs_that_never_meet() -> None:
 
 
 @each("make", [near_miss, graze])
-def test_pairs_decide_near_grazes(make: Callable[[random.Random], Encounter]) -> None:
-    """A closest approach within 1e-16 to 1e-6 of contact hardly ever needs the exact solver."""
+def test_near_grazes_rarely_need_the_exact_solver(make: Callable[[random.Random], Encounter]) -> None:
+    """No near miss, and less than 40% of the grazes, need the exact solver."""
     _, _, exact = decided(make, 1000)
     assert exact < 400 if make is graze else exact == 0
 
@@ -174,8 +184,8 @@ def random_root(rnd: random.Random, kind: str) -> Fraction:
 
 
 @each("kind", ["plain", "dyadic", "wide", "near", "complex"])
-def test_all_falls_of_a_polynomial_have_the_bits_of_the_exact_solver(kind: str) -> None:
-    """Later falls, whose bits depend on how the solver has isolated all roots, are the same, too."""
+def test_falls_of_a_polynomial_match_the_exact_solver_to_the_bit(kind: str) -> None:
+    """`falls` returns every closing of random polynomials with the bits of the exact solver."""
     rnd = random.Random(7)
     for _ in range(40):
         roots = [random_root(rnd, kind) for _ in range(4)]
@@ -192,8 +202,8 @@ def test_all_falls_of_a_polynomial_have_the_bits_of_the_exact_solver(kind: str) 
 
 
 @each("make", [*ENCOUNTERS[:4], ENCOUNTERS[6]])
-def test_a_lower_bound_is_no_later_than_the_impact(make: Callable[[random.Random], Encounter]) -> None:
-    """The bound of a disc that has not just left the other is at most the time of impact."""
+def test_lower_bound_is_not_later_than_the_impact(make: Callable[[random.Random], Encounter]) -> None:
+    """The lower bound of the fall time is at most the time of impact, for discs that did not just part."""
     rnd = random.Random(9)
     for _ in range(300):
         case = make(rnd)._replace(leaving=None)
@@ -201,8 +211,8 @@ def test_a_lower_bound_is_no_later_than_the_impact(make: Callable[[random.Random
 
 
 @each("kind", FEATURES)
-def test_what_certainly_misses_a_feature_does_not_touch_it(kind: str) -> None:
-    """A feature that is ruled out within a time is not met before it."""
+def test_ruled_out_feature_is_not_met_before_the_bound(kind: str) -> None:
+    """A feature that `misses_feature` rules out within a time is not met before that time."""
     rnd, ruled_out = random.Random(10), 0
     for _ in range(100):
         case = fall(rnd, kind)._replace(leaving=None)

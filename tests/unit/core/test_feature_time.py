@@ -244,14 +244,20 @@ def assert_right(found: dict[str, Found]) -> None:
 
 
 @each("count", release_after(1, [75, 4000]))
-def test_times_are_those_of_eighty_digits(count: int) -> None:
-    """Far away, and as near to contact as 2^-50 of the largest length, with resting and driven walls."""
+def test_feature_times_match_80_digit_arithmetic(count: int) -> None:
+    r"""Times of impact with faces, vertices and arcs are within 1 ulp of 80-digit arithmetic; no hit is wrong.
+
+    Discs start far away or as near as 2^-50 of the largest length; walls are resting or driven.
+    """
     assert_right(measured(7, count, falling=False))
 
 
 @each("count", release_after(1, [30, 800]))
-def test_times_of_fall_are_those_of_eighty_digits(count: int) -> None:
-    """The same under gravity, where the roots come from ball arithmetic."""
+def test_feature_fall_times_match_80_digit_arithmetic(count: int) -> None:
+    r"""Fall times onto faces, vertices and arcs are within 1 ulp of 80-digit arithmetic; no hit is wrong.
+
+    The exact roots come from ball arithmetic.
+    """
     assert_right(measured(11, count, falling=True))
 
 
@@ -290,8 +296,13 @@ RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, ins
         (RING, (0.0, 0.0), (0.0, 0.0), NEVER),
     ],
 )
-def test_a_time_of_small_numbers_is_exact(feature: Feature, place: Point, velocity: Point, time: float) -> None:
-    """Signs decide sides, ends and touches of a disc of radius 1/4."""
+def test_feature_time_of_representable_cases_is_exact(
+    feature: Feature, place: Point, velocity: Point, time: float
+) -> None:
+    r"""Times onto faces, vertices and arcs are exact in cases whose numbers are exact in floats.
+
+    The cases cover touches, ends, grazes and approaches from behind.
+    """
     assert feature_time(Mover.at(place, velocity, 0.25), feature) == (time, False)
 
 
@@ -310,13 +321,19 @@ def test_a_time_of_small_numbers_is_exact(feature: Feature, place: Point, veloci
         ((math.nextafter(2.75, 3.0), 0.0), (-1e-9, 1.0), 0.0),  # comes away, by less than leads back into the circle
     ],
 )
-def test_what_comes_along_a_tangent_glides(place: Point, velocity: Point, time: float) -> None:
-    """Contact with an arc from inside without an approach is neither an impact nor an exit at the arc's end."""
+def test_tangential_contact_inside_an_arc_is_gliding(place: Point, velocity: Point, time: float) -> None:
+    r"""A disc that reaches the inside of an arc along its tangent is reported to glide, at the exact time.
+
+    Contact without approach is neither an impact nor an exit at the arc's end.
+    """
     assert feature_time(Mover.at(place, velocity, 0.25), CAP) == (time, time < NEVER)
 
 
-def test_what_was_just_left_is_met_again_inside_an_arc_alone() -> None:
-    """From a rim of 2.25 straight through the centre it is 4.5 m, whatever rounding has made of the place."""
+def test_just_left_feature_is_met_again_only_inside_an_arc() -> None:
+    r"""A disc that just left the inside of an arc meets it again after a chord of 4.5 m.
+
+    It does not meet again a face, a vertex or the outside of an arc that it just left.
+    """
     disc = Mover.at((2.25 + 1e-15, 0.0), (-1.0, 0.0), 0.25)
     assert feature_time(disc, RING, just_left=True) == (2 * (2.25 + 1e-15), False)
     assert feature_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)
@@ -324,8 +341,8 @@ def test_what_was_just_left_is_met_again_inside_an_arc_alone() -> None:
         assert feature_time(Mover.at((1.0, 0.5), (0.0, -1.0), 0.25), feature, just_left=True)[0] == NEVER
 
 
-def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
-    """No path slips between a straight edge and the arc that goes on from it, though both decide by rounded numbers."""
+def test_disc_does_not_slip_through_a_smooth_joint() -> None:
+    """A disc aimed at the smooth joint of an edge and an arc meets one of them after 1 s, within 1e-12 s."""
     rnd = random.Random(3)
     for _ in range(500):
         turn, joint = rnd.uniform(0, 2 * math.pi), (rnd.gauss(0, 1), rnd.gauss(0, 1))
@@ -370,16 +387,16 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
         (RIM, (1.5, 4.0), (0.0, 0.0), None, NEVER),
     ],
 )
-def test_a_fall_onto_a_feature_takes_the_time_of_free_fall(
+def test_fall_time_onto_a_feature_matches_free_fall(
     feature: Feature, place: Point, velocity: Point, leaving: float | None, time: float
 ) -> None:
-    """At 8 m/s^2 the times of a disc of radius 1/4 follow from v^2 = 2 g h; signs decide sides and ends."""
+    """Falls at 8 m/s^2 onto faces, vertices and arcs take the time that v^2 = 2 g h gives, to 1e-15."""
     found = feature_fall_time(Mover.at(place, velocity, 0.25), feature, (0.0, -8.0), leaving)
     assert found == pytest.approx(time, rel=1e-15)
 
 
-def test_the_normal_points_from_the_wall_to_the_disc() -> None:
-    """Of a face it is the left of its way; of an arc the line through its centre, inwards inside."""
+def test_normal_points_from_the_wall_to_the_disc() -> None:
+    """The normal of a face points to its left; that of an arc is the line through its centre to the disc."""
     disc = Mover.at((3.0, 4.0), (0.0, 0.0), 0.25)
     assert in_core(FLOOR).normal(0, disc) == (0.0, 1.0)
     assert in_core(Arc.vertex((0.0, 0.0))).normal(0, disc) == (0.6, 0.8)
@@ -387,8 +404,8 @@ def test_the_normal_points_from_the_wall_to_the_disc() -> None:
     assert in_core(RIM).normal(0, Mover.at((2.0, -3.0), (0.0, 0.0), 0.25)) == (0.0, -1.0)
 
 
-def test_a_gap_of_squares_has_its_exact_sign() -> None:
-    """At 3:4:5 a disc whose rim is on the line has no gap; an ulp nearer or farther, it has."""
+def test_face_gap_has_its_exact_sign() -> None:
+    """The gap to a 3:4:5 face is 0 for a touching disc, and has the right sign 1 ulp nearer or farther."""
     face = Face.between((0.0, 0.0), (8.0, 6.0))
     for y, sign in ((5.0, 0), (math.nextafter(5.0, 6.0), 1), (math.nextafter(5.0, 4.0), -1)):
         disc = Mover.at((0.0, y), (0.0, -1.0), 4.0)
@@ -397,8 +414,8 @@ def test_a_gap_of_squares_has_its_exact_sign() -> None:
         assert feature_time(disc, face) == (0.0 if sign <= 0 else 2.0**-50, False)
 
 
-def test_of_features_that_are_met_at_one_instant_the_first_counts() -> None:
-    """A disc that comes onto a face's very end meets the face, if it is listed before the vertex there."""
+def test_first_listed_feature_wins_at_one_instant() -> None:
+    """If a disc meets several features at the same instant, the one that is listed first is returned."""
     disc, vertex = Mover.at((2.0, 1.5), (0.0, -1.0), 0.25), Arc.vertex((2.0, 0.0), 0.25)
     for order, first in (((FLOOR, vertex), 0), ((vertex, FLOOR), 0), ((RING, vertex, FLOOR), 1)):
         wall = primitives.WallFeatures([build_feature_row(feature, 0) for feature in order])
@@ -406,15 +423,15 @@ def test_of_features_that_are_met_at_one_instant_the_first_counts() -> None:
         assert wall.first_fall(disc, 0.0, 0.0, -1, 0.0) == (1.0, first)
 
 
-def test_a_wall_that_is_not_met_has_no_first_feature() -> None:
-    """Without features, and with some that a disc moves away from, nothing is met."""
+def test_unmet_wall_has_no_first_feature() -> None:
+    """A wall without features, or one that a disc moves away from, returns feature -1 and an infinite time."""
     for wall in (primitives.WallFeatures([]), in_core(FLOOR)):
         assert wall.first_touch(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), -1) == (NEVER, -1, False)
         assert wall.first_fall(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), 0.0, 1.0, -1, 0.0) == (NEVER, -1)
 
 
-def test_a_feature_that_a_wall_does_not_have_is_refused() -> None:
-    """Numbers of features are from 0 on."""
+def test_feature_number_out_of_range_raises_index_error() -> None:
+    """A feature number below 0 or beyond the last feature raises an IndexError."""
     disc = Mover.at((1.0, 3.0), (0.0, 1.0), 0.25)
     for number in (-1, 1):
         with pytest.raises(IndexError):

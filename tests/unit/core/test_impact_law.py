@@ -75,13 +75,16 @@ def span(*vectors: Vector) -> Fraction:
         pytest.param(Impact((4, 5), 1, (0, 7), 3, (1, 0), 0.0), [(1, 5), (1, 7)], id="no restitution"),
     ],
 )
-def test_head_on(impact: Impact, after: list[Vector]) -> None:
-    """On one line every number is known, and exact."""
+def test_head_on_impact_is_exact(impact: Impact, after: list[Vector]) -> None:
+    """The velocities after a head-on impact are exact, for equal and unequal masses and e = 1, 0.5 and 0."""
     np.testing.assert_array_equal(resolve_impact(*impact), after)
 
 
-def test_oblique_3_4_5() -> None:
-    """At 2 m/s along x on a normal of (.8, .6) the struck disc leaves along the normal, the other at a right angle."""
+def test_oblique_impact_of_equal_masses() -> None:
+    r"""A disc at 2 m/s that strikes an equal one on the normal (.8, .6) turns by a right angle from it.
+
+    The struck disc leaves along the normal, at 1.6 m/s.
+    """
     tolerance = float(ROUNDINGS * 2 * U)
     found = resolve_impact([2, 0], 1, [0, 0], 1, [4, 3])
     np.testing.assert_allclose(found, [(0.72, -0.96), (1.28, 0.96)], rtol=0, atol=tolerance)
@@ -91,8 +94,11 @@ def test_oblique_3_4_5() -> None:
 
 
 @given(impacts)
-def test_every_velocity_after_is_that_of_the_exact_law(impact: Impact) -> None:
-    """To the rounding derived above, which `exact_impact.py` has without: it keeps momentum, and takes what e takes."""
+def test_velocities_after_impact_match_the_exact_law(impact: Impact) -> None:
+    r"""Velocities after an impact equal those of the rational law within the derived rounding.
+
+    Exchanging the two bodies changes no bit.
+    """
     v1, m1, v2, m2, normal, e = impact
     found = resolve_impact(v1, m1, v2, m2, normal, e)
     smooth = Law(e, 0, 0)
@@ -111,8 +117,8 @@ def test_every_velocity_after_is_that_of_the_exact_law(impact: Impact) -> None:
 
 
 @given(impacts, st.integers(-60, 60))
-def test_neither_the_length_of_the_normal_nor_the_unit_of_mass_matters(impact: Impact, k: int) -> None:
-    """Scaling the normal, or both masses, by a power of two changes no bit."""
+def test_scaling_normal_and_masses_changes_no_bit(impact: Impact, k: int) -> None:
+    """Scaling the normal and both masses by a power of two changes no bit of the result."""
     v1, m1, v2, m2, normal, e = impact
     scale = 2.0**k
     plain = resolve_impact(v1, m1, v2, m2, normal, e)
@@ -121,8 +127,8 @@ def test_neither_the_length_of_the_normal_nor_the_unit_of_mass_matters(impact: I
 
 
 @each("v1", [(-1.0, 0.0), (0.0, 0.0), (0.0, 5.0)])
-def test_bodies_that_do_not_approach_are_returned_as_they_were(v1: Vector) -> None:
-    """Separating, at rest or sliding along each other, there is no impact."""
+def test_bodies_that_do_not_approach_keep_their_velocities(v1: Vector) -> None:
+    """Separating, resting or sliding bodies keep their velocities: there is no impact."""
     after1, after2 = resolve_impact(v1, 1, [0, 0], 2, [1, 0])
     np.testing.assert_array_equal(after1, v1)
     np.testing.assert_array_equal(after2, [0, 0])
@@ -131,8 +137,8 @@ def test_bodies_that_do_not_approach_are_returned_as_they_were(v1: Vector) -> No
 # Arrays and errors ----------------------------------------------------------------------------------------------------
 
 
-def test_arrays_broadcast_and_give_what_single_calls_give() -> None:
-    """Any argument may bring the leading axes; each item is the answer of its own pair."""
+def test_array_form_broadcasts_and_matches_single_calls() -> None:
+    """Array arguments broadcast over their leading axes, and each item equals the result of a single call."""
     rng = np.random.default_rng(5)
     v1, v2 = rng.normal(size=(4, 1, 2)), rng.normal(size=(3, 2))
     m1, m2, e = rng.uniform(1, 2, (4, 1)), math.inf, rng.uniform(0, 1, 3)
@@ -165,15 +171,15 @@ GOOD: dict[str, Any] = {"v1": [1, 0], "m1": 1.0, "v2": [0, 0], "m2": 1.0, "norma
         ("restitution", math.nan, "restitution must be from 0 to 1, got nan"),
     ],
 )
-def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: str) -> None:
-    """An argument outside the law's domain is refused by its name, with the value found."""
+def test_invalid_argument_is_refused_with_name_and_value(name: str, value: object, says: str) -> None:
+    """An argument outside its domain raises an InputError with its name and the value found."""
     with pytest.raises(InputError) as caught:
         resolve_impact(**{**GOOD, name: value})
     assert str(caught.value) == says
 
 
 def test_two_immovable_bodies_are_refused() -> None:
-    """Between two infinite masses there is no answer, and the message says why."""
+    """Two infinite masses raise an InputError that names m1 and m2."""
     with pytest.raises(InputError, match="m1 and m2 must not both be infinite"):
         resolve_impact([1, 0], math.inf, [0, 0], math.inf, [1, 0])
 
@@ -181,15 +187,15 @@ def test_two_immovable_bodies_are_refused() -> None:
 # Impulses of an impact: restitution along the normal, and which branch of friction holds ------------------------------
 
 
-def test_two_discs_that_do_not_approach_give_each_other_nothing() -> None:
-    """An impact never pulls: 0 for what separates, slides past, or has coinciding centres."""
+def test_impulse_of_discs_that_do_not_approach_is_zero() -> None:
+    """The normal impulse is 0 for discs that separate, slide past each other, rest or have the same centre."""
     for u in ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)):
         assert primitives.normal_impulse(1.0, 0.0, *u, 1.0, 1.0) == 0.0
     assert primitives.normal_impulse(0.0, 0.0, 1.0, 1.0, 1.0, 1.0) == 0.0
 
 
-def test_impulses_have_the_law_of_impact() -> None:
-    """In fractions the approach and the slip turn into -e and -b times themselves, or Coulomb's."""
+def test_impulses_obey_restitution_and_coulomb_friction() -> None:
+    """Normal and tangential impulses equal the law in fractions: restitution, then sticking or Coulomb friction."""
     rng, slid = random.Random(7), 0
     for _ in range(500):
         dx, dy, ux, uy, surface = (rng.gauss(0.0, 1.0) * 10 ** rng.uniform(-3, 3) for _ in range(5))

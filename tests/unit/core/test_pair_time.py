@@ -26,8 +26,8 @@ def assert_right(row: np.ndarray, found: float) -> None:
 
 
 @each("name, larger", [*((name, 1.0) for name in CLASSES), ("random", 8.0)])
-def test_every_class_is_right_to_two_units_in_the_last_place(name: str, larger: float) -> None:
-    """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input."""
+def test_pair_time_is_right_to_2_ulp_in_every_class(name: str, larger: float) -> None:
+    """On every class of input, a time is within 2 ulp of the exact one, and no hit or miss is confused."""
     columns = pairs_of_class(name, CASES, 1)
     columns[[4, 9]] *= larger
     for row, found in zip(columns.T, carom_form(columns).tolist(), strict=True):
@@ -36,23 +36,23 @@ def test_every_class_is_right_to_two_units_in_the_last_place(name: str, larger: 
 
 @each("name", CLASSES)
 def test_scalar_and_array_forms_agree_to_the_bit(name: str) -> None:
-    """Arrays give the bits that `pair_time` gives each pair."""
+    """The array form returns the bits that `pair_time` returns for each pair."""
     columns = pairs_of_class(name, 200, 2)
     scalar = [primitives.pair_time(*row) for row in columns.T.tolist()]
     assert carom_form(columns).tolist() == scalar
 
 
 @each("name", CLASSES)
-def test_the_error_free_form_alone_is_right_to_two_units_in_the_last_place(name: str) -> None:
-    """What is asked only where the plain form leaves a doubt holds on every class of input."""
+def test_error_free_form_alone_is_right_to_2_ulp(name: str) -> None:
+    """The error-free form, used where the plain one is in doubt, is within 2 ulp on every class of input."""
     core_functions = pytest.importorskip("tests.core_functions")
     for row in pairs_of_class(name, 200, 11).T:
         assert_right(row, core_functions.exact_time(*row.tolist()))
 
 
 @each("power", [-40, -20, 20, 40])
-def test_a_far_graze_takes_two_to_some_power_of_the_time_at_that_part_of_the_speed(power: int) -> None:
-    """A unit of time that is a power of two changes no bit, here where the last term of the refinement makes one."""
+def test_time_of_a_far_graze_scales_with_powers_of_two(power: int) -> None:
+    """Multiplying the speed of a far graze by a power of two divides its time exactly."""
     speed = math.ldexp(1.0, power)
     start, other = (0.0, 0.0), (78000.74509667783, 82644.98196682754, 0.0, 0.0, 0.5)
     vx, vy = 0.6863840910811245, 0.7272392175280006
@@ -61,8 +61,8 @@ def test_a_far_graze_takes_two_to_some_power_of_the_time_at_that_part_of_the_spe
     assert primitives.pair_time(*start, vx * speed, vy * speed, 0.5, *other) * speed == time
 
 
-def test_where_a_pair_stands_does_not_change_its_time() -> None:
-    """Blocks, and what of a block is ruled out before, change no bit: mixed classes, any length, any strides."""
+def test_array_position_does_not_change_a_time() -> None:
+    """The time of a pair has the same bits at any position, array length, stride and memory order."""
     columns = np.concatenate([pairs_of_class(name, 400, 7) for name in CLASSES], axis=1)
     columns = columns[:, np.random.default_rng(7).permutation(columns.shape[1])]
     scalar = [primitives.pair_time(*row) for row in columns.T.tolist()]
@@ -106,8 +106,8 @@ def ties(kind: str, count: int) -> list[list[float]]:
 
 @each("rows", release_after(1, [150, 600]))
 @each("kind", ["graze", "touching", "sliding"])
-def test_no_rounding_decides_a_tie(kind: str, rows: int) -> None:
-    """Where b, c or D is exactly 0, or a rounding from it, the answer is that of rational arithmetic."""
+def test_ties_are_decided_as_in_rational_arithmetic(kind: str, rows: int) -> None:
+    """Where b, c or D is exactly 0 or one rounding from it, hit or miss is that of rational arithmetic."""
     seen = set()
     for row in ties(kind, rows):
         b, c, d = signs = sign_of(row)
@@ -122,11 +122,11 @@ def test_no_rounding_decides_a_tie(kind: str, rows: int) -> None:
     assert len(seen) > 2  # ties and both sides of them
 
 
-def test_ties_of_numbers_with_all_their_bits() -> None:
-    """Discs that touch head-on collide now, discs that slide past each other never, however many bits it takes to see.
+def test_ties_of_full_precision_numbers_are_exact() -> None:
+    r"""Touching discs that approach collide at 0 s, and sliding ones never, for numbers that need two floats each.
 
-    Relative positions, velocities and radii are sums of two floats of 53 bits each, h + l and k + m. Head-on,
-    ``d = (h + l, 0)`` and ``R = h + l``; sliding, ``d = (h + l, k + m)`` and ``u = (-k - m, h + l)``.
+    Relative positions, velocities and radii are sums of two floats of 53 bits each, h + l and k + m. Head-on, ``d =
+    (h + l, 0)`` and ``R = h + l``; sliding, ``d = (h + l, k + m)`` and ``u = (-k - m, h + l)``.
     """
     rng = np.random.default_rng(13)
     for _ in range(500):
@@ -138,8 +138,8 @@ def test_ties_of_numbers_with_all_their_bits() -> None:
 
 @each("gap", ["ordinary", "near", "offset"])
 @each("tilted", [False, True])
-def test_walls_are_right_to_two_units_in_the_last_place(gap: str, tilted: bool) -> None:
-    """The time to a wall, in any direction, is within 2 ulp of the exact one, also next to the wall and far from 0."""
+def test_wall_time_is_right_to_2_ulp(gap: str, tilted: bool) -> None:
+    """The time to a wall of any direction is within 2 ulp, also close to the wall and far from the origin."""
     rng = np.random.default_rng(4)
     for _ in range(CASES):
         turn = rng.uniform(0, 2 * math.pi)

@@ -78,16 +78,19 @@ SPANS = [(-320.0, 307.9), (-150.0, 150.0), (-60.0, 60.0), (-25.0, 25.0)]
 
 @each("seeds", [1, pytest.param(50, marks=pytest.mark.release)])
 @each("least, most", SPANS)
-def test_numbers_of_all_sizes_in_one_pair_have_the_right_time(least: float, most: float, seeds: int) -> None:
-    """Hit or miss is exact and a time within 2 ulp, in the scalar and the array form alike."""
+def test_time_is_right_for_numbers_of_any_size(least: float, most: float, seeds: int) -> None:
+    r"""For numbers of all magnitudes in one pair, hit or miss is exact and a time is within 2 ulp.
+
+    The scalar and the array form agree to the bit.
+    """
     for seed in range(1, 1 + seeds):
         assert_all_right(pairs_of_any_size(80, seed, least, most))
 
 
 @each("name", CLASSES)
 @each("length, speed", release_after(2, [(500, 0), (-900, -900), (-500, 0), (0, 500), (0, -500), (900, 900)]))
-def test_scaling_by_powers_of_two_changes_no_bit_of_a_time(name: str, length: int, speed: int) -> None:
-    """Lengths or speeds times a power of two give times, to the bit, times the one or over the other."""
+def test_scaling_by_powers_of_two_scales_times_exactly(name: str, length: int, speed: int) -> None:
+    """Scaling lengths or speeds by powers of two scales each time by exactly the same power."""
     columns = pairs_of_class(name, 60, 3)
     plain = times_of(columns)
     columns[LENGTHS] = np.ldexp(columns[LENGTHS], length)
@@ -96,19 +99,19 @@ def test_scaling_by_powers_of_two_changes_no_bit_of_a_time(name: str, length: in
     assert np.isfinite(plain).any()
 
 
-def test_times_of_products_beyond_the_largest_float_are_found() -> None:
-    """Discs of 1e160 m meet after 3 - sqrt(3) s, nearly, in the array form as in the scalar one."""
+def test_time_is_found_where_products_overflow() -> None:
+    """Discs of radius 1e160 m meet after 3 - sqrt(3) s, in the scalar and the array form."""
     pair = ((0.0, 0.0), (0.0, 0.0), 1e160, (3e160, 1e160), (-1e160, 1e150), 1e160)
     found = time_of_impact(*pair)
     assert found == pytest.approx(3 - math.sqrt(3), rel=1e-9)  # the second disc rises by 1e-10 of its radius a second
     assert time_of_impact(*([part] for part in pair)) == [found]
 
 
-def test_what_is_solved_in_solve_rational_numbers_is_rounded_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beyond what powers of two can bring into range a time is off by 5/8 of a unit in its last place at most.
+def test_rational_solution_is_within_five_eighths_of_an_ulp(monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""A time that is solved in rational numbers is off by at most 5/8 ulp.
 
-    Half a unit is the last rounding's, and an eighth what 2^-56 of the root can make of it; with a root to 50 bits one
-    of these times is off by 1.3.
+    Half a unit is the last rounding's, and an eighth what 2^-56 of the root can make of it; with a root to 50 bits
+    one of these times is off by 1.3.
     """
     solved = list[float]()
 
@@ -129,13 +132,13 @@ def test_what_is_solved_in_solve_rational_numbers_is_rounded_once(monkeypatch: p
     assert 0.0 < worst <= 0.625
 
 
-def test_coordinates_whose_difference_is_no_float_have_their_time() -> None:
-    """A gap of 2e308 m less two radii of 1e307 m, closed at 1e307 m/s, takes 18 s."""
+def test_time_is_found_where_a_coordinate_difference_overflows() -> None:
+    """A gap of 2e308 m less two radii of 1e307 m closes at 1e307 m/s after exactly 18 s."""
     assert time_of_impact((-1e308, 0.0), (0.0, 0.0), 1e307, (1e308, 0.0), (-1e307, 0.0), 1e307) == 18.0
 
 
-def test_a_far_graze_along_an_axis_divides_by_nothing() -> None:
-    """A disc that comes from 2^30 contact distances away and grazes by 2^-53 of one meets it in both forms alike."""
+def test_far_graze_along_an_axis_is_found() -> None:
+    """A disc 2^30 contact distances away that overlaps by 2^-53 of one when passing hits, in both forms."""
     pair = ((0.0, 0.0), (0.0, 0.0), 0.5, (2.0**30, 1 - 2.0**-53), (-1.0, 0.0), 0.5)
     row = np.array([0.0, 0.0, 0.0, 0.0, 0.5, 2.0**30, 1 - 2.0**-53, -1.0, 0.0, 0.5])
     found = time_of_impact(*pair)
@@ -143,8 +146,8 @@ def test_a_far_graze_along_an_axis_divides_by_nothing() -> None:
     assert time_of_impact(*([part] for part in pair)) == [found]
 
 
-def test_a_time_beyond_the_largest_float_is_never() -> None:
-    """A metre at the least speed there is takes 2e323 s, which no float can say."""
+def test_time_beyond_the_largest_float_is_infinite() -> None:
+    """A time of about 1e323 s, too large for a float, is returned as infinity."""
     assert time_of_impact((0.0, 0.0), (5e-324, 0.0), 0.25, (1.0, 0.0), (0.0, 0.0), 0.25) == math.inf
 
 
@@ -157,9 +160,9 @@ def test_a_time_beyond_the_largest_float_is_never() -> None:
         ((0.0, 3.0), (0.0, -(2.0**1000)), 2.0**-999),
     ],
 )
-def test_two_discs_as_far_or_as_fast_on_both_sides_meet_in_the_middle(
+def test_symmetric_far_or_fast_discs_meet_in_the_middle(
     place: tuple[float, float], velocity: tuple[float, float], time_s: float
 ) -> None:
-    """Head-on, each of a metre: what counts is how far apart they are and how fast they close, and not the sum, 0."""
+    """Two discs that approach each other symmetrically from 2^1000 m or at 2^1000 m/s meet at the exact time."""
     (x, y), (vx, vy) = place, velocity
     assert any_size.compute_scaled_pair_time(-x, -y, -vx, -vy, 1.0, x, y, vx, vy, 1.0) == time_s

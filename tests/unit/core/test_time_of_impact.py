@@ -45,29 +45,29 @@ PairTime = Callable[[float, float, float, float, float], float]
 
 
 @each("form", FORMS)
-def test_an_overlap_of_one_rounding_is_now_and_not_the_exit(form: PairTime) -> None:
-    """Discs that overlap by 2^-53 and approach collide now; the exit, two seconds later, would be tunnelling."""
+def test_approaching_discs_that_overlap_by_a_rounding_collide_now(form: PairTime) -> None:
+    """Discs that overlap by 2^-53 and approach collide at 0 s, not at their exit 2 s later."""
     assert form(1 - 2**-53, 0.0, -1.0, 0.0, 1.0) == 0.0
 
 
 @each("form", FORMS)
-def test_contact_within_rounding_on_an_oblique_line_is_now_and_not_the_exit(form: PairTime) -> None:
-    """At (.6, .8), 2^-54 or so from contact, the impact is within 2^-52 s; the exit would be at 1.2 s."""
+def test_oblique_contact_within_rounding_collides_now(form: PairTime) -> None:
+    """Discs within about 2^-54 of contact at (.6, .8) collide within 2^-52 s, not at their exit at 1.2 s."""
     assert 0.0 <= form(0.6, 0.8, -1.0, -1e-3, 1.0) <= 2**-52
 
 
 @each("form", FORMS)
 @each("gap", [1e-10, 1e-12, 2.0**-52])
-def test_a_gap_however_small_is_crossed_and_not_skipped(form: PairTime, gap: float) -> None:
-    """A head-on impact close by is found at gap over speed: no epsilon in time or distance takes it for done."""
+def test_tiny_gap_is_crossed_in_gap_over_speed(form: PairTime, gap: float) -> None:
+    """A head-on impact across a gap of 1e-10 down to 2^-52 is found at gap over speed; no epsilon hides it."""
     # Both factors of c are exact or one rounding off here, and so is the denominator: 4 roundings in all.
     exact_gap = (1 + gap) - 1
     assert abs(form(1 + gap, 0.0, -1.0, 0.0, 1.0) - exact_gap) <= 4 * U * exact_gap
 
 
 @each("form", FORMS)
-def test_a_disc_from_afar_keeps_its_miss_distance(form: PairTime) -> None:
-    """From 10^8 contact distances away, half of one off the centre, the hit is found; b^2 - a c loses it."""
+def test_distant_disc_keeps_its_miss_distance(form: PairTime) -> None:
+    """An off-centre hit from 1e8 contact distances away is found to a few ulp; b^2 - a c would lose it."""
     # 1e8 - sqrt(.75), to the rounding of a number of that size: 2 units in its last place, and the root's own rounding.
     assert abs(form(1e8, 0.5, -1.0, 0.0, 1.0) - (1e8 - math.sqrt(0.75))) <= 6 * U * 1e8
 
@@ -75,7 +75,7 @@ def test_a_disc_from_afar_keeps_its_miss_distance(form: PairTime) -> None:
 @each("form", FORMS)
 @each("speed", [1e-170, 1e-100, 1e-9, 1e9, 1e100])
 def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None:
-    """A gap of 1 is crossed in 1/speed, however slow or fast, also where the square of the speed underflows."""
+    """A gap of 1 is crossed in 1/speed for speeds from 1e-170 to 1e100, also where their squares underflow."""
     assert abs(form(2.0, 0.0, -speed, 0.0, 1.0) * speed - 1) <= 8 * U
 
 
@@ -104,15 +104,17 @@ def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None
         pytest.param((3.0, -0.6), (-1.0, 0.0), 2.2, id="3-4-5"),
     ],
 )
-def test_whether_and_when(form: PairTime, d: tuple[float, float], u: tuple[float, float], time: float) -> None:
-    """Approaching decides: a separating, sliding or resting pair never collides, a touching one that approaches now."""
+def test_pair_time_by_relative_motion(
+    form: PairTime, d: tuple[float, float], u: tuple[float, float], time: float
+) -> None:
+    """Only approaching pairs collide; touching or overlapping ones that approach collide at 0 s."""
     # Each of these is exact but the last, whose inputs are decimals: their rounding, and 2 units in the last place.
     assert form(*d, *u, 1.0) == pytest.approx(time, rel=8 * U, abs=0.0)
 
 
 @each("form", FORMS)
-def test_a_graze_is_an_impact_as_soon_as_it_has_depth(form: PairTime) -> None:
-    """Passing at exactly the contact distance is no impact; one unit in the last place closer is one."""
+def test_graze_is_an_impact_only_with_depth(form: PairTime) -> None:
+    """Passing at exactly the contact distance is no impact; passing 2^-53 of it closer is one."""
     assert form(4.0, 1.0, -1.0, 0.0, 1.0) == math.inf
     # The depth of half a unit gives D = 2^-53 + ..., far above the one rounding of each of its two squares: a hit.
     time = form(4.0, 1.0 - 2**-53, -1.0, 0.0, 1.0)
@@ -125,14 +127,14 @@ radii = st.floats(1e-3, 1e3)
 
 
 @given(coordinates, coordinates, coordinates, coordinates, radii)
-def test_seen_from_the_other_disc_the_time_is_the_same(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
-    """Exchanging the discs turns both vectors round and changes no bit of the time."""
+def test_exchanging_the_discs_changes_no_bit_of_the_time(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
+    """Reversing the relative position and velocity changes no bit of the time."""
     assert pair_time(-dx, -dy, -ux, -uy, r) == pair_time(dx, dy, ux, uy, r)
 
 
 @given(coordinates, coordinates, coordinates, coordinates, radii)
-def test_the_time_is_never_negative_and_never_nan(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
-    """Whatever the motion, the answer is a time from now on, or never."""
+def test_time_is_never_negative_or_nan(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
+    """The scalar and the array form return a time of 0 or more, or infinity, for any motion."""
     assert pair_time(dx, dy, ux, uy, r) >= 0.0
     assert array_form(dx, dy, ux, uy, r) >= 0.0
 
@@ -154,8 +156,8 @@ def test_the_time_is_never_negative_and_never_nan(dx: float, dy: float, ux: floa
         pytest.param(1e-300, -1e-300, 1.0, id="as small as can be"),
     ],
 )
-def test_wall_time(gap: float, velocity: float, time: float) -> None:
-    """A wall is met after gap over speed, at once where it is touched or overlapped, never where not approached."""
+def test_wall_time_is_gap_over_speed_for_approaching_discs(gap: float, velocity: float, time: float) -> None:
+    """A wall is met after gap over speed, at 0 s if touched or overlapped, and never if not approached."""
     assert wall_time(gap, velocity) == time
 
 
@@ -163,7 +165,7 @@ def test_wall_time(gap: float, velocity: float, time: float) -> None:
 
 
 def test_plain_numbers_give_a_float() -> None:
-    """Two discs given as lists and numbers are answered by a plain float: 9 m of gap at 5 m/s are 1.8 s."""
+    """`time_of_impact` returns a plain float for lists and numbers: 1.8 s for a gap of 9 m at 5 m/s."""
     time = time_of_impact([0, 0], [3, 4], 0.5, [6, 8], [0, 0], 0.5)
     assert type(time) is float
     # Two units in the last place.
@@ -183,7 +185,7 @@ def test_plain_numbers_give_a_float() -> None:
         ((1, 2), (2,), (), (2,), (2,), (), (1,)),
     ],
 )
-def test_shapes_broadcast(
+def test_argument_shapes_broadcast(
     p1: tuple[int, ...],
     v1: tuple[int, ...],
     r1: tuple[int, ...],
@@ -192,7 +194,7 @@ def test_shapes_broadcast(
     r2: tuple[int, ...],
     shape: tuple[int, ...],
 ) -> None:
-    """Leading axes broadcast as everywhere in NumPy, and each item is the answer of its own pair."""
+    """Leading axes broadcast as in NumPy, and each item equals the result of a single call."""
     rng = np.random.default_rng(3)
     args = [
         rng.normal(size=p1),
@@ -230,8 +232,8 @@ GOOD: dict[str, Any] = {"p1": [0, 0], "v1": [1, 0], "r1": 1.0, "p2": [5, 0], "v2
         ("r2", None, "r2 must be finite everywhere, got nan"),
     ],
 )
-def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: str) -> None:
-    """An argument outside the function's domain is refused by its name, with the value or shape found."""
+def test_invalid_argument_is_refused_with_name_and_value(name: str, value: object, says: str) -> None:
+    """An argument outside its domain raises an InputError with its name and the value or shape found."""
     with pytest.raises(InputError) as caught:
         time_of_impact(**{**GOOD, name: value})
     assert str(caught.value).startswith(says)
@@ -239,13 +241,13 @@ def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: 
 
 @each("name, shape", [("p1", (3, 2)), ("r1", (3,))])
 def test_shapes_that_do_not_broadcast_are_refused(name: str, shape: tuple[int, ...]) -> None:
-    """Three discs against four is a mistake, and the message shows the shapes."""
+    """Arrays of three and four discs raise an InputError that shows the shapes."""
     with pytest.raises(InputError, match="do not broadcast") as caught:
         time_of_impact(**{**GOOD, "p2": np.full((4, 2), 9.0), name: np.ones(shape)})
     assert "(4," in str(caught.value) or "(3," in str(caught.value)
 
 
-def test_numbers_at_the_end_of_the_range_raise_no_warning() -> None:
-    """The array form is as silent as the scalar one where squares overflow."""
+def test_overflowing_squares_raise_no_warning() -> None:
+    """`time_of_impact` returns a float without a warning where squares overflow."""
     time = time_of_impact([-1e200, 0], [1e200, 0], 1.0, [1e200, 0], [-1e200, 1e200], 1.0)
     assert isinstance(time, float)

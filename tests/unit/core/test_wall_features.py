@@ -28,8 +28,8 @@ def chain(*points: tuple[float, float], bulges: tuple[float, ...] = (), closed: 
     return Outline(points, bulges or (0.0,) * edges, 0.0, closed)
 
 
-def test_a_line_that_goes_on_is_one_face() -> None:
-    """Three pieces of one line have two sides and two ends; a piece off the line by one unit is an edge of its own."""
+def test_collinear_edges_are_merged_into_one_face() -> None:
+    """Three collinear edges become one face per side and two vertices; a bend of 1 ulp keeps them apart."""
     straight = chain((0.0, 0.0), (1.0, 0.5), (3.0, 1.5), (4.0, 2.0))
     assert kinds(straight) == {EdgeKind.FACE: [(0, 1, 2)], EdgeKind.VERTEX: [(0,), (2,)]}
     bent = chain((0.0, 0.0), (1.0, math.nextafter(0.5, 1.0)), (3.0, 1.5))
@@ -37,14 +37,14 @@ def test_a_line_that_goes_on_is_one_face() -> None:
     assert len(build_features(bent)) == 7
 
 
-def test_a_joint_with_a_common_tangent_has_no_vertex() -> None:
-    """A stadium has two straight sides, two half circles, and no corner."""
+def test_smooth_joint_has_no_vertex() -> None:
+    """A stadium has two straight sides, two half circles and no vertex."""
     stadium = chain((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0), bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
     assert kinds(stadium) == {EdgeKind.FACE: [(0,), (2,)], EdgeKind.ARC: [(1,), (3,)]}
 
 
-def test_arcs_of_one_circle_are_one_arc() -> None:
-    """Two halves are a whole circle, which has no ends; of other arcs the circle must be the same exactly."""
+def test_arcs_of_the_same_circle_are_merged() -> None:
+    """Consecutive arcs of exactly the same circle become one arc; a bulge that differs by 1 ulp prevents it."""
     assert kinds(chain((-1.0, 0.0), (1.0, 0.0), bulges=(1.0, 1.0), closed=True)) == {EdgeKind.ARC: [(0, 1)]}
     # A bulge of 1/2 turns by (2 + i)^4 / 25 = (-7 + 24 i) / 25, which keeps these on one circle of radius 625.
     points = (625.0, 0.0), (-175.0, 600.0), (-527.0, -336.0)
@@ -52,16 +52,16 @@ def test_arcs_of_one_circle_are_one_arc() -> None:
     assert kinds(chain(*points, bulges=(0.5, math.nextafter(0.5, 1.0))))[EdgeKind.ARC] == [(0,), (1,)]
 
 
-def test_the_first_and_the_last_edge_of_a_closed_chain_are_merged() -> None:
-    """A square that begins in the middle of a side has four sides and four corners; the joint there is none."""
+def test_first_and_last_edge_of_a_closed_chain_are_merged() -> None:
+    """A square that starts in the middle of a side has four faces and four vertices."""
     square = chain((2.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0), closed=True)
     found = kinds(square)
     assert found[EdgeKind.FACE] == [(4, 0), (1,), (2,), (3,)]
     assert found[EdgeKind.VERTEX] == [(0,), (1,), (2,), (3,)]
 
 
-def test_faces_come_before_vertices() -> None:
-    """Where a face ends, both are touched at one instant, and the face is the one that counts."""
+def test_features_are_ordered_faces_arcs_vertices() -> None:
+    """Features are ordered so that a face comes before the vertex at its end, which is met at the same instant."""
     order = [part.kind for part in build_features(chain((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))]
     assert order == sorted(order, key=[EdgeKind.FACE, EdgeKind.ARC, EdgeKind.VERTEX].index)
 
@@ -81,8 +81,8 @@ def face(a: tuple[float, float], b: tuple[float, float]) -> Face:
         pytest.param((5.0, 4.0), False, False, id="an angle that divides no half turn"),
     ],
 )
-def test_which_corners_have_one_answer(second: tuple[float, float], smooth: bool, elastic: bool) -> None:
-    """A right angle has one, smooth; 45 degrees has one if nothing is lost; others have none."""
+def test_decidable_corners_are_recognised(second: tuple[float, float], smooth: bool, elastic: bool) -> None:
+    """A right angle is decidable, 45 degrees only without energy loss, and the other corners are not."""
     floor, slope = face((0.0, 0.0), (9.0, 0.0)), face(second, (0.0, 0.0))
     assert are_decidable(floor, slope, elastic=False) is smooth
     assert are_decidable(floor, slope, elastic=True) is (smooth or elastic)
@@ -100,14 +100,14 @@ def exact(pair: Pair) -> Fraction:
     return Fraction(pair[0]) + Fraction(pair[1])
 
 
-def test_half_a_circle_counterclockwise_has_its_centre_midway() -> None:
-    """A bulge of 1, the tangent of 45 degrees, is half a circle: its centre is the midpoint of its ends."""
+def test_half_circle_has_its_centre_at_the_midpoint() -> None:
+    """A bulge of 1 is half a circle: its centre is the midpoint of the edge's ends."""
     circle = compute_circle(Edge((-3.0, 0.0), (3.0, 0.0), 1.0))
     assert circle == ExactCircle(Fraction(0), Fraction(0), Fraction(9))
 
 
-def test_the_sign_of_a_bulge_is_the_sense_of_its_turn() -> None:
-    """From (1, 0) to (0, 1) counterclockwise about the origin the bulge is tan(22.5 degrees); clockwise, minus that."""
+def test_sign_of_a_bulge_is_its_direction_of_rotation() -> None:
+    """A bulge of tan(22.5 degrees) from (1, 0) to (0, 1) is centred at the origin, its negative at (1, 1)."""
     k = math.tan(math.pi / 8)
     there, back = compute_circle(Edge((1.0, 0.0), (0.0, 1.0), k)), compute_circle(Edge((1.0, 0.0), (0.0, 1.0), -k))
     assert (float(there.x), float(there.y)) == pytest.approx((0.0, 0.0), abs=1e-15)
@@ -116,10 +116,10 @@ def test_the_sign_of_a_bulge_is_the_sense_of_its_turn() -> None:
 
 
 @given(points, points, bulges)
-def test_both_ends_are_exactly_on_the_circle_of_a_bulge(
+def test_circle_of_a_bulge_passes_exactly_through_both_ends(
     a: tuple[float, float], b: tuple[float, float], k: float
 ) -> None:
-    """Centre and squared radius are rational: no digit is lost, and turning the arc round changes nothing."""
+    """Both ends of an edge are exactly on its rational circle; reversing the arc keeps the circle."""
     assume(a != b)
     circle = compute_circle(Edge(a, b, k))
     for x, y in (a, b):
@@ -128,8 +128,8 @@ def test_both_ends_are_exactly_on_the_circle_of_a_bulge(
 
 
 @given(points, points)
-def test_a_face_has_its_free_side_on_the_left(a: tuple[float, float], b: tuple[float, float]) -> None:
-    """The vector along it is exact; its length, and the normal turned left from it, are to the last digit."""
+def test_face_normal_points_to_the_left(a: tuple[float, float], b: tuple[float, float]) -> None:
+    """A face has an exact direction, a length to 104 bits and a normal to the left within 2 ulp."""
     assume(a != b)
     face = Face.between(a, b)
     ex, ey = exact(face.along[0]), exact(face.along[1])
@@ -144,10 +144,8 @@ def test_a_face_has_its_free_side_on_the_left(a: tuple[float, float], b: tuple[f
 
 
 @given(points, points, st.floats(1e-3, 1e3))
-def test_an_arc_knows_whether_it_is_more_than_half_a_circle(
-    a: tuple[float, float], b: tuple[float, float], k: float
-) -> None:
-    """A bulge above 1 is the tangent of more than 45 degrees, and its arc more than half of the circle."""
+def test_arc_sector_is_reflex_for_bulges_above_1(a: tuple[float, float], b: tuple[float, float], k: float) -> None:
+    """The sector of an arc is reflex, more than half a circle, exactly if its bulge is above 1."""
     assume(a != b)
     sector = Arc.on(compute_circle(Edge(a, b, k)), (a, b), inside=True).sector
     assert sector is not None
@@ -155,8 +153,11 @@ def test_an_arc_knows_whether_it_is_more_than_half_a_circle(
 
 
 @given(st.fractions(Fraction(1, 10**9), 10**9))
-def test_pairs_of_rationals_and_of_their_roots_are_right_to_a_hundred_bits(number: Fraction) -> None:
-    """A pair is within 2^-104 of its exact value, and its head is the nearest float."""
+def test_pairs_of_rationals_and_roots_are_right_to_100_bits(number: Fraction) -> None:
+    r"""A pair is within 2^-104 of its rational number, and the square of a root's pair within 2^-103.
+
+    The first float of a pair is the nearest one.
+    """
     assert abs(exact(to_pair(number)) / number - 1) <= Fraction(2) ** -104
     assert abs(exact(compute_root(number)) ** 2 / number - 1) <= Fraction(2) ** -103
     assert compute_root(number * number)[0] == to_pair(number)[0] == float(number)

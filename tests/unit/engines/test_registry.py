@@ -67,8 +67,8 @@ def listed(directory: Path) -> dict[str, dict[str, Any]]:
     return found
 
 
-def test_every_entry_point_of_the_group_is_listed_once() -> None:
-    """The engines listed are the entry points installed, Carom's own two first, the others by name."""
+def test_engines_lists_every_entry_point() -> None:
+    """`engines()` lists all installed entry points, first `pic` and `pit`, then the others by name."""
     names = [info.name for info in engines()]
     assert set(names) == {point.name for point in metadata.entry_points(group=ENTRY_POINT_GROUP)}
     assert names[:2] == ["pic", "pit"]
@@ -76,8 +76,8 @@ def test_every_entry_point_of_the_group_is_listed_once() -> None:
 
 
 @each("name", ["pic", "pit"])
-def test_caroms_own_methods_come_in_by_entry_point_and_are_available(name: str) -> None:
-    """Carom's own methods are adapters like any other, of Carom's own version, and need no installation."""
+def test_own_methods_are_available_entry_points(name: str) -> None:
+    """PIC and PIT are listed as available, with Carom's version, and load as adapters."""
     (info,) = (info for info in engines() if info.name == name)
     assert info.available
     assert info.unavailable == ""
@@ -86,8 +86,8 @@ def test_caroms_own_methods_come_in_by_entry_point_and_are_available(name: str) 
     assert isinstance(load_adapter(name), Adapter)
 
 
-def test_an_unknown_engine_is_refused_with_the_names_that_there_are() -> None:
-    """A misspelt engine is answered with its name and all names that would do."""
+def test_unknown_engine_is_refused_with_all_names() -> None:
+    """The error for a misspelt engine contains that name and the names of all engines."""
     with pytest.raises(UnknownNameError) as caught:
         load_adapter("pimunk")
     assert "'pimunk'" in str(caught.value)
@@ -111,8 +111,8 @@ REASONS = {
 
 
 @each("row", REASONS)
-def test_an_engine_is_unavailable_for_what_is_missing_and_for_nothing_else(row: str) -> None:
-    """The reason names the module, and what to do or why nothing can be; what is there has none."""
+def test_engine_is_unavailable_only_if_a_module_is_missing(row: str) -> None:
+    """The reason names the missing module and how to install it, or that no wheel exists for this Python."""
     engine, reason = REASONS[row]
     assert explain_unavailable_engine(engine) == reason
 
@@ -131,10 +131,10 @@ def test_an_engine_is_unavailable_for_what_is_missing_and_for_nothing_else(row: 
         ("5.4.1", "", False),
     ],
 )
-def test_a_release_before_the_oldest_that_an_adapter_drives_is_unavailable(
+def test_release_older_than_the_oldest_supported_is_unavailable(
     installed: str, oldest: str, refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Releases are compared as numbers, not as text, and the reason names both and what to do."""
+    """Releases are compared as numbers, and the reason names both releases and the install command."""
     name = f"nonesuch{installed.replace('.', '')}"  # a process reads the release of a distribution once
     write_distribution(tmp_path, name, {}, version=installed)
     monkeypatch.syspath_prepend(tmp_path)
@@ -151,8 +151,11 @@ class Guest:
         self.__dict__ |= own
 
 
-def test_an_adapter_says_itself_why_it_is_unavailable_and_which_version_it_drives() -> None:
-    """Without a version of a module, the adapter's counts; an engine within its adapter has the adapter's version."""
+def test_adapter_reports_its_version_and_availability() -> None:
+    r"""An adapter's own version and reason are used unless its engine's module has them.
+
+    An engine within its adapter has the version of the adapter's distribution.
+    """
 
     def told(engine: Engine, **own: Callable[[], str]) -> tuple[str, str]:
         guest: Any = Guest(engine, **own)
@@ -168,8 +171,8 @@ def test_an_adapter_says_itself_why_it_is_unavailable_and_which_version_it_drive
 
 
 @pytest.mark.long
-def test_a_third_party_adapter_is_found_with_the_version_of_its_own_distribution(tmp_path: Path) -> None:
-    """An installed distribution's adapter is listed, and is not given Carom's version."""
+def test_third_party_adapter_has_its_distributions_version(tmp_path: Path) -> None:
+    """An adapter of another installed distribution is listed with that distribution's name and version."""
     install(tmp_path, {"good_adapter": GOOD_ADAPTER}, {"good": "good_adapter:adapter"})
     assert listed(tmp_path)["good"] == {
         "engine": "Good engine",
@@ -182,8 +185,8 @@ def test_a_third_party_adapter_is_found_with_the_version_of_its_own_distribution
 
 
 @pytest.mark.long
-def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Path) -> None:
-    """Whatever is wrong with an adapter, it is listed as unavailable with why, and every other one stays listed."""
+def test_broken_adapter_is_listed_as_unavailable_with_the_reason(tmp_path: Path) -> None:
+    """Each broken adapter is listed as unavailable with the cause, and the other adapters stay available."""
     raising = GOOD_ADAPTER.replace(
         "    capabilities = Capabilities()",
         "    @property\n    def capabilities(self):\n        raise OSError('no licence file')",
@@ -233,8 +236,8 @@ def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Pat
 
 
 @pytest.mark.long
-def test_spoilt_metadata_costs_its_own_line_alone(tmp_path: Path) -> None:
-    """Entry points that can't be read, or name no object, and a distribution without a name, each are a line."""
+def test_invalid_metadata_makes_only_its_own_entry_unavailable(tmp_path: Path) -> None:
+    """Unreadable entry points and metadata are reported in lines of `carom engines`, which ends normally."""
     for name, entry_points in (
         ("bytes", b"[carom.adapters]\nq\xff = module:adapter\n"),
         ("words", b"[carom.adapters]\nno entry point\n"),

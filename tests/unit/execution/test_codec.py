@@ -46,8 +46,8 @@ def spoilt(value: Any) -> Iterator[Any]:
 
 
 @each("name", ["contact/struck", "tables/box-of-edges"])
-def test_a_trace_comes_back_from_a_worker_as_it_was(name: str) -> None:
-    """Modes of contact, states, spins and edges of walls keep every bit."""
+def test_trace_keeps_every_bit_through_the_codec(name: str) -> None:
+    """A trace with contact modes, states, spins and wall edges equals its encoded and decoded copy."""
     trace, codec = (
         observe_run(load_adapter("pic"), all_scenes()[name].scene, "tuned", 1 / 60),
         Codec[Trace](CarriedTrace),
@@ -55,8 +55,8 @@ def test_a_trace_comes_back_from_a_worker_as_it_was(name: str) -> None:
     assert codec.loads(codec.dumps(trace)) == trace
 
 
-def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
-    """Whatever a field of a trace contains, reading it raises a validation error or gives a value."""
+def test_altered_answer_is_a_value_or_a_validation_error() -> None:
+    """Decoding an answer with one part replaced or removed returns a value or raises a ValidationError."""
     codec = build_codec(ObserveTask)
     sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
     trace = json.loads(sound[1]["value"])
@@ -69,8 +69,8 @@ def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
     assert refused > 125  # so that it is seen to be tried
 
 
-def test_an_array_that_must_be_there_is_not_null() -> None:
-    """A trace without its final places is refused where it is read, and not where somebody computes with it."""
+def test_trace_without_a_required_array_is_refused() -> None:
+    """Decoding a trace without final positions raises a ValidationError that names the field."""
     codec = build_codec(ObserveTask)
     sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
     trace = json.loads(sound[1]["value"]) | {"final_position_m": None}
@@ -93,8 +93,8 @@ def reopened(path: Path, lines: list[Any]) -> Journal[JobKey, Trace]:
     return observed_journal(path, Options().stamp, resume=True)
 
 
-def test_a_line_of_a_journal_of_wrong_types_is_refused_in_a_sentence(journal_lines: tuple[Path, list[Any]]) -> None:
-    """A line in the right shape with a value of another type is refused by file, line and field."""
+def test_journal_line_with_a_wrong_type_is_refused(journal_lines: tuple[Path, list[Any]]) -> None:
+    """A trace's field of the wrong type is refused with the journal's name, the line and the remedy."""
     path, (head, entry) = journal_lines
     trace = json.loads(entry["answer"]["value"])
     for field in trace:
@@ -104,8 +104,8 @@ def test_a_line_of_a_journal_of_wrong_types_is_refused_in_a_sentence(journal_lin
 
 
 @each("extra", [None, "absent", 5, {}])
-def test_a_head_with_a_name_more_is_refused_by_that_name(journal_lines: tuple[Path, list[Any]], extra: Any) -> None:
-    """A head that says more than this one's is of other work, though what it says be null."""
+def test_journal_header_with_an_unknown_field_is_refused(journal_lines: tuple[Path, list[Any]], extra: Any) -> None:
+    """A header with an additional field belongs to another study and is refused, even if the value is null."""
     path, (head, entry) = journal_lines
     with pytest.raises(InputError, match=r"its more is .*, but this study's is absent; name another folder"):
         reopened(path, [head | {"more": extra}, entry])

@@ -111,8 +111,8 @@ def declared(install: Install) -> None:
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "exits-0")) for name in LOADING]
 )
-def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever loading an adapter does, it is unavailable with the reason, in bounded time."""
+def test_adapter_that_fails_on_import_is_unavailable(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An adapter that crashes, hangs or raises on import is listed as unavailable with the reason."""
     # An adapter that hangs is ended soon, and one that ends by itself is waited for, however slowly its process starts.
     monkeypatch.setattr(DescribeTask, "min_time_limit_s", 6.0 if "timed out" in LOADING[name][1] else PATIENT_S)
     if "closed" not in LOADING[name][1]:
@@ -124,8 +124,8 @@ def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: 
 
 
 @pytest.mark.usefixtures("declared")
-def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
-    """A wrong field is named with its value; a sound adapter of the same distribution is available."""
+def test_invalid_declarations_make_an_adapter_unavailable() -> None:
+    """The reason names the wrong field and its value; a sound adapter of the same distribution is available."""
     with InProcessPool() as pool:
         found = {info.name: info for info in describe_engines([*DECLARED, "sound"], pool)}
     assert found["sound"].available
@@ -134,8 +134,11 @@ def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
 
 
 @pytest.mark.long
-def test_adapters_of_a_distribution_share_a_process_and_no_failure(install: Install) -> None:
-    """They are asked in one process; one that fails there for what another did is asked alone, and is available."""
+def test_adapters_of_a_distribution_share_a_process(install: Install) -> None:
+    r"""Adapters of one distribution are described in one process.
+
+    One that fails because of another is described again in its own process and is available.
+    """
     spoils = "import builtins, os\nbuiltins.spoilt = True\nfirst = made(version=lambda: str(os.getpid()))\n"
     fails = "def version():\n    assert not hasattr(builtins, 'spoilt')\n    return 'alone'\n"
     install(
@@ -149,8 +152,8 @@ def test_adapters_of_a_distribution_share_a_process_and_no_failure(install: Inst
     assert found["c-third"].version == "alone", found["c-third"].unavailable
 
 
-def test_an_engine_that_is_not_installed_is_run_only_where_it_is_asked_for() -> None:
-    """By default it is left out; by name it is a row with the reason; an adapter that is broken is a row always."""
+def test_missing_engine_is_selected_only_by_name() -> None:
+    """By default engines that are not installed are left out; broken adapters are always selected."""
     there = EngineInfo("there", "There", "1", "", Capabilities(), {"tuned": ""}, "")
     missing = replace(there, name="missing", version="", unavailable="not installed; pip install it")
     broken = replace(missing, name="broken", capabilities=None, profiles={})
@@ -159,8 +162,8 @@ def test_an_engine_that_is_not_installed_is_run_only_where_it_is_asked_for() -> 
     assert select_engines(infos, ["there", "missing", "broken"]) == infos
 
 
-def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_path: Path) -> None:
-    """A command on PIT alone runs no line of another adapter's code, and one that is unknown is refused before any."""
+def test_unrequested_adapter_is_not_imported(install: Install, tmp_path: Path) -> None:
+    """A cross-check of PIT imports no other adapter, and neither does the refusal of an unknown engine."""
     install(f"open({str(tmp_path / 'imported')!r}, 'w')\nimport os; os._exit(0)\n", {"deadly": "adapter"})
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
     results = cross_check([scene], ["pit"], dts=[0.1], timing=False, pool=InProcessPool())
@@ -178,10 +181,10 @@ def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_
         ("time.sleep(3600)", "timed out: query of its settings: no answer within"),
     ],
 )
-def test_settings_that_can_t_be_had_cost_their_profile_alone(
+def test_failing_settings_affect_only_their_profile(
     install: Install, monkeypatch: pytest.MonkeyPatch, act: str, said: str
 ) -> None:
-    """A profile whose settings end the process, or hang, is a reason for its own rows; the adapter's others run."""
+    """A profile whose settings crash or hang is refused with the reason, and the other profiles run."""
     monkeypatch.setattr(DescribeTask, "min_time_limit_s", PATIENT_S)
     # The limit is that of both profiles: long enough for a process to start slowly after the one that hung.
     monkeypatch.setattr(SettingsTask, "min_time_limit_s", 30.0 if "sleep" in act else PATIENT_S)
@@ -203,7 +206,7 @@ class Silent(InProcessPool):
         raise AssertionError(tasks)
 
 
-def test_an_adapter_is_asked_once_a_process() -> None:
-    """What is known of an adapter is not asked for again."""
+def test_adapter_is_described_once_per_process() -> None:
+    """A second description of an engine returns the first one without running a task."""
     first = describe_engines(["pit"], InProcessPool())
     assert describe_engines(["pit"], Silent()) == first

@@ -57,29 +57,29 @@ def observed(world: Any) -> Mapping[str, int]:
 
 
 @each("world, lacked", [(UnreadSettings(), "SPECULATIVE"), (UnreadCounts(), "solved")])
-def test_an_attribute_that_the_engine_lacks_is_told_as_that(world: Still, lacked: str) -> None:
-    """An AttributeError inside a property of a world comes out as it is, and the world is closed."""
+def test_missing_engine_attribute_is_reported(world: Still, lacked: str) -> None:
+    """An AttributeError inside a property of a world is raised unchanged, and the world is closed."""
     with pytest.raises(AttributeError, match=lacked):
         observed(world)
     assert world.closed
 
 
-def test_a_world_that_lacks_a_part_is_refused_by_it() -> None:
-    """What a world does not have is named."""
+def test_incomplete_world_is_refused_with_its_missing_parts() -> None:
+    """A world without `settings` and `observe` is refused, and the message names both."""
     with pytest.raises(AdapterError, match="a SimpleNamespace has no settings, observe"):
         observed(SimpleNamespace(advance=print, close=print))
 
 
-def test_counts_may_be_absent_or_come_by_any_way() -> None:
-    """A world without counts has only its steps as counts, and counts by `__getattr__` are read."""
+def test_counts_of_a_world_are_optional() -> None:
+    """A world may have no counts, and counts provided by `__getattr__` are read."""
     assert "solved" not in observed(Still())
     assert observed(Delegating())["solved"] == 3
 
 
 @each("name", ["contact/drop", "contact/rolling-resistance", "contact/incline-rolls"])
 @each("steps_per_s", [47, 60])
-def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, steps_per_s: int) -> None:
-    """A last step that reaches beyond the end is taken back by what the wall leaves of gravity, not by all of it."""
+def test_disc_in_contact_has_the_exact_state_at_the_end(name: str, steps_per_s: int) -> None:
+    """PIC's run in steps, observed past the end, equals PIC at the end within 1e-12 for discs in contact."""
     scene = all_scenes()[name].scene
     scene = scene.model_copy(update={"duration_s": scene.duration_s * 0.9973})
     truth, seen = solve_pic(scene), observe_run(load_adapter("pic"), scene, "tuned", 1 / steps_per_s)
@@ -91,8 +91,11 @@ def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, ste
         assert np.abs(seen.final_spin_rad_s - truth.final_spin_rad_s).max() <= 1e-12
 
 
-def test_a_disc_that_meets_something_after_the_scene_ended_ends_in_free_flight() -> None:
-    """The last step ends at 1.2 s, and it meets the floor at 1.1: at 1 s it has fallen 5 m, or turns by exp(-1/2)."""
+def test_impact_after_the_end_does_not_change_the_final_state() -> None:
+    r"""The last step ends at 1.2 s with an impact at 1.1 s, but the state at 1 s is that of free flight.
+
+    This holds under gravity and, with a spin, under damping.
+    """
     floor = wall_at(0, 0, 0, 1)
     falls = staged("falls", disc_at(0, 6.55), floor, gravity_m_s2=(0.0, -10.0), duration_s=1.0)
     trace = observe_run(load_adapter("pic"), falls, "tuned", 0.3)
@@ -109,8 +112,8 @@ def test_a_disc_that_meets_something_after_the_scene_ended_ends_in_free_flight()
     assert sure(trace.final_spin_rad_s)[0] == pytest.approx(3.0 * math.exp(-0.5), rel=1e-14)
 
 
-def test_what_is_kept_of_a_run_is_what_was_asked_for() -> None:
-    """Places at each step to draw, and states to see rest by only where gravity can press a disc to a wall."""
+def test_run_keeps_states_only_if_a_disc_can_rest() -> None:
+    """States are kept only if gravity can hold a disc at rest; samples have the positions at every step."""
     bodies = disc_at(0.0, 0.5, 1.0), wall_at(0.0, 0.0, 0.0, 1.0), wall_at(1.0, 0.0, -1.0, 0.0)
     for gravity_m_s2, rests in (((0.0, 0.0), False), ((0.0, -1.0), True)):
         scene = staged("slide", *bodies, gravity_m_s2=gravity_m_s2, duration_s=1.0)
@@ -169,7 +172,7 @@ def assert_quiet_steps_change_nothing(engine: str, scene: Scene, profile: str) -
 @each("engine", ENGINES)
 @each("profile", ["default", "tuned"])
 @each("scene", SCENES)
-def test_quiet_steps_taken_at_once_change_nothing(engine: str, profile: str, scene: Scene) -> None:
+def test_quiet_steps_in_one_call_give_the_same_trace(engine: str, profile: str, scene: Scene) -> None:
     """Many steps in one call give the trace of the same steps one by one, with its states, samples and counts."""
     assert_quiet_steps_change_nothing(engine, scene, profile)
 
@@ -189,10 +192,8 @@ _FAR = staged("far", disc_at(0, 0, 1e6), gravity_m_s2=(0.0, -1e8), duration_s=10
         ("mujoco", "default", _FAR, "reset the state"),
     ],
 )
-def test_a_warning_in_quiet_steps_ends_the_run_at_the_same_step(
-    engine: str, profile: str, scene: Scene, note: str
-) -> None:
-    """A fall or an impact makes a disc too fast for the engine: the run ends with its warning, in that step."""
+def test_warning_in_quiet_steps_ends_the_run_at_that_step(engine: str, profile: str, scene: Scene, note: str) -> None:
+    """A disc too fast for the engine ends the run with a warning at the step at which single steps end it."""
     found = assert_quiet_steps_change_nothing(engine, scene, profile)
     assert found.outcome is Outcome.WARNED
     assert note in found.notes[0]
@@ -210,8 +211,8 @@ class Lost(Still):
     lost = math.nan
 
 
-def test_a_quiet_step_that_loses_a_disc_ends_the_run_before_it() -> None:
-    """Each state of quiet steps is checked like an observation."""
+def test_quiet_step_with_a_lost_disc_ends_the_run_before_it() -> None:
+    """A state with NaN ends the run one step earlier; one beyond the largest number raises an AdapterError."""
     scene = staged("rest", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -1.0), duration_s=2.0)
     trace = observe_run(Makes(Lost()), scene, "default", DT)
     assert trace.outcome is Outcome.NON_FINITE

@@ -89,16 +89,16 @@ def rounded() -> Iterator[tuple[Array, Array]]:
         pytest.param(PARTING, [*rounded()], 64, False, id="places of 32 bits, where 64 are declared"),
     ],
 )
-def test_free_flight_is_what_moves_straight_on_and_meets_nothing(
+def test_free_flight_requires_straight_motion_without_contacts(
     scene: Scene, states: Iterable[tuple[Array, Array]], bits: int, begins: bool
 ) -> None:
-    """Who drifts from step to step by more than rounding, meets, passes near or overlaps is followed to the end."""
+    """Free flight begins only if discs move straight within rounding and will not overlap, meet or pass near."""
     assert (begun_at(scene, states, bits=bits) > 0) is begins
 
 
 @given(st.tuples(*[st.integers(-1000, 1000)] * 4), st.integers(-120, 120), st.integers(-120, 120), st.floats(1e-6, 1.0))
-def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, pace: int, radius: float) -> None:
-    """In whatever unit, from whatever distance: two discs come within twice their radii before they touch."""
+def test_two_discs_are_near_before_they_touch(state: tuple[int, ...], length: int, pace: int, radius: float) -> None:
+    """In any units and at any distance, discs come within twice the sum of their radii before they touch."""
     x, y, vx, vy = (0.01 * value for value in state)
     place, speed = np.array([[x, y]]) * 10.0**length, np.array([[vx, vy]]) * 10.0**pace
     r = radius * 10.0**length
@@ -116,14 +116,17 @@ def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, 
         ((0.0, 3.0), (-1.0, 0.0), math.inf),  # as near as they come: they are, and do not approach
     ],
 )
-def test_a_distant_hit_is_not_rounded_away(place: Any, speed: Any, near_s: float) -> None:
-    """It is still seen to come; where a distance or a speed is beyond the largest float, no time is given away."""
+def test_distant_approach_is_found_despite_rounding(place: Any, speed: Any, near_s: float) -> None:
+    r"""A pair 1e12 m apart is found to come near; beyond the largest float the time until near is 0.
+
+    Pairs that do not approach never come near.
+    """
     found = compute_time_until_near(np.array([place]), np.array([speed]), np.array([4.0]))
     assert found[0] == pytest.approx(near_s, rel=1e-9)
 
 
-def test_two_steps_must_leave_every_velocity_as_it_was() -> None:
-    """The first look has nothing to compare with, and two quiet steps follow; a kick at every other leaves no two."""
+def test_free_flight_requires_two_steps_of_equal_velocity() -> None:
+    """Free flight is found after three steps, and never if every second step changes a velocity."""
     assert begun_at(PARTING, straight(PARTING, 20)) == 3
     place, states = APART, []
     for k in range(40):
@@ -134,8 +137,10 @@ def test_two_steps_must_leave_every_velocity_as_it_was() -> None:
 
 
 @given(st.lists(st.tuples(*[st.integers(-20, 20)] * 4), min_size=2, max_size=6), st.floats(1e-3, 20.0))
-def test_no_pair_is_overlooked_within_any_time(states: list[tuple[int, int, int, int]], left_s: float) -> None:
-    """The earliest time at which two discs come near is that of all pairs, unless it is after the end."""
+def test_earliest_near_pair_is_found_within_the_time_left(
+    states: list[tuple[int, int, int, int]], left_s: float
+) -> None:
+    """The time until any pair is near is the minimum over all pairs, unless it is after the end."""
     rows = np.array(states, float)
     scene = staged("apart", *(disc_at(100 * k, 0) for k in range(len(rows))), duration_s=20.0)
     place, velocity, (first, second) = 3.0 * rows[:, :2], rows[:, 2:], np.triu_indices(len(rows), 1)
@@ -146,8 +151,8 @@ def test_no_pair_is_overlooked_within_any_time(states: list[tuple[int, int, int,
     assert found == every if every <= left_s else found > left_s
 
 
-def test_discs_that_touch_to_the_bit_are_followed() -> None:
-    """Two discs at rest overlap if the rounded distance is at most the sum of the radii, in whatever direction."""
+def test_touching_discs_are_not_in_free_flight() -> None:
+    """Discs whose rounded distance is at most the sum of their radii are not in free flight, in any direction."""
     touching = 0
     for k in range(200):
         x, y = math.cos(0.1 * k), math.sin(0.1 * k)
@@ -159,8 +164,8 @@ def test_discs_that_touch_to_the_bit_are_followed() -> None:
     assert touching > 50
 
 
-def test_memory_grows_with_the_discs_and_not_with_their_pairs() -> None:
-    """A crowd of 3000 discs has 4.5 million pairs; a number for each would take 36 MB."""
+def test_free_flight_memory_does_not_grow_with_pairs() -> None:
+    """The search in a scene of 3000 discs, which has 4.5 million pairs, takes less than 20 MB."""
     scene = staged(
         "crowd", *(disc_at(3.0 * (k % 55), 3.0 * (k // 55), 0.01 * k, 0) for k in range(3000)), duration_s=10.0
     )
@@ -172,8 +177,8 @@ def test_memory_grows_with_the_discs_and_not_with_their_pairs() -> None:
 
 
 @each("units, begins", [(0, True), (4, True), (5, False), (-5, False)])
-def test_a_position_may_be_off_by_what_rounding_makes_of_it(units: int, begins: bool) -> None:
-    """Just above 4 m a step may be off by four units in the last place, each 2^-50 m, and not by five."""
+def test_free_flight_tolerates_four_units_of_rounding(units: int, begins: bool) -> None:
+    """At 4 m, a step may deviate by four units in the last place, each 2^-50 m, but not by five."""
     scene, speed = pair(3.5, 1.0), np.array([(0.0, 0.0), (1.0, 0.0)])
     dt_s = 2.0**-6  # every number below is exact
     drift = np.array([(0.0, 0.0), (units * 2.0**-50, 0.0)])
@@ -182,8 +187,8 @@ def test_a_position_may_be_off_by_what_rounding_makes_of_it(units: int, begins: 
 
 
 @each("steps_after_the_end, begins", [(1, False), (1.5, False), (2.5, True)])
-def test_what_comes_near_within_two_steps_of_the_end_is_followed(steps_after_the_end: float, begins: bool) -> None:
-    """An engine that looks two steps ahead may act on a contact that comes after the end of the scene."""
+def test_pair_near_within_two_steps_of_the_end_is_followed(steps_after_the_end: float, begins: bool) -> None:
+    """Discs that come near up to two steps after the end are not in free flight, since engines may look ahead."""
     near_s = 10.0 + steps_after_the_end * DT
     gap = near_s + 1.0  # at 1 m/s they are near when the centres are 2 m apart: twice the sum of the radii
     scene = pair(gap, -1.0)
@@ -193,8 +198,11 @@ def test_what_comes_near_within_two_steps_of_the_end_is_followed(steps_after_the
 @each(
     "name", ["paper/late", "paper/multiple", "classics/deflection", "classics/inelastic-oblique", "issues/nimble-143"]
 )
-def test_a_run_that_ends_early_ends_where_the_whole_run_does(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Impacts are the same; the final state and the samples are those of the whole run, to its own rounding."""
+def test_shortened_run_equals_the_whole_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""A run shortened by free flight has the impacts, samples and final state of the whole run.
+
+    Positions agree within rounding, impacts and velocities to the bit.
+    """
     (entry,) = find_scenes([name])
     scene = entry.scene
     short = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
@@ -213,8 +221,8 @@ def test_a_run_that_ends_early_ends_where_the_whole_run_does(name: str, monkeypa
     assert dataclasses.replace(solve_pic(scene)).outcome is short.outcome
 
 
-def test_a_run_that_is_not_watched_is_the_same_run_without_local_truth() -> None:
-    """Who asks for no comparison step by step gets none, and the same impacts and final state."""
+def test_unwatched_run_differs_only_by_local_truth() -> None:
+    """A run without stepwise comparison has the same impacts and final positions, and no local truth."""
     adapter, scene = load_adapter("pit"), find_scenes(["paper/late"])[0].scene
     watched, alone = (observe_run(adapter, scene, "tuned", 1 / 60, watched=one) for one in (True, False))
     assert watched.local_truth is not None

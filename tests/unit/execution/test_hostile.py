@@ -222,10 +222,13 @@ SAYS = {
 @pytest.mark.release
 @pytest.mark.parametrize("start", ["fresh", "forked"])
 @pytest.mark.parametrize("name", SAYS)
-def test_an_act_is_a_row(
+def test_hostile_act_gives_a_truthful_row(
     run: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    """Each act ends in a row that says what happened; the other row is complete, and no process or folder remains."""
+    r"""Each hostile act ends in a row with the right status and reason, and no process or folder remains.
+
+    The row of PIT in the same run is complete.
+    """
     if start == "forked":
         request.getfixturevalue("forking")
     row = run(name)[name]
@@ -238,8 +241,11 @@ def test_an_act_is_a_row(
 
 @pytest.mark.long
 @LINUX
-def test_some_acts_at_once(run: Callable[..., dict[str, Row]], tmp_path: Path) -> None:
-    """A child that has left its session, garbage and a flood among the answers each cost their own row alone."""
+def test_hostile_acts_at_once_affect_only_their_own_rows(run: Callable[..., dict[str, Row]], tmp_path: Path) -> None:
+    r"""Five hostile acts in one run each have their own status and reason, and leave no process or folder.
+
+    The parent needs less than 64 MiB more memory, although an engine prints 100 MB.
+    """
     names = ("forgets-everything", "answers-garbage", "prints-much", "takes-memory", "fails-to-fail")
     before = measure_resident_bytes("VmHWM") or 0
     rows = run(*names)
@@ -273,10 +279,10 @@ def seen(tmp_path: Path) -> dict[str, object]:
 
 @pytest.mark.release
 @LINUX
-def test_a_forked_worker_is_as_a_fresh_one(
+def test_forked_worker_equals_a_fresh_one(
     run: Callable[..., dict[str, Row]], tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    """It has the same files, signals, limits, paths and variables, a session of its own, and no engine but its own."""
+    """A forked worker has the files, signals, limits, variables, session and engines of a fresh interpreter."""
     secret = os.open(tmp_path / "secret", os.O_CREAT | os.O_RDWR)
     os.set_inheritable(secret, True)
     rows = run("tells")
@@ -293,8 +299,8 @@ def test_a_forked_worker_is_as_a_fresh_one(
 @pytest.mark.long
 @LINUX
 @pytest.mark.usefixtures("installed", "forking")
-def test_without_its_template_a_worker_is_fresh(tmp_path: Path) -> None:
-    """An adapter that kills the template costs the runs that were going on; those after it start by themselves."""
+def test_workers_start_after_the_fork_server_is_killed(tmp_path: Path) -> None:
+    """If an adapter kills the fork server, its own run crashes, and later runs start without the server."""
     with LocalPool(1, PATIENT_S) as pool:
         asked = Options(("kills-its-template",), [0.1], ["tuned"], timing=False, samples=False)
         (row,) = execute(build_plan([scene()], asked, pool), pool).rows
@@ -308,10 +314,10 @@ def test_without_its_template_a_worker_is_fresh(tmp_path: Path) -> None:
 @LINUX
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize("act", ["holds-the-lock", "stops", "stops-its-keeper", "forgets-and-sleeps"])
-def test_a_killed_parent_takes_all_with_it(
+def test_killed_parent_ends_its_workers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, act: str, run: Callable[..., dict[str, Row]]
 ) -> None:
-    """A worker that hears nothing, and what it started, ends with its parent; the next start clears its folder."""
+    """A blocked worker and its child processes end with their killed parent; the next start removes its folder."""
     with begun(tmp_path, act) as process:
         process.kill()
     assert any((tmp_path / "temp").iterdir())
@@ -325,8 +331,8 @@ def test_a_killed_parent_takes_all_with_it(
 @LINUX
 @pytest.mark.usefixtures("installed", "heard_interrupts")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
-def test_a_signal_ends_a_command_in_good_order(tmp_path: Path, number: signal.Signals) -> None:
-    """The exit code is 128 and the signal's number, a sentence names it, and no process or folder is left."""
+def test_signal_ends_a_command_cleanly(tmp_path: Path, number: signal.Signals) -> None:
+    """The exit code is 128 plus the signal's number, a message names it, and no process or folder remains."""
     with begun(tmp_path, "stops") as process:
         process.send_signal(number)
         process.send_signal(number)

@@ -48,8 +48,8 @@ def collect(start: Observation, *steps: Observation, scene: Scene | None = None,
     return Collected(*collector.finish(), collector)
 
 
-def test_a_contact_of_several_steps_is_one_impact() -> None:
-    """A soft contact that acts in three steps is one impact, from the velocity before the first to after the last."""
+def test_contact_over_several_steps_is_one_impact() -> None:
+    """A soft contact over three steps is one impact, with the velocities before the first and after the last."""
     start = state((0.0, 1.0), (1.0, 0.0))
     touch = (Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.4),)
     (impact,) = collect(
@@ -65,15 +65,18 @@ def test_a_contact_of_several_steps_is_one_impact() -> None:
 
 
 @each("turned, float_bits, known", [(1e-15, 64, False), (1e-9, 64, True), (1e-9, 32, False)])
-def test_paths_that_turned_by_rounding_alone_meet_nowhere(turned: float, float_bits: int, known: bool) -> None:
-    """An impact that is undone leaves a velocity's last bits changed: where such lines meet is no time of anything."""
+def test_velocity_change_within_rounding_has_no_effective_time(turned: float, float_bits: int, known: bool) -> None:
+    r"""If velocities change only by rounding, the point where the paths meet is meaningless: the time is NaN.
+
+    The limit depends on the declared float precision, 32 or 64 bits.
+    """
     start = state((0.0, 1.0), (0.21, 0.0))
     pushed = state((0.09, 1.0 - turned), (0.22, turned), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse_n_s=1.0),))
     assert math.isfinite(collect(start, pushed, float_bits=float_bits).effective[0]) == known
 
 
-def test_a_contact_whose_pushes_cancel_has_the_normal_of_its_first() -> None:
-    """Pushed to and fro by as much in two steps: they have no direction together."""
+def test_contact_with_cancelling_impulses_has_its_first_normal() -> None:
+    """Opposite impulses in two steps have no common direction, so the impact has the first contact's normal."""
     there, back = ((Contact(0, 1, 0.0, (sign, 0.0), impulse_n_s=0.5),) for sign in (1.0, -1.0))
     start = state((0.0, 1.0), (0.25, 0.0))
     (impact,) = collect(
@@ -82,8 +85,8 @@ def test_a_contact_whose_pushes_cancel_has_the_normal_of_its_first() -> None:
     assert impact["normal"].tolist() == [1.0, 0.0]
 
 
-def test_a_pair_that_parts_and_is_pushed_to_one_speed_is_still_in_one_contact() -> None:
-    """Only what is driven together again by a third body is another impact: at one speed nothing is."""
+def test_separating_pair_pushed_to_one_speed_has_one_impact() -> None:
+    """A separating pair that a third disc pushes to one speed does not approach, so it has no second impact."""
     first = (Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.75),)
     both = Contact(1, 2, 0.1, ALONG_X, impulse_n_s=0.5), Contact(0, 1, 0.1, ALONG_X, impulse_n_s=0.25)
     found = collect(
@@ -94,25 +97,25 @@ def test_a_pair_that_parts_and_is_pushed_to_one_speed_is_still_in_one_contact() 
     assert found.met == [(0.0, 0, 1), (0.1, 1, 2)]
 
 
-def test_a_contact_of_zero_impulse_is_no_impact() -> None:
-    """A contact that an engine reports but that did nothing does not count."""
+def test_contact_of_zero_impulse_is_not_an_impact() -> None:
+    """A contact that an engine reports with zero impulse is not counted as an impact."""
     start = state((0.0, 1.0), (1.0, 0.0))
     idle = state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X, 0.0),))
     assert collect(start, idle).met == []
 
 
-def test_without_impulses_a_change_of_velocity_decides() -> None:
-    """Where an engine tells no impulse, a contact counts if a velocity changed in its step."""
+def test_contact_without_impulse_counts_if_a_velocity_changed() -> None:
+    """If an engine reports no impulse, a contact is an impact only if a velocity changed in its step."""
     start = state((0.0, 1.0), (1.0, 0.0))
     idle = state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X),))
     hit = state((0.1, 0.0), (1.1, 1.0), contacts=(Contact(0, 1, 0.1, ALONG_X),))
     assert collect(start, idle, hit).met == [(0.1, 0, 1)]
 
 
-def test_two_contacts_of_one_disc_in_one_step_are_told_apart_by_their_impulses() -> None:
-    """In a chain resolved within one step, the middle disc's velocities are those between its two impacts.
+def test_impulses_separate_two_contacts_in_one_step() -> None:
+    r"""In a chain resolved within one step, the middle disc's velocities are those between its two impacts.
 
-    The states before do not have the positions of the two, but the step stays known.
+    The impacts have no effective time and no positions, but their step is known.
     """
     start = state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
     contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
@@ -127,8 +130,11 @@ def test_two_contacts_of_one_disc_in_one_step_are_told_apart_by_their_impulses()
 
 
 @each("turned", [(1.0, 0.0), (0.0, -1.0)])
-def test_a_pair_pushed_together_again_by_a_third_body_collides_twice(turned: tuple[float, float]) -> None:
-    """A pair that had bounced off and approaches again at the next step is a second impact, not the first going on."""
+def test_pair_driven_together_again_has_two_impacts(turned: tuple[float, float]) -> None:
+    r"""A pair that separated and that a third disc drives together in the next step has a second impact.
+
+    This holds in a moving frame of reference and in two directions.
+    """
 
     def along(seen: Observation) -> Observation:
         """Turn what moves along x, as one sees it who moves along it at 4 m/s."""
@@ -148,8 +154,11 @@ def test_a_pair_pushed_together_again_by_a_third_body_collides_twice(turned: tup
 
 
 @each("turn_s", [0.0125, 0.05, 0.0875])
-def test_the_effective_time_is_where_the_path_turned(turn_s: float) -> None:
-    """Free-flight lines that meet at an instant within the step give it back; of a disc at a wall, its own two."""
+def test_effective_time_is_where_the_paths_turned(turn_s: float) -> None:
+    r"""The effective time is the instant at which the free-flight lines before and after an impact meet.
+
+    For a disc at a wall these are its own two lines.
+    """
     start = state((0.0, 2.0), (1.0, -1.0))
     left = 2.0 * turn_s - 1.0 * (DT - turn_s)
     right = 1.0 - 1.0 * turn_s + 2.0 * (DT - turn_s)
@@ -161,16 +170,16 @@ def test_the_effective_time_is_where_the_path_turned(turn_s: float) -> None:
     assert collect(state((0.0, 2.0)), thrown).effective[0] == pytest.approx(turn_s, abs=4 * math.ulp(1.0))
 
 
-def test_a_method_that_knows_the_velocities_is_taken_at_its_word() -> None:
-    """A contact with velocities is an impact without changes, also several of one pair in one step."""
+def test_contact_with_velocities_is_always_an_impact() -> None:
+    """Contacts with velocities are impacts as reported, even two of the same pair in one step."""
     start = state((0.0, 1.0), (1.0, 0.0))
     velocities = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0))
     twice = (Contact(0, 1, 0.01, ALONG_X, None, velocities), Contact(0, 1, 0.05, ALONG_X, None, velocities))
     assert collect(start, state((0.1, 0.0), (1.0, 1.0), contacts=twice)).met == [(0.01, 0, 1), (0.05, 0, 1)]
 
 
-def test_the_normal_of_several_steps_is_that_along_which_they_push_together() -> None:
-    """A contact whose normal turns while it lasts has the normal of the sum of its impulses."""
+def test_normal_of_several_steps_follows_the_summed_impulses() -> None:
+    """A contact whose normal turns over several steps has the direction of the sum of its impulses."""
     start = state((0.0, 1.0), (1.0, 0.0))
     first, second = (0.8, 0.6), (0.6, 0.8)
     (impact,) = collect(
@@ -183,8 +192,8 @@ def test_the_normal_of_several_steps_is_that_along_which_they_push_together() ->
     assert impact["normal"].tolist() == pytest.approx(expected.tolist(), rel=1e-15)
 
 
-def test_no_contacts_give_empty_arrays_of_the_right_kind() -> None:
-    """A run without impacts has an empty impact array with all its fields."""
+def test_run_without_contacts_has_empty_impact_arrays() -> None:
+    """Without contacts the impacts are an empty structured array that has the field `time_s`."""
     impacts, effective, _ = collect(state((0.0, 1.0)))
     assert len(impacts) == len(effective) == 0
     assert "time_s" in (impacts.dtype.names or ())
@@ -206,8 +215,8 @@ def rubbed(*contacts: Contact) -> Collected:
     return collect(start, after, scene=Scene(name="rough", discs=discs, friction=0.5, duration_s=1))
 
 
-def test_contacts_that_rub_in_one_step_are_told_apart_by_both_impulses() -> None:
-    """Velocity and spin of the middle disc between two impacts of a step are what the first one's impulses gave."""
+def test_both_impulses_separate_rough_contacts_in_one_step() -> None:
+    """The middle disc's velocity and spin between two rough impacts follow from the impulses of the first."""
     impacts, _, collector = rubbed(*_RUBBED)
     assert impacts[0]["velocity_second_after"].tolist() == [2.0, 1.0]
     assert impacts[1]["velocity_first_before"].tolist() == [2.0, 1.0]
@@ -215,8 +224,8 @@ def test_contacts_that_rub_in_one_step_are_told_apart_by_both_impulses() -> None
     assert sure(collector.spins).tolist() == [(0.0, 0.0, -4.0, -4.0), (-4.0, 0.0, -2.0, 2.0)]
 
 
-def test_without_its_tangential_impulse_a_contact_that_rubs_tells_no_velocity_between() -> None:
-    """A push alone does not say what a rough contact did: what is known then is the end of the step."""
+def test_rough_contact_without_tangential_impulse_uses_the_end() -> None:
+    """Without a tangential impulse the velocity between two impacts is unknown, so that of the step's end is used."""
     contacts = [dataclasses.replace(contact, tangential_impulse_n_s=None) for contact in _RUBBED]
     impacts, *_ = rubbed(*contacts)
     assert impacts[0]["velocity_second_after"].tolist() == [0.0, 1.5]
@@ -252,28 +261,28 @@ def landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: i
 
 
 @each("fall_s", [0.41, 0.55, 0.5999])
-def test_a_ball_that_lands_and_rests_has_struck_where_it_landed(fall_s: float) -> None:
-    """A contact that gravity holds to the end of the run ends its impact where it rests: the instant is the landing."""
+def test_resting_ball_has_the_effective_time_of_its_landing(fall_s: float) -> None:
+    """If a ball lands and stays at rest to the end of the run, its effective time is the instant of landing."""
     assert landing(fall_s).effective == pytest.approx([fall_s], abs=8 * math.ulp(1.0))
 
 
-def test_what_friction_takes_at_rest_is_no_part_of_the_impact() -> None:
-    """A ball that lands, and then slides more and more slowly, leaves its impact as fast as it began to slide."""
+def test_friction_after_a_landing_is_not_part_of_the_impact() -> None:
+    """A ball that lands and is then slowed by friction leaves its impact at 0.99 m/s, its first sliding speed."""
     assert landing(0.55, slid=0.01).impacts["velocity_first_after"].tolist() == [[0.99, 0.0]]
 
 
-def test_a_soft_contact_that_throws_back_is_not_ended_where_it_turns() -> None:
-    """A contact that stands still at one boundary and then throws the ball back ends with what it throws it back at."""
+def test_soft_bounce_ends_with_the_rebound_velocity() -> None:
+    """A contact with zero velocity after one step and a rebound after the next ends with the rebound velocity."""
     (impact,) = landing(0.55, restitution=0.5, lasts=2).impacts
     assert impact["velocity_first_after"][1] == 0.5 * G * 0.55
 
 
 @each("acts_at_end", [False, True])
-def test_velocities_of_discs_that_fall_together_are_those_of_their_impact(acts_at_end: bool) -> None:
-    """Before and after an impact discs are as fast as they fell until then, whichever end of a step it acts at.
+def test_falling_discs_have_the_velocities_of_their_impact(acts_at_end: bool) -> None:
+    r"""The velocities before and after an impact include the fall up to the instant of the impact.
 
-    Two equal discs meet head-on at 1 m/s each and exchange their velocities at 0.3 s, a boundary: just then both have
-    fallen to -0.3 g, before and after alike. The state that follows is that of 0.3 s, or of 0.4 s.
+    Two equal discs meet head-on at 1 m/s each at 0.3 s, a step boundary, and exchange their velocities. The contact
+    is reported in the step that ends at 0.3 s or in the next one.
     """
     discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.1) for x, v in ((-0.4, 1.0), (0.4, -1.0))]
     scene = Scene(name="pair", discs=discs, gravity_m_s2=(0.0, -G), duration_s=1.0)

@@ -52,8 +52,8 @@ def kept(folder: Path, *dts: float) -> Path:
     return path
 
 
-def test_an_entry_whose_line_would_be_too_long_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It counts in this run, and a resume, which would refuse its line, computes it again; the others are kept."""
+def test_entry_with_a_too_long_line_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An entry whose line would exceed the limit counts in this run, but only the other entries are written."""
     path, long = (
         tmp_path / "journal.jsonl",
         JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=measures())),
@@ -66,8 +66,8 @@ def test_an_entry_whose_line_would_be_too_long_is_not_kept(tmp_path: Path, monke
     assert steps_in(path) == [1 / 60, 1 / 120]
 
 
-def test_a_line_that_is_too_long_is_refused_by_its_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is longer than any line of Carom's is not read: the journal is refused, and left as it is."""
+def test_too_long_line_is_refused_with_its_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A journal with a line above the limit is refused with the line's number and left unchanged."""
     path = kept(tmp_path, 1 / 60, 1 / 120)
     before = path.read_bytes()
     monkeypatch.setattr(journal_module, "LONGEST_LINE", len(before.splitlines()[0]))
@@ -84,8 +84,11 @@ def steps_in(path: Path) -> list[float]:
 
 
 @given(value=st.floats(), dt_s=st.floats(min_value=0, exclude_min=True, allow_infinity=False))
-def test_a_float_comes_back_to_the_bit(value: float, dt_s: float, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Whatever float an entry holds, subnormal, negative zero or infinite, its line holds it to the bit."""
+def test_floats_are_stored_to_the_bit(value: float, dt_s: float, tmp_path_factory: pytest.TempPathFactory) -> None:
+    r"""Any float of an entry, also subnormal, negative zero or infinite, is read back with the same bits.
+
+    Lines are standard JSON without NaN and Infinity.
+    """
     path, written = tmp_path_factory.mktemp("journal") / "journal.jsonl", result(dt_s, value)
     with score_journal(path) as journal:
         journal.add([written])
@@ -132,8 +135,10 @@ NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=
         pytest.param(partial(stress_journal, stamp={"quick": True}), CELLS, id="spots of a campaign"),
     ],
 )
-def test_entries_come_back_a_line_each(opened: Any, entries: Sequence[JournalEntry[Any, Any]], tmp_path: Path) -> None:
-    """What a run has written down is taken up again, equal in every field."""
+def test_entries_are_read_back_from_one_line_each(
+    opened: Any, entries: Sequence[JournalEntry[Any, Any]], tmp_path: Path
+) -> None:
+    """Each entry is stored in one line, whatever characters its names contain, and is equal when read back."""
     path = tmp_path / "journal.jsonl"
     with opened(path) as journal:
         journal.add(entries)
@@ -142,8 +147,8 @@ def test_entries_come_back_a_line_each(opened: Any, entries: Sequence[JournalEnt
     assert len(path.read_text(encoding="utf-8").splitlines()) == 1 + len(entries)
 
 
-def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
-    """A journal of another campaign, of another kind, format or of none is refused: the message says how it differs."""
+def test_journal_of_another_study_is_refused(tmp_path: Path) -> None:
+    """A journal with other options or of another kind or format, and a file that is not a journal, are refused."""
     path = tmp_path / "journal.jsonl"
     with stress_journal(path, {"quick": True}) as journal:
         journal.add(CELLS)
@@ -163,8 +168,8 @@ def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
 
 
 @each("torn", ['{"key":{"scene', "{", "\x00\x00\x00", "\x00\x00\n", '{"key":1,\n'])
-def test_a_torn_last_line_is_cut_off_and_nothing_else(tmp_path: Path, torn: str) -> None:
-    """What a kill or a loss of power tears is the last line; it goes, the others stay, and the next is a line."""
+def test_torn_last_line_is_removed(tmp_path: Path, torn: str) -> None:
+    """A torn last line is removed on resume, the other lines are kept, and new entries are appended."""
     path = kept(tmp_path, 0.1, 0.2)
     whole = path.read_bytes()
     path.write_bytes(whole + torn.encode())
@@ -177,14 +182,14 @@ def test_a_torn_last_line_is_cut_off_and_nothing_else(tmp_path: Path, torn: str)
     assert steps_in(path) == [0.1, 0.2, 0.3]
 
 
-def test_a_journal_without_an_entry_leaves_nothing_behind(tmp_path: Path) -> None:
-    """What was ended before anything was finished leaves no journal."""
+def test_journal_without_entries_leaves_no_file(tmp_path: Path) -> None:
+    """A journal that is closed before its first entry leaves no file."""
     score_journal(tmp_path / "journal.jsonl").close()
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_torn_first_line_is_begun_anew(tmp_path: Path) -> None:
-    """A process killed while it wrote what its journal is of leaves a journal that can be gone on with."""
+def test_journal_with_a_torn_header_is_restarted(tmp_path: Path) -> None:
+    """A journal that contains only a part of its header can be resumed and accepts entries."""
     path = tmp_path / "journal.jsonl"
     path.write_text('{"journal": "sco')
     with score_journal(path, resume=True) as journal:
@@ -192,8 +197,11 @@ def test_a_torn_first_line_is_begun_anew(tmp_path: Path) -> None:
     assert steps_in(path) == [0.1]
 
 
-def test_a_line_that_is_broken_in_the_middle_is_named_and_left(tmp_path: Path) -> None:
-    """A line that is not the last is somebody's doing: it is named by number, and not even a torn tail is cut off."""
+def test_broken_line_in_the_middle_is_refused_with_its_number(tmp_path: Path) -> None:
+    r"""A broken line that is not the last is refused with its number, and the file is left unchanged.
+
+    A torn last line is not removed either.
+    """
     path = kept(tmp_path, 0.1, 0.2)
     head, first, second = path.read_text().splitlines()
     for broken in ("not json", first.replace('"dt_s":0.1', '"dt_s":"soon"'), first.replace('"phase":0.25,', "")):
@@ -204,15 +212,15 @@ def test_a_line_that_is_broken_in_the_middle_is_named_and_left(tmp_path: Path) -
             assert path.read_text() == text
 
 
-def test_content_is_compared_without_its_order(tmp_path: Path) -> None:
-    """Two journals are the same where they hold the same results, in whatever order they were finished."""
+def test_canonical_lines_ignore_the_order_of_results(tmp_path: Path) -> None:
+    """Journals with the same results in another order have equal canonical lines; other results give other lines."""
     one, two, three = ((0.1, 0.2), (0.2, 0.1), (0.1, 0.3))
     found = [read_canonical_lines(kept(tmp_path / str(dts), *dts)) for dts in (one, two, three)]
     assert found[0] == found[1] != found[2]
 
 
-def test_a_full_disk_is_an_error_and_the_journal_survives_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where only a part of a line could be written, that is an error; what was there before is still read."""
+def test_full_disk_raises_and_keeps_earlier_entries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If a line can be written only in part, an OSError is raised, and earlier entries can still be read."""
     path = tmp_path / "journal.jsonl"
     write = os.write
     with score_journal(path) as journal:
@@ -224,10 +232,8 @@ def test_a_full_disk_is_an_error_and_the_journal_survives_it(tmp_path: Path, mon
     assert steps_in(path) == [0.1]
 
 
-def test_ctrl_c_while_the_first_line_is_written_does_not_lose_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A journal that is interrupted before the disk confirms a line keeps the line."""
+def test_interrupt_while_syncing_keeps_the_first_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An entry is kept if Ctrl-C comes after it is written and before the disk confirms it."""
     path = tmp_path / "journal.jsonl"
 
     def interrupted(_file: int) -> None:
@@ -243,8 +249,8 @@ def test_ctrl_c_while_the_first_line_is_written_does_not_lose_it(
 
 
 @each("torn", [2**26, pytest.param(2**31, marks=pytest.mark.long)])
-def test_a_torn_line_of_any_size_is_cut_off_without_being_read_into_memory(tmp_path: Path, torn: int) -> None:
-    """A tail of gigabytes, most of them a hole, costs no more memory than a block of it."""
+def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path, torn: int) -> None:
+    """A torn last line of 64 MiB, or of 2 GiB, is removed with less than 16 MiB of memory."""
     path = kept(tmp_path, 0.1)
     whole = path.read_bytes()
     with path.open("ab") as file:
@@ -258,8 +264,11 @@ def test_a_torn_line_of_any_size_is_cut_off_without_being_read_into_memory(tmp_p
 
 
 @each("line", ["[" * 100_000, '{"key":' * 100_000, '{"a": [' + "0," * 2**18 + "0]}", '{"expected": "a"}', "null"])
-def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) -> None:
-    """Nested without end, of a quarter of a million values or of the wrong kind: a line is refused by its number."""
+def test_malformed_line_is_refused_with_its_number(tmp_path: Path, line: str) -> None:
+    r"""A line with 100,000 nested levels, 262,145 values or a wrong type is refused with its number.
+
+    As the first line it makes the file no journal.
+    """
     path = kept(tmp_path, 0.1)
     head, first = path.read_text().splitlines()
     path.write_text(f"{head}\n{line}\n{first}\n")
@@ -272,8 +281,8 @@ def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) 
 
 
 @each("status", [Status.CRASHED, Status.TIMED_OUT, Status.FAILED, Status.UNSUPPORTED, Status.RAN])
-def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, status: Status) -> None:
-    """With `retry` a crash, a time-out and an adapter's error count as not run; what ran, or can't be run, counts."""
+def test_retry_repeats_only_failed_jobs(tmp_path: Path, status: Status) -> None:
+    """With `retry`, crashes, time-outs and failures count as not run; completed and unsupported jobs are kept."""
     path, answer = tmp_path / "journal.jsonl", Answer(status, "why", measures() if status is Status.RAN else None)
     broken, result = JournalEntry(KEY, answer), replace(SPOTS[0], status=status)
     cell = replace(CELLS[0], answer=Answer(Status.RAN, value=result))
@@ -288,8 +297,11 @@ def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, 
     assert path.read_bytes().count(b"\n") == 2  # what is not counted stays until there is a later one
 
 
-def test_who_comes_second_is_told_that_another_writes(tmp_path: Path) -> None:
-    """The second of two runs on one folder is refused, whether or not the first has written a result by then."""
+def test_second_writer_of_a_journal_is_refused(tmp_path: Path) -> None:
+    r"""A journal that another run has open is refused, whether or not that run has written a result.
+
+    A closed journal with results is refused without `resume`.
+    """
     path = tmp_path / "journal.jsonl"
     with score_journal(path) as first:
         for written in (False, True):
@@ -329,8 +341,11 @@ def results_in(path: Path) -> int:
 
 
 @pytest.mark.long
-def test_a_sweep_killed_three_times_ends_as_one_left_alone(tmp_path: Path) -> None:
-    """Killed outright three times and gone on with, a sweep ends with the journal of one that was left alone."""
+def test_sweep_killed_three_times_gives_the_same_journal(tmp_path: Path) -> None:
+    r"""A sweep that is killed and resumed three times ends with the journal of an uninterrupted one.
+
+    No job is run twice.
+    """
     jobs, kills, path = 96, 3, tmp_path / "killed.jsonl"
     at = []
     for k in range(kills):

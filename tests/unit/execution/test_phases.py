@@ -16,16 +16,16 @@ from carom.execution.phases import compute_pit_miss_probability, generate_phases
 from carom.model.walls import Leg
 
 
-def test_phases_are_spread_evenly_and_are_the_same_for_the_same_seed() -> None:
-    """A hundred phases leave no gap twice as wide as an even spread would; seeds differ, and repeat themselves."""
+def test_phases_are_even_and_reproducible() -> None:
+    """100 phases leave no gap twice as wide as an even spread, and depend only on the seed."""
     phases = sorted(generate_phases(100, seed=3))
     gaps = np.diff([*phases, phases[0] + 1.0])
     assert gaps.max() < 2.0 / 100
     assert generate_phases(100, seed=3) == generate_phases(100, seed=3) != generate_phases(100, seed=4)
 
 
-def test_a_shifted_scene_is_the_same_scene_begun_later() -> None:
-    """Each impact comes just as much earlier as the start was moved ahead, and is the same impact."""
+def test_later_start_advances_every_impact() -> None:
+    """If a scene starts later by part of a step, each impact and the end come earlier by that time."""
     reference = solve_pic(catalogue()["paper/wrong-direction"].scene)
     dt = 1 / 24
     phases = generate_phases(7)
@@ -36,15 +36,15 @@ def test_a_shifted_scene_is_the_same_scene_begun_later() -> None:
         assert one.scene.duration_s == pytest.approx(reference.scene.duration_s - phase * dt, abs=1e-15)
 
 
-def test_a_start_too_near_the_first_impact_is_taken_back_instead() -> None:
-    """Where the way ahead is shorter than a step, the start is moved back by the rest of it."""
+def test_start_near_the_first_impact_is_moved_back() -> None:
+    """If the first impact is too near to start later, the start is moved back by the rest of the step."""
     scene = staged("near", disc_at(0, 0, 1, 0), disc_at(1.25, 0), duration_s=2.0)
     (one,) = solve_shifted_references(solve_pic(scene), 0.5, [0.75])
     assert one.impacts["time_s"].tolist() == [0.25 + 0.125]
 
 
-def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
-    """Begun a part of a step earlier, a scene has the same impacts so much later, and ends in the same state."""
+def test_earlier_start_delays_the_impact() -> None:
+    """A scene that starts 0.01 s earlier has the same impact 0.01 s later and ends at the same positions."""
     scene = staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
     now, earlier = solve_pic(scene), solve_pic(shift_start(scene, 0.01))
     assert earlier.impacts["time_s"] - now.impacts["time_s"] == pytest.approx([0.01], abs=1e-14)
@@ -52,8 +52,11 @@ def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
     assert earlier.final_position_m == pytest.approx(now.final_position_m, abs=1e-13)
 
 
-def test_a_scene_that_can_not_begin_earlier_begins_later() -> None:
-    """Discs that touch and part can't have come from before; the scene then begins later, before anything happens."""
+def test_scene_that_cannot_start_earlier_starts_later() -> None:
+    r"""Discs that touch and separate have no earlier state, so the scene starts later, before its first impact.
+
+    A shift that is possible in neither direction is refused.
+    """
     parting = staged("parting", disc_at(0, 0, -1, 0), disc_at(1, 0, 1, 0), disc_at(5, 0, -1, 0), duration_s=3.0)
     shifted = shift_start(parting, 0.1)
     assert shifted.duration_s == pytest.approx(2.9)
@@ -62,8 +65,8 @@ def test_a_scene_that_can_not_begin_earlier_begins_later() -> None:
         shift_start(parting, 2.0)
 
 
-def test_even_phases_are_spread_over_a_step() -> None:
-    """Phases begin at 0 and are evenly spread over a step, its end left out; none is no number of phases."""
+def test_even_phases_cover_one_step() -> None:
+    """Four phases are 0, 0.25, 0.5 and 0.75 of a step; a number of 0 phases is refused."""
     assert list_even_phases(4) == (0.0, 0.25, 0.5, 0.75)
     with pytest.raises(InputError, match="phases must be 1 or more, got 0"):
         list_even_phases(0)
@@ -82,8 +85,11 @@ def dropped() -> Scene:
 
 
 @each("phase, ahead_s", [(0.5, 0.125), (0.75, 0.1875)])
-def test_a_falling_scene_is_shifted_along_its_parabola(phase: float, ahead_s: float) -> None:
-    """Under gravity a start moved ahead is a point of the parabola: ``h = 1/2 - g t^2/2``, ``v = -g t``, by hand."""
+def test_later_start_of_a_falling_disc_is_on_its_parabola(phase: float, ahead_s: float) -> None:
+    r"""Under gravity a later start is a point of the parabola ``h = 1/2 - g t^2/2``, ``v = -g t``.
+
+    The floor is reached earlier by the same time, and a fixed disc stays in its place.
+    """
     (one,) = solve_shifted_references(solve_pic(dropped()), 0.25, [phase])
     thrown, fixed = one.scene.discs
     assert thrown.position_m == (2.0 * ahead_s, 1.0 - 2.0 * ahead_s**2)
@@ -93,8 +99,8 @@ def test_a_falling_scene_is_shifted_along_its_parabola(phase: float, ahead_s: fl
     assert one.impacts["time_s"][0] == pytest.approx(0.5 - ahead_s, abs=1e-15)
 
 
-def test_a_falling_scene_is_begun_earlier_on_its_parabola() -> None:
-    """Begun 1/8 s earlier, the disc is on its way up to where it stood, and reaches the floor 1/8 s later."""
+def test_earlier_start_of_a_falling_disc_is_on_its_parabola() -> None:
+    """A disc that starts 1/8 s earlier rises to its original place and reaches the floor 1/8 s later."""
     earlier = shift_start(dropped(), 0.125)
     assert earlier.discs[0].position_m == (-0.25, 1.0 - 2.0 * 0.125**2)
     assert earlier.discs[0].velocity_m_s == (2.0, 0.5)
@@ -114,10 +120,10 @@ def missing(offset: float, advance: float) -> Scene:
 
 
 @each("offset, advance, phases", long_until(1, [(0.8, 0.9, 24), (0.8, 0.9, 60), (0.0, 2.0, 60)]))
-def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float, advance: float, phases: int) -> None:
-    """Over many phases PIT's misses are the closed form's, to the discrepancy of the sequence.
+def test_pit_misses_the_predicted_share_of_phases(offset: float, advance: float, phases: int) -> None:
+    r"""The share of phases at which PIT misses an impact is that of the closed form, within (2 + log N)/N.
 
-    Points at multiples of the golden ratio have a discrepancy below (2 + log N)/N.
+    This is a bound for the discrepancy of N multiples of the golden ratio.
     """
     scene = missing(offset, advance)
     results = cross_checked([scene], ["pit"], dts=[0.1], profiles=["tuned"], phases=phases)
@@ -128,14 +134,17 @@ def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float,
     assert abs(spread.miss_probability - expected) <= (2 + math.log(phases)) / phases
 
 
-def test_the_closed_form_speaks_of_two_discs_that_meet_only() -> None:
-    """Where nothing is to be missed, or more than two bodies are about, there is no closed form."""
+def test_miss_probability_requires_two_discs_that_meet() -> None:
+    """The closed form is NaN for scenes without an impact to miss or with more than two bodies."""
     for name in ("classics/miss", "classics/touching-apart", "classics/sorting", "classics/galperin-100"):
         assert math.isnan(compute_pit_miss_probability(catalogue()[name].scene, 1 / 60)), name
 
 
-def test_the_closed_form_is_of_straight_paths_within_the_run() -> None:
-    """What falls onto a fixed disc takes no straight path to it, and who meets after the run is missed by nobody."""
+def test_miss_probability_requires_straight_paths() -> None:
+    r"""The closed form is NaN for a fall onto a fixed disc, a driven disc that turns, and an impact after the end.
+
+    Two discs that fall together have the value of a scene without gravity.
+    """
     small, post = disc_at(-1.0, 0.0, 10.0, 0.0, r=0.1), disc_at(0.0, 0.1, r=0.1)
     fixed = post.model_copy(update={"mass_kg": math.inf})
     down = (0.0, -9.81)
@@ -150,7 +159,7 @@ def test_the_closed_form_is_of_straight_paths_within_the_run() -> None:
 
 
 @each("phases", [-1, True, 2.5])
-def test_a_number_of_phases_that_is_none_is_refused(phases: int) -> None:
-    """A negative, fractional or logical number of phases is refused by name."""
+def test_invalid_number_of_phases_is_refused(phases: int) -> None:
+    """A negative, fractional or boolean number of phases is refused with the option's name."""
     with pytest.raises(InputError, match="phases must be a whole number"):
         carom.cross_check([missing(0.0, 0.5)], ["pit"], phases=phases)

@@ -32,14 +32,14 @@ def refinements(profile: str, dts: tuple[float, ...] | None = None) -> list[int]
     return [job.refinement for job in plan.jobs if job.method.profile == profile]
 
 
-def test_a_located_profile_runs_at_the_coarsest_step_alone() -> None:
-    """Its steps are cut where impacts are, so finer ones tell nothing more; the other profiles run at each of three."""
+def test_located_profile_runs_at_the_coarsest_step_only() -> None:
+    """A located profile cuts its steps at impacts, so it runs at one step; another profile runs at three."""
     assert refinements("tuned") == [0, 1, 2]
     assert refinements("located") == [0]
 
 
-def test_a_located_profile_runs_at_each_step_that_is_asked_for() -> None:
-    """Who names the steps gets them."""
+def test_located_profile_runs_at_each_requested_step() -> None:
+    """If time steps are given, a located profile runs at each of them like any other profile."""
     assert refinements("tuned", (0.1, 0.05)) == refinements("located", (0.1, 0.05)) == [0, 1]
 
 
@@ -57,8 +57,8 @@ def jobs_of(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
     ]
 
 
-def test_a_message_holds_jobs_of_one_engine_and_not_too_many(scene: Scene) -> None:
-    """Every job is in one message; a message is of one engine, and no longer than a worker's fair share."""
+def test_batch_has_jobs_of_one_engine_up_to_the_limit(scene: Scene) -> None:
+    """Each job is in exactly one batch, and a batch has at most `BATCH_TASKS` jobs, all of one engine."""
     jobs = jobs_of(scene, ("pit", "pic"), 150)
     found = build_batches((k, ScoreTask(job), estimate_steps(job)) for k, job in enumerate(jobs))
     assert sorted(k for _, message in found for k, _ in message) == list(range(len(jobs)))
@@ -68,8 +68,8 @@ def test_a_message_holds_jobs_of_one_engine_and_not_too_many(scene: Scene) -> No
 
 @pytest.mark.long
 @pytest.mark.usefixtures("hostile")
-def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
-    """Where an engine aborts or exits in the middle of a message, each such job says so, and every other is run."""
+def test_abort_affects_only_its_own_jobs(scene: Scene) -> None:
+    """If engines abort, exit or raise, their jobs have that status and reason, and the jobs of PIT run."""
     jobs = jobs_of(scene, ("aborts", "exits", "raises", "missing", "pit"), 2)
     with LocalPool(2) as pool:
         found = score_jobs(jobs, pool)
@@ -87,8 +87,8 @@ def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
     assert all("exit code 7" in result.reason for result in by_engine["exits"])
 
 
-def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -> None:
-    """A sweep that goes on runs what is missing alone, and ends with the content of one that never stopped."""
+def test_journaled_jobs_are_not_run_again(scene: Scene, tmp_path: Path) -> None:
+    """A resumed sweep runs only the missing jobs and ends with the content of an uninterrupted one."""
     jobs = jobs_of(scene, ("pit", "pic"), 5)
     with InProcessPool() as pool:
         with score_journal(tmp_path / "whole.jsonl") as journal:
@@ -106,8 +106,8 @@ def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -
     assert calls[-1] == (len(jobs), len(jobs))
 
 
-def test_the_key_is_of_the_content(scene: Scene) -> None:
-    """Step, phase, profile, engine and any number of the scene make another job; its description does not."""
+def test_job_key_depends_only_on_content(scene: Scene) -> None:
+    """Step, phase, profile, engine, name and any number of the scene change the key; its description does not."""
     job = Job(scene, Method("pic", "event-driven"), 0.1)
     others = [
         Job(scene, Method("pic", "event-driven"), 0.1, 0, 0.5),
@@ -124,8 +124,8 @@ def test_the_key_is_of_the_content(scene: Scene) -> None:
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
 @pytest.mark.filterwarnings("ignore")  # the client that gives up leaves sockets behind, too
-def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where no scheduler answers, one error says so with the address."""
+def test_missing_dask_scheduler_is_reported_with_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If no Dask scheduler answers at an address, ClusterPool raises a ClusterError that names the address."""
     from carom.execution import cluster
 
     monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
@@ -179,8 +179,8 @@ def swept(pool: Pool, path: Path) -> list[bytes]:
 
 @pytest.mark.long
 @needs_openssl
-def test_a_cluster_with_tls_gives_the_same_journal(address: str, certificate: dict[str, str], tmp_path: Path) -> None:
-    """Over TLS, with the certificates of Dask's configuration, a sweep yields what it yields in this process."""
+def test_cluster_with_tls_gives_the_same_journal(address: str, certificate: dict[str, str], tmp_path: Path) -> None:
+    """A sweep over TLS, with the certificates of Dask's configuration, gives the journal of a local sweep."""
     dask: Any = importlib.import_module("dask")
     assert address.startswith("tls://")
     with dask.config.set(certificate), ClusterPool(address) as pool:
@@ -191,8 +191,8 @@ def test_a_cluster_with_tls_gives_the_same_journal(address: str, certificate: di
 @needs_openssl
 @pytest.mark.usefixtures("certificate")
 @pytest.mark.parametrize("protocol", ["tls", "tcp"])
-def test_without_a_certificate_nobody_gets_in(address: str, protocol: str) -> None:
-    """Without certificates, and without TLS, a sentence says that the scheduler does not answer."""
+def test_cluster_refuses_clients_without_a_certificate(address: str, protocol: str) -> None:
+    """A client without a certificate or without TLS gets a ClusterError that no scheduler was found."""
     dask: Any = importlib.import_module("dask")
     none = {f"distributed.comm.tls.{role}": {"cert": None, "key": None} for role in ("client", "scheduler", "worker")}
     with (

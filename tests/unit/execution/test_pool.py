@@ -82,8 +82,11 @@ def options(engines: tuple[str, ...]) -> Options:
 @pytest.mark.release
 @each("where", [name for name in POOLS if name != "in process"])
 @pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
-def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A crash, a hang and a failure each are a row that explains itself; any other row is that of a run in process."""
+def test_every_pool_gives_the_same_results(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""The rows of each pool equal those of a run in process to the bit.
+
+    A crash, a time-out and a failure are each a row with the cause.
+    """
     limit_only(monkeypatch, "hangs")
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
@@ -102,8 +105,8 @@ def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest
 
 
 @each("first", [1, 2])
-def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An interruption of a thread's start leaves the pool as it was, without a running part."""
+def test_interrupt_while_a_pool_starts_leaves_no_thread(first: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A KeyboardInterrupt at the start of a pool's thread is raised, and no thread of the pool stays alive."""
     started: list[threading.Thread] = []
 
     def start(thread: threading.Thread) -> None:
@@ -119,8 +122,8 @@ def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkey
     assert not any(thread.is_alive() for thread in started)
 
 
-def test_a_machine_that_sleeps_ends_no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An hour that passes between two looks at a clock is none that an engine has worked: its answer is waited for."""
+def test_suspended_machine_causes_no_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An hour between two readings of the clock does not count against the time limit: the run completes."""
     hours = itertools.count()
     monkeypatch.setattr("carom.execution.worker_process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
     with LocalPool(1, PATIENT_S) as pool:

@@ -72,10 +72,8 @@ def by_engine(results: Results) -> dict[str, Row]:
 
 
 @each("phases", [0, 2])
-def test_a_row_that_can_not_be_scored_costs_no_other(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch, phases: int
-) -> None:
-    """Whatever scoring raises, at the scene's own start or at a phase, is that row's reason, with where it came up."""
+def test_scoring_error_affects_only_its_own_row(scene: Scene, monkeypatch: pytest.MonkeyPatch, phases: int) -> None:
+    """An exception in scoring, with or without phases, is that row's reason, with its file and line."""
 
     def refuse(observed: Trace) -> None:
         if observed.method == "sound":
@@ -113,8 +111,8 @@ def spoilt(results: Results, **fields: Any) -> Results:
 
 
 @each("fields", release_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}]))
-def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
-    """A row whose record or replay can't be made is a failed row of the report; the report is written."""
+def test_reporting_error_affects_only_its_own_row(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
+    """A row whose record or replay can't be built is a failed row of the report, and the report is written."""
     results = spoilt(checked(scene, "sound"), **fields)
     report = build_report(results)
     rows = by_engine(report.results)
@@ -137,8 +135,11 @@ def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: P
     ),
 )
 @pytest.mark.usefixtures("in_process")
-def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act: str, words: str) -> None:
-    """The author of an adapter reads where it failed: in the own file, also if a library raised the error."""
+def test_adapter_exception_is_reported_with_file_and_line(scene: Scene, act: str, words: str) -> None:
+    r"""The reason has the adapter's file and line, even if a library raised the exception.
+
+    Control characters in the message are escaped.
+    """
     reason = by_engine(checked(scene, act))[act].reason
     assert re.fullmatch(words, reason), reason
     assert "\x1b" not in reason
@@ -147,8 +148,8 @@ def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act
     assert "\x1b" not in str(caught.value)
 
 
-def test_the_name_of_an_exception_is_shown_as_harmlessly_as_its_words() -> None:
-    """An adapter's class may have any name, and its message any character; a terminal obeys neither."""
+def test_exception_name_and_message_are_escaped() -> None:
+    """Control characters in the name and in the message of an exception are replaced by escapes."""
     error = type("Odd\x1b[2JError", (Exception,), {})("with\x07 a bell")
     assert describe_exception(error) == "Odd\\u001b[2JError: with\\u0007 a bell"
 
@@ -177,8 +178,8 @@ adapter = Adapter()
 """
 
 
-def test_a_failure_is_explained_by_its_own_last_words(install: Callable[[str, dict[str, str]], None]) -> None:
-    """Each task in one message has its own output, from Python or C, and a silent one has none."""
+def test_failure_reports_the_last_output_of_its_task(install: Callable[[str, dict[str, str]], None]) -> None:
+    """Each failed task in a batch reports its own last line of output, from Python or C, if it printed one."""
     install(SAYING, {"says": "adapter"})
     scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
     steps = (1.0, 0.5, 2.0, 0.25, 0.125, 1.0)

@@ -48,8 +48,8 @@ class Counted(InProcessPool):
         return super().run_each(tasks)
 
 
-def test_what_is_known_or_refused_is_not_sent() -> None:
-    """An answer in the notes is returned as it is; a refusal is not written; other tasks run and are kept."""
+def test_known_and_refused_tasks_are_not_run() -> None:
+    """A journaled answer is returned, a refusal is returned without journaling, and only a new task runs."""
     pool, notes = Counted(), MemoryJournal[str, int]()
     notes.add([JournalEntry("known", Answer(Status.RAN, value=-1))])
     no = Answer[int](Status.UNSUPPORTED, "no")
@@ -64,16 +64,16 @@ def test_what_is_known_or_refused_is_not_sent() -> None:
     assert pool.messages == [1]
 
 
-def test_what_is_asked_twice_is_carried_out_once() -> None:
-    """Two asks of one key are one question, and each has its answer."""
+def test_tasks_with_the_same_key_run_once() -> None:
+    """Two requests with the same key run one task, and each gets its answer."""
     pool = Counted()
     found = list(run_tasks([TaskRequest(k, "same", Double(4)) for k in range(2)], pool, MemoryJournal[str, int]()))
     assert found == [(k, Answer(Status.RAN, value=8)) for k in range(2)]
     assert pool.messages == [1]
 
 
-def test_an_answer_is_written_down_before_it_is_told() -> None:
-    """If the caller stops after an answer, that one is in the notes."""
+def test_answer_is_journaled_before_it_is_returned() -> None:
+    """When the first answer is returned it is in the journal, so that it is kept if the caller stops."""
     notes = MemoryJournal[int, int]()
     for alone in (False, True):
         told = run_tasks(
@@ -83,8 +83,8 @@ def test_an_answer_is_written_down_before_it_is_told() -> None:
         assert subject + 10 * alone in notes.entries
 
 
-def test_questions_of_few_steps_share_a_message() -> None:
-    """Those of one engine whose steps are few go together; one of unknown length, or of another engine, does not."""
+def test_short_tasks_of_one_engine_share_a_batch() -> None:
+    """Tasks of one engine with few steps share a batch; a task of unknown length or another engine does not."""
     pool = Counted()
     asks = [TaskRequest(k, k, Double(k), steps=1.0) for k in range(5)]
     asks += [TaskRequest(5, 5, Double(5)), TaskRequest(6, 6, Double(6, "pic"), steps=1.0)]
@@ -92,8 +92,8 @@ def test_questions_of_few_steps_share_a_message() -> None:
     assert sorted(pool.messages) == [1, 1, 5]
 
 
-def test_a_question_may_take_several_tasks() -> None:
-    """A talk asks on, and its answer is one entry."""
+def test_dependent_tasks_give_one_journal_entry() -> None:
+    """A request whose second task depends on the answer of its first gives one answer and one journal entry."""
     notes = MemoryJournal[int, int]()
     assert dict(run_tasks([TaskRequest("four", 4, Quadruple(3))], InProcessPool(), notes)) == {
         "four": Answer(Status.RAN, value=12)

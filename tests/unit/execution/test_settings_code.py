@@ -33,8 +33,11 @@ PROGRAM = textwrap.dedent("""
 """).lstrip()
 
 
-def test_statements_that_read_the_step_or_change_with_it_are_given_with_the_constants_that_they_take() -> None:
-    """The step, its number, the scale of the loop, what differs, and the loop; no disc, no import, nothing else."""
+def test_step_lines_are_statements_that_depend_on_the_step() -> None:
+    r"""The lines are the statements that read the step or change with it, with the constants that they use.
+
+    Imports, discs and all other statements are left out.
+    """
     here, finer = (PROGRAM.format(dt=dt, steps=n, margin=m) for dt, n, m in ((0.1, 2, 5), (0.05, 4, 7)))
     assert find_step_lines(here, finer).splitlines() == [
         "dt, steps = 0.1, 2",
@@ -46,20 +49,23 @@ def test_statements_that_read_the_step_or_change_with_it_are_given_with_the_cons
     assert find_step_lines(here, here).splitlines()[2] == "for _ in range(steps):"
 
 
-def test_of_a_model_the_lines_that_differ_are_given_without_comments() -> None:
-    """An element that names the step is given, one that does not is not, and a comment of several lines is none."""
+def test_step_lines_of_a_model_are_its_changed_elements() -> None:
+    """The elements of an XML model that change with the step are returned, without comments."""
     model = '<!-- {n} steps\n of it -->\n<mujoco>\n  <option timestep="{dt}"/>\n  <geom size="1"/>\n</mujoco>\n'
     found = find_step_lines(model.format(n=3, dt=0.1), model.format(n=6, dt=0.05))
     assert found == '<option timestep="0.1"/>'
 
 
-def test_a_module_of_node_has_no_lines_of_its_own() -> None:
-    """It steps a world of its own making."""
+def test_javascript_module_has_no_step_lines() -> None:
+    """For a JavaScript module no lines are returned, even if a constant changes with the step."""
     assert find_step_lines("// A module.\nconst steps = 3;\n", "// A module.\nconst steps = 6;\n") == ""
 
 
-def test_a_frame_of_a_scene_is_what_the_code_is_of() -> None:
-    """At six steps a frame the program takes six, whatever the scene's length; who writes no code has no lines."""
+def test_step_code_takes_the_steps_of_one_frame() -> None:
+    r"""At six steps per frame pymunk's code takes six steps, whatever the duration; PIT has no code.
+
+    All lines but the first are lines of the whole program.
+    """
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=7.0, frame_rate_hz=60)
     with InProcessPool() as pool:
         found = find_step_code("pymunk", "tuned", scene, 1 / 360, pool)
@@ -71,8 +77,8 @@ def test_a_frame_of_a_scene_is_what_the_code_is_of() -> None:
     assert set(found.splitlines()[1:]) <= set(whole)
 
 
-def test_statements_that_change_are_given_with_those_that_read_them() -> None:
-    """A setting that is turned brings its own statement, and a scale those that are computed with it; no more."""
+def test_changed_lines_include_statements_that_use_them() -> None:
+    """A changed setting gives its own statement, and a changed constant also the statements that use it."""
     here = PROGRAM.format(dt=0.1, steps=2, margin=5)
     assert find_changed_lines(here, here) == ""
     assert find_changed_lines(here.replace("iterations = 10", "iterations = 30"), here) == "world.iterations = 30"
@@ -83,16 +89,16 @@ def test_statements_that_change_are_given_with_those_that_read_them() -> None:
     ]
 
 
-def test_what_is_not_python_gives_its_changed_lines() -> None:
-    """Lines of a model, without comments, and of a module of node."""
+def test_changed_lines_of_models_and_javascript_modules() -> None:
+    """XML models and JavaScript modules give their changed lines, without comments."""
     model = '<!-- a\n {n} -->\n<mujoco>\n  <option iterations="{n}"/>\n</mujoco>\n'
     assert find_changed_lines(model.format(n=2), model.format(n=1)) == '<option iterations="2"/>'
     module = "// {n}\nimport a\nconst slop = {n};\n"
     assert find_changed_lines(module.format(n=2), module.format(n=1)) == "const slop = 2;"
 
 
-def test_settings_that_are_tried_are_said_in_the_engines_own_code() -> None:
-    """Twenty iterations are one line of pymunk's; who writes no code has none."""
+def test_changed_settings_are_given_as_engine_code() -> None:
+    """20 iterations are the line `space.iterations = 20` in pymunk's code; PIT has no code."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=0.1)
     with InProcessPool() as pool:
         assert (

@@ -42,8 +42,8 @@ def checked(scene: Scene, **settings: Setting) -> carom.Results:
 
 
 @pytest.mark.long
-def test_the_engine_runs_with_what_is_tried_and_every_word_says_so(scene: Scene) -> None:
-    """The settings read back hold the one tried, the trace differs from the profile's, and its profile is shown so."""
+def test_run_uses_and_shows_changed_settings(scene: Scene) -> None:
+    """A run with another integrator has it in its settings, gives another trace and shows it with the profile."""
     own = carom.run(scene, "mujoco", dt=1 / 60)
     found = carom.run(scene, "mujoco", dt=1 / 60, settings={"integrator": "RK4"})
     assert (own.settings["integrator"], found.settings["integrator"]) == ("Euler", "RK4")
@@ -53,8 +53,8 @@ def test_the_engine_runs_with_what_is_tried_and_every_word_says_so(scene: Scene)
     assert "mujoco (tuned with integrator=RK4)" in repr(found)
 
 
-def test_no_word_of_a_report_takes_it_for_the_profiles_own(scene: Scene) -> None:
-    """Wherever a report, its JSON lines, its JUnit or its tables name the profile, they name its changed settings."""
+def test_reports_show_changed_settings_with_the_profile(scene: Scene) -> None:
+    """Markdown, JSON lines and JUnit show the changed settings wherever they name the profile."""
     results = checked(scene, integrator="RK4")
     row = json.loads(format_records(results).splitlines()[1])
     assert (row["profile"], row["tried"]) == ("tuned", {"integrator": "RK4"})
@@ -66,8 +66,8 @@ def test_no_word_of_a_report_takes_it_for_the_profiles_own(scene: Scene) -> None
     assert "settings={'integrator': 'RK4'}" in text
 
 
-def test_a_diff_holds_it_against_the_profile_and_names_it(scene: Scene, tmp_path: Path) -> None:
-    """Run with and without, two reports are compared cell by cell; method and cause name what was tried."""
+def test_diff_compares_changed_settings_with_the_profile(scene: Scene, tmp_path: Path) -> None:
+    """A diff of runs with and without a changed setting compares their cells and names the setting as a cause."""
     for name, settings in (("own", {}), ("tried", {"integrator": "RK4"})):
         (tmp_path / name).write_text(format_records(checked(scene, **settings)))
     (change,) = compare_records(tmp_path / "own", tmp_path / "tried").changes
@@ -75,8 +75,8 @@ def test_a_diff_holds_it_against_the_profile_and_names_it(scene: Scene, tmp_path
     assert any(cause.startswith("settings: integrator Euler → RK4") for cause in change.causes)
 
 
-def test_a_value_is_read_as_the_kind_that_the_setting_is(scene: Scene) -> None:
-    """A text is read as the bool, whole number, float or text that the profile's setting of that name is."""
+def test_setting_values_are_parsed_by_type(scene: Scene) -> None:
+    """A text is parsed as the bool, integer, float or text that the setting has in one of the engine's profiles."""
     asked = {"in_turn": "false", "tolerance": "1e-3", "integrator": "RK4"}
     with InProcessPool() as pool:
         (job,) = build_plan([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings=asked), pool).jobs
@@ -98,14 +98,14 @@ def test_a_value_is_read_as_the_kind_that_the_setting_is(scene: Scene) -> None:
         ({"dt_s": "0.1"}, "dt_s is the time step"),
     ],
 )
-def test_a_value_of_another_kind_is_refused(settings: dict[str, Setting], words: str) -> None:
-    """What a setting can't be is refused before anything is run, with the name, the kind and the value."""
+def test_setting_value_of_another_type_is_refused(settings: dict[str, Setting], words: str) -> None:
+    """A value that a setting can't have is refused with the setting's name, and `dt_s` as the time step."""
     with InProcessPool() as pool, pytest.raises(InputError, match=words):
         resolve_settings(find_engine("pymunk"), settings, ["tuned"], 1 / 60, pool)
 
 
-def test_what_a_profile_declares_of_its_own_settings_holds_for_no_others() -> None:
-    """PyBullet's shipped settings lose slow bounces, and are skipped there; with the threshold lifted they are run."""
+def test_limits_of_a_profile_do_not_apply_to_changed_settings() -> None:
+    """PyBullet's default settings lose slow bounces and skip the scene; without the threshold the scene is run."""
     discs = [disc_at(0, 0, 0.1, 0), disc_at(1.05, 0, 0, 0)]
     scene = Scene(name="slow", discs=discs, duration_s=2.0)
     with InProcessPool() as pool:
@@ -117,8 +117,8 @@ def test_what_a_profile_declares_of_its_own_settings_holds_for_no_others() -> No
     assert tried.methods.find_job_refusal(tried.jobs[0]) is None
 
 
-def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: Path) -> None:
-    """One job with and without what is tried has two keys, and a journal is not gone on with under other settings."""
+def test_journal_separates_runs_with_other_settings(scene: Scene, tmp_path: Path) -> None:
+    """A changed setting gives a job another key, and a journal can't be resumed with other settings."""
     job = Job(scene, Method("pymunk", "tuned"), 1 / 60)
     other = Job(scene, Method("pymunk", "tuned", (("iterations", 5),)), 1 / 60)
     assert build_job_key(job) != build_job_key(other)
@@ -146,7 +146,7 @@ def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: 
         {"low": 0.0, "high": 1.0, "choices": (0.0,)},
     ],
 )
-def test_a_knob_that_can_not_be_turned_is_refused(knob: dict[str, object]) -> None:
-    """A knob without a range or choices, with both, or with an empty or endless range is refused when it is made."""
+def test_invalid_knob_is_refused(knob: dict[str, object]) -> None:
+    """A knob without a range or choices, with both, or with an invalid range is refused when it is built."""
     with pytest.raises(InputError, match="knob"):
         Knob(**knob)  # type: ignore[arg-type] # that is the point

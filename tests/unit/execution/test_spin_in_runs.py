@@ -87,15 +87,18 @@ def graded(name: str, trace: Trace) -> tuple[Grade, set[Verdict]]:
 
 
 @each("name", ROUGH[::3])
-def test_pic_as_it_is_is_exact(name: str) -> None:
-    """Unspoilt, the same adapter is exact: what is graded below is the fault."""
+def test_unspoilt_pic_is_exact(name: str) -> None:
+    """Without a spoilt spin the same adapter is graded exact, so that the grades below are due to the fault."""
     assert graded(name, run(name, lambda seen: seen)) == (Grade.EXACT, {Verdict.CONFORMS})
 
 
 @each("name", ROUGH)
 @each("factor", release_after(1, [-1.0, 1 + 1e-6, 1.001]))
-def test_wrong_spins_are_inaccurate_by_name(name: str, factor: float) -> None:
-    """Spins that are off by a thousandth or a millionth, or turned round, while all velocities are right."""
+def test_wrong_spins_are_inaccurate_with_a_spin_verdict(name: str, factor: float) -> None:
+    r"""Spins wrong by a factor of -1, 1.001 or 1.000001 are graded inaccurate, with a verdict about spin.
+
+    A spin at the start that is reversed without an impact is graded wrong. No velocity is reported as wrong.
+    """
     grade, verdicts = graded(name, run(name, spins_times(factor)))
     # A spin at the start that is turned round in the first step is one that turned with nothing near.
     turned = factor < 0.0 and any(disc.spin_rad_s for disc in all_scenes()[f"spin/{name}"].scene.discs)
@@ -106,15 +109,15 @@ def test_wrong_spins_are_inaccurate_by_name(name: str, factor: float) -> None:
 
 
 @each("name", ROUGH[::3])
-def test_an_adapter_that_ignores_friction_and_spin_is_not_graded_well(name: str) -> None:
-    """Smooth impacts without any spin, declared as friction: inaccurate, and the spin is named."""
+def test_adapter_without_friction_and_spin_is_inaccurate(name: str) -> None:
+    """Smooth impacts without spin, reported for a rough scene, are inaccurate or worse, with a wrong spin."""
     grade, verdicts = graded(name, run(name, without_spin, smooth=True))
     assert grade.is_at_least_as_bad_as(Grade.INACCURATE)
     assert Verdict.WRONG_SPIN in verdicts
 
 
-def test_a_spin_that_is_no_number_ends_the_run() -> None:
-    """A state with a NaN is cut short there, and wrong."""
+def test_spin_of_nan_ends_the_run() -> None:
+    """A state with a spin of NaN cuts the run short, and the run is graded wrong."""
     grade, verdicts = graded("grip", run("grip", spins_times(math.nan)))
     assert grade is Grade.WRONG
     assert Verdict.CUT_SHORT in verdicts

@@ -48,43 +48,43 @@ def ends(*spans: tuple[float, float], steps: int = 4, dt_s: float = 1.0) -> list
     return [time for k in range(steps) for time in cutter.take_step(k * dt_s, (k + 1) * dt_s)]
 
 
-def test_a_step_without_a_contact_is_taken_whole() -> None:
-    """Where nothing begins to touch, every step is one piece that ends at its boundary."""
+def test_step_without_a_contact_is_not_cut() -> None:
+    """Without contacts each step is one piece that ends at the step's boundary, and no probe is needed."""
     cutter = Cutter(Runner())
     assert [time for k in range(3) for time in cutter.take_step(k * 0.1, (k + 1) * 0.1)] == [0.1, 0.2, 3 * 0.1]
     assert (cutter.pieces, cutter.probes) == (3, 0)
 
 
-def test_a_piece_ends_at_the_first_instant_of_contact() -> None:
-    """A contact that begins within a step cuts it there, to the resolution of the clock, and the rest follows."""
+def test_piece_ends_at_the_first_instant_of_contact() -> None:
+    """A contact that begins within a step cuts it just after that instant, at most two units in the last place."""
     times = ends((1.3, 9.0))
     assert times == [1.0, pytest.approx(1.3, abs=2 * math.ulp(1.3)), 2.0, 3.0, 4.0]
     assert times[1] > 1.3
 
 
-def test_the_earlier_of_two_contacts_of_a_step_comes_first() -> None:
-    """Two contacts that begin within one step are two cuts, in their order."""
+def test_contacts_within_one_step_are_cut_in_order_of_time() -> None:
+    """Two contacts that begin within one step give two cuts, the earlier one first."""
     times = ends((2.75, 9.0), (2.125, 9.0))
     assert times == [1.0, 2.0, pytest.approx(2.125, abs=1e-15), pytest.approx(2.75, abs=1e-15), 3.0, 4.0]
 
 
-def test_a_contact_that_lasts_is_not_found_again() -> None:
-    """What touched already at the end of the piece before does not cut the next one, and may begin again later."""
+def test_lasting_contact_cuts_only_one_step() -> None:
+    """A contact over several steps cuts only the first, and one that is over at the end of its step cuts none."""
     assert len(ends((0.5, 2.5))) == 5
     twice = ends((0.5, 1.5), (2.25, 2.75), steps=3)
     assert len(twice) == 4  # the second is over at the boundary, where nobody looks
 
 
-def test_contacts_without_end_are_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A step with more contacts than any scene has ends, and says so, instead of hanging."""
+def test_cutter_gives_up_after_too_many_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step with more contacts than `MOST_PIECES` ends after that many pieces, and the cutter is `stuck`."""
     monkeypatch.setattr(step_cutter, "MOST_PIECES", 5)
     cutter = Cutter(Runner(*((k / 64, 9.0) for k in range(1, 60))))
     assert len(list(cutter.take_step(0.0, 1.0))) == 5
     assert cutter.stuck
 
 
-def test_a_world_that_can_t_be_cut_is_refused() -> None:
-    """A located profile of a world without the methods for it is an error that names them."""
+def test_world_that_cannot_be_cut_is_refused() -> None:
+    """A located profile of a world without `cut`, `touching`, `save` and `restore` raises an AdapterError."""
     scene = staged("one", disc_at(0, 0, r=1), duration_s=1)
     with pytest.raises(AdapterError, match="cut, touching, save and restore"):
         observe_run(Makes(Still()), scene, "located", 0.1)

@@ -59,8 +59,8 @@ class Adapter(Makes):
 SCENE = all_scenes()["paper/missed"].scene
 
 
-def test_a_clock_that_shows_no_time_is_too_coarse() -> None:
-    """Steps that take 0 s by a clock of whole milliseconds have no time; where that may be, it is 0."""
+def test_clock_that_shows_no_time_is_too_coarse() -> None:
+    """Steps that take 0 s by the world's clock are refused as too short to time, unless `zero` allows it."""
     with pytest.raises(UnsupportedError, match=r"too short to time: the clock shows 0 s for .* steps"):
         time_run(Adapter(0.0), SCENE, "tuned", DT_S)
     assert time_run(Adapter(0.0), SCENE, "tuned", DT_S, zero=True).advance_s == 0.0
@@ -74,15 +74,18 @@ def test_a_clock_that_shows_no_time_is_too_coarse() -> None:
         *((0.0, shown) for shown in (math.inf, math.nan, -1.0, "1", None)),
     ],
 )
-def test_a_clock_that_shows_no_number_is_refused_by_value(begun: Any, shown: Any) -> None:
-    """Infinity, NaN, a clock that runs back and what is no number are slips, before the first step and after it."""
+def test_invalid_clock_value_is_refused(begun: Any, shown: Any) -> None:
+    """A clock that is infinite, NaN, falling or no number raises an AdapterError, before or after a step."""
     with pytest.raises(AdapterError, match="seconds of a world must be a finite number that never falls, got"):
         time_run(Adapter(begun, shown), SCENE, "tuned", DT_S)
 
 
 @each("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
-def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
-    """In a timing pass an engine with such a clock is not timed, with the reason; PIT is timed."""
+def test_coarse_clock_affects_only_its_own_timing(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
+    r"""In a timing pass an engine with a coarse or invalid clock is left out with the reason, and PIT is timed.
+
+    If it is not left out, its time is positive.
+    """
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
     monkeypatch.setattr(timing_pass, "load_adapter", found)
     asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
@@ -127,19 +130,19 @@ class TimedAdapter(Adapter):
 ONE = staged("one", disc_at(0, 0), duration_s=2.0)
 
 
-def test_a_world_s_own_clock_counts_from_the_first_step() -> None:
-    """What an engine's clock showed before, from making the world or from a call of none, is no part of the steps."""
+def test_world_clock_counts_from_the_first_step() -> None:
+    """The time that a world's clock showed before the first step, here an hour, is not part of the timing."""
     for call in (False, True):
         timing = time_run(TimedAdapter(), ONE, "tuned", 0.5, call=call)
         assert (timing.advance_s, timing.runs) == (4 * 0.25, 3)
         assert timing.prepare_s < 3600.0
 
 
-def test_ends_that_differ_in_a_bit_are_counted() -> None:
-    """A method that repeats has one end, and one whose runs differ by 1e-300 m/s as many as there were runs."""
+def test_different_final_states_are_counted() -> None:
+    """Three equal runs have one final state, and three runs that differ by 1e-300 m/s have three."""
     assert [time_run(TimedAdapter(drift), ONE, "tuned", 0.5).ends for drift in (0.0, 1e-300)] == [1, 3]
 
 
-def test_runs_that_agree_are_enough() -> None:
-    """After two runs in a row with times equal to a part, no other is made; without such a part all are."""
+def test_timing_stops_after_two_runs_that_agree() -> None:
+    """With `agreed=0.1` two equal times in a row end the timing; without it three runs are made."""
     assert [time_run(TimedAdapter(), ONE, "tuned", 0.5, agreed=part).runs for part in (0.0, 0.1)] == [3, 2]

@@ -42,8 +42,8 @@ def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fiel
     return rows.observation(0, validator.check_contacts(found["contacts"], DT, 2 * DT))
 
 
-def test_what_is_sound_comes_in_as_it_is() -> None:
-    """Values pass to the bit, whichever kinds of numbers they are, and later writing does not reach what came in."""
+def test_valid_observation_is_copied_unchanged() -> None:
+    """Values of any numeric type are kept to the bit, and later changes of the adapter's arrays have no effect."""
     position = STATE.astype(np.float32)
     wall = Contact(np.int64(0), -1, np.float32(0.125), [0, -1], None)  # type: ignore[arg-type] # as adapters have it
     seen = enter(TOUCH, TOLD, wall, position_m=position)
@@ -53,8 +53,8 @@ def test_what_is_sound_comes_in_as_it_is() -> None:
     assert seen.position_m.dtype == np.float64
 
 
-def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
-    """NaN in a state passes: how the run ended says so, and an adapter that reports it made no slip."""
+def test_non_finite_state_is_accepted() -> None:
+    """NaN in a state is accepted: it is the engine's result, and the run's outcome reports it."""
     assert np.isnan(enter(position_m=STATE * math.nan).position_m).all()
 
 
@@ -74,8 +74,8 @@ def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
         ({"contacts": (None,)}, "a contact must be a Contact, got None"),
     ],
 )
-def test_a_field_of_an_observation_is_refused_by_name_and_value(fields: dict[str, Any], words: str) -> None:
-    """Wrong types and shapes are the adapter's slip, and the message says of which field."""
+def test_invalid_field_of_an_observation_is_refused(fields: dict[str, Any], words: str) -> None:
+    """A wrong type or shape is refused with the field's name, its value and a link to the documentation."""
     with pytest.raises(
         AdapterError, match=words.replace("'", "") + ".*; see docs/reference/adapters.md#field-by-field"
     ):
@@ -94,8 +94,8 @@ def filled(field: str, numbers: list[Any]) -> Contact:
 
 
 @each("value", [math.nan, math.inf, -math.inf, 10**400, "1", None, b"1", 1j])
-def test_every_number_of_a_contact_must_be_one(value: Any) -> None:
-    """What is no finite number is refused wherever a contact has it, by the name of the field, and never dropped."""
+def test_every_number_of_a_contact_must_be_finite(value: Any) -> None:
+    """A value that is not a finite number is refused with its field's name, at any place in a contact."""
     for field, place in ((field, k) for field, count in NUMBERS.items() for k in range(count)):
         if value is None and NUMBERS[field] == 1 and field != "time_s":
             continue  # None is what an engine says that does not tell
@@ -105,8 +105,8 @@ def test_every_number_of_a_contact_must_be_one(value: Any) -> None:
             enter(filled(field, numbers[: NUMBERS[field]]))
 
 
-def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
-    """The error of a swapped contact without walls suggests no wall, but where to read on."""
+def test_swapped_contact_without_walls_suggests_no_wall() -> None:
+    """In a scene without walls, the error for swapped bodies suggests no wall but links to the documentation."""
     validator = Validator(scene().model_copy(update={"walls": ()}), DT, 64)
     with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
         validator.check_contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
@@ -129,8 +129,8 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
         (dataclasses.replace(TOLD, velocities=((1.0, 0.0),)), "velocities of a contact .* must have 4 items"),  # type: ignore[arg-type] # what is refused
     ],
 )
-def test_a_contact_that_can_not_be_is_refused_by_name_and_value(contact: Contact, words: str) -> None:
-    """Bodies that do not exist, a normal of another length than 1 and a time outside the step are slips."""
+def test_impossible_contact_is_refused(contact: Contact, words: str) -> None:
+    """Unknown or swapped bodies, a normal of a length other than 1 and a time outside the step are refused."""
     with pytest.raises(AdapterError, match=f"{words}.*; see docs/reference/adapters.md#field-by-field"):
         enter(contact)
 
@@ -141,8 +141,8 @@ BEYOND = math.nextafter(LARGEST, math.inf)
 
 @each("place", [1, 3])
 @each("value", [1e-17, -5e-324, 1.0])
-def test_a_wall_of_a_contact_neither_moves_nor_turns(place: int, value: float) -> None:
-    """Values of a wall in a contact must be exactly 0; another value is an error that names it."""
+def test_wall_of_a_contact_has_zero_velocity_and_spin(place: int, value: float) -> None:
+    """Velocities and spins of a wall in a contact must be exactly 0; even 5e-324 is refused."""
     moved: Any = list(WALL.velocities or ())
     moved[place] = (0.0, value)
     with pytest.raises(AdapterError, match=f"velocities of a contact .* must be 0 for a wall.*{value:g}"):
@@ -154,8 +154,11 @@ def test_a_wall_of_a_contact_neither_moves_nor_turns(place: int, value: float) -
     assert enter(WALL).contacts == (WALL,)
 
 
-def test_a_finite_number_has_a_square() -> None:
-    """One too large to be scored is refused by field and value, of a state and of a contact; the largest is not."""
+def test_number_without_a_finite_square_is_refused() -> None:
+    r"""Numbers beyond the largest that can be squared are refused with their field, in states and contacts.
+
+    The largest one itself is accepted in a state.
+    """
     for field, sign in itertools.product(("position_m", "velocity_m_s", "spin_rad_s"), (1.0, -1.0)):
         state: Any = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
         state.flat[-1] = sign * LARGEST
@@ -170,8 +173,8 @@ def test_a_finite_number_has_a_square() -> None:
 
 
 @each("second", [1, -1])
-def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
-    """A contact that says what happened between two immovable bodies is a slip; one that says nothing passes."""
+def test_impact_of_two_immovable_bodies_is_refused(second: int) -> None:
+    """A contact of two immovable bodies is accepted without an impulse, and refused with one or with velocities."""
     fixed = [Disc(position_m=(x, 0), radius_m=0.1, mass_kg=math.inf) for x in (0, 1)]
     validator = Validator(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
 
@@ -185,8 +188,8 @@ def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
             enter_one(contact)
 
 
-def test_a_normal_is_of_length_1_to_half_the_digits_of_the_floats() -> None:
-    """A normal that is off by a little passes for a method of 32 bits, and neither twice as much nor one of 64 bits."""
+def test_length_of_a_normal_has_half_the_precision_of_floats() -> None:
+    """With 32 bits a normal may be off by 2^-12 in length, but not by 2^-11; with 64 bits not by 2^-12."""
     off = 2.0**-12  # of 23 bits after the leading one
     assert enter(Contact(0, 1, DT, (1.0 + off, 0.0)), float_bits=32).contacts
     with pytest.raises(AdapterError, match="must have the length 1"):
@@ -196,14 +199,14 @@ def test_a_normal_is_of_length_1_to_half_the_digits_of_the_floats() -> None:
 
 
 @each("contacts", [(), (TOLD,)])
-def test_spins_are_asked_for_where_discs_turn(contacts: tuple[Contact, ...]) -> None:
-    """Where discs turn, spins are part of the state, and of an impact that tells its velocities."""
+def test_spins_are_required_in_rough_scenes(contacts: tuple[Contact, ...]) -> None:
+    """In a scene with friction, states and contacts with velocities must have spins."""
     with pytest.raises(AdapterError, match="spin"):
         enter(*contacts, friction=0.5, spin_rad_s=np.zeros(2) if contacts else None)
 
 
-def test_settings_come_in_as_plain_values() -> None:
-    """Numbers of NumPy's and subclasses become plain ones; NaN is a number."""
+def test_settings_are_converted_to_plain_values() -> None:
+    """NumPy numbers and subclasses of float become plain Python values, and NaN is accepted."""
 
     class Own(float):
         def __new__(cls, a: float, _b: float) -> Own:
@@ -242,7 +245,7 @@ def test_settings_come_in_as_plain_values() -> None:
         (to_plain_counts, [1], "counts of a world must be a mapping"),
     ],
 )
-def test_settings_and_counts_are_refused_by_name(check: Callable[[object], object], found: object, words: str) -> None:
-    """What is no plain value is refused, and the message says whose it is."""
+def test_invalid_settings_and_counts_are_refused(check: Callable[[object], object], found: object, words: str) -> None:
+    """A setting or count that is not a plain value or is out of range is refused, and the message names it."""
     with pytest.raises(AdapterError, match=words):
         check(found)

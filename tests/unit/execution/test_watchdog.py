@@ -36,8 +36,8 @@ def pipe() -> Iterator[tuple[int, int]]:
 
 
 @pytest.mark.long
-def test_it_ends_when_it_is_told_to(pipe: tuple[int, int], tmp_path: Path) -> None:
-    """When it must end, it also ends processes that left its session, even if its input is open."""
+def test_terminated_watchdog_ends_processes_of_other_sessions(pipe: tuple[int, int], tmp_path: Path) -> None:
+    """A terminated watchdog also ends a process that left its session, even if the watchdog's input is open."""
     keeper = subprocess.Popen(KEEPER, stdin=pipe[0], stdout=subprocess.DEVNULL, cwd=tmp_path)
     os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
     started = noted(tmp_path / "note")
@@ -46,8 +46,8 @@ def test_it_ends_when_it_is_told_to(pipe: tuple[int, int], tmp_path: Path) -> No
     assert ended(started)
 
 
-def test_it_ends_when_its_parent_is_gone(pipe: tuple[int, int], tmp_path: Path) -> None:
-    """A parent that is killed leaves nothing behind, though a process that it forked holds the input open."""
+def test_watchdog_ends_started_processes_if_its_parent_dies(pipe: tuple[int, int], tmp_path: Path) -> None:
+    """If the parent is killed, a process of another session ends, even if the watchdog's input is open."""
     script = f"import subprocess, time; subprocess.Popen({KEEPER!r}, stdin={pipe[0]}); time.sleep(3600)"
     parent = subprocess.Popen([sys.executable, "-c", script], pass_fds=[pipe[0]], stdout=subprocess.DEVNULL)
     os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))

@@ -52,10 +52,13 @@ def mixed(work: Path, outside: Path) -> None:
 
 
 @each("act", [link, dangling, file, deep, mixed])
-def test_a_folder_is_removed_whatever_was_made_of_it(
+def test_folder_is_removed_whatever_an_engine_did_to_it(
     act: Callable[[Path, Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is gone when its owner closes it, and what a link leads to stays as it is."""
+    r"""A folder that was replaced by a link or file, or filled with deep or forbidden folders, is removed.
+
+    The target of a link is unchanged.
+    """
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temp"))
     (tmp_path / "temp").mkdir()
     (tmp_path / "outside").mkdir(mode=0o750)
@@ -68,8 +71,8 @@ def test_a_folder_is_removed_whatever_was_made_of_it(
     assert (tmp_path / "outside").stat().st_mode & 0o777 == 0o750
 
 
-def test_a_removal_that_was_broken_off_is_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where its owner was killed while it removed a folder, the next start finds what is left, and removes it."""
+def test_interrupted_removal_is_finished_at_the_next_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If a process is killed while it removes its folder, the next start removes what is left."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     folder = Folder()
     mixed(folder.path, tmp_path)

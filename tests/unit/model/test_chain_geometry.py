@@ -15,22 +15,22 @@ from carom.model.chain_geometry import Edge, Outline, compute_circle
 STADIUM = Outline(((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)), (0.0, 1.0, 0.0, 1.0), 0.0, closed=True)
 
 
-def test_a_bulge_of_one_is_half_of_a_circle() -> None:
-    """The circle through both ends with the chord as its diameter, exactly."""
+def test_bulge_of_one_is_half_a_circle() -> None:
+    """The circle of an edge with bulge 1 has the edge's chord as its diameter, exactly."""
     circle = compute_circle(Edge((2.0, -2.0), (2.0, 2.0), 1.0))
     assert tuple(map(float, circle)) == (2.0, 0.0, 4.0)
 
 
-def test_the_angle_of_an_arc_is_four_times_the_arc_tangent_of_its_bulge() -> None:
-    """The chord of an angle w on a circle of radius R is 2 R sin(w/2)."""
+def test_arc_angle_is_four_times_the_arctangent_of_its_bulge() -> None:
+    """On the circle of radius R, the chord 2 R sin(w/2) of the angle w = 4 arctan(bulge) is that of the edge."""
     for bulge in (0.1, 0.5, 2.0, -3.0):
         circle = compute_circle(Edge((0.0, 0.0), (1.0, 0.0), bulge))
         chord = 2.0 * math.sqrt(circle.radius2) * math.sin(2.0 * math.atan(abs(bulge)))
         assert chord == pytest.approx(1.0, rel=1e-14)
 
 
-def test_what_is_nearest_on_a_stadium() -> None:
-    """Its straight sides are at y = -2 and 2, and its ends are half circles of radius 2 about (-2, 0) and (2, 0)."""
+def test_nearest_point_of_a_stadium() -> None:
+    """The nearest point is on a side at y = -2 or 2, or on a half circle of radius 2 about (-2, 0) or (2, 0)."""
     assert STADIUM.find_nearest(0.5, -1.0) == (0.5, -2.0, 0, True)
     assert STADIUM.find_nearest(3.5, 0.0)[:3] == (4.0, 0.0, 1)
     foot = STADIUM.find_nearest(10.0, 6.0)
@@ -38,8 +38,8 @@ def test_what_is_nearest_on_a_stadium() -> None:
     assert STADIUM.compute_gap(0.0, 0.0, 0.5) == 1.5
 
 
-def test_of_an_arc_the_nearer_end_is_nearest_beside_its_sector() -> None:
-    """A point under a quarter of a circle is nearest to one of its ends."""
+def test_nearest_point_outside_an_arcs_sector_is_its_end() -> None:
+    """A point outside the sector of a quarter circle is nearest to one of its ends, one within to the arc."""
     quarter = Outline(((1.0, 0.0), (0.0, 1.0)), (math.sqrt(2.0) - 1.0,), 0.0)
     foot = quarter.find_nearest(2.0, -1.0)
     assert (foot.x, foot.y, foot.inner) == (1.0, 0.0, False)
@@ -48,8 +48,11 @@ def test_of_an_arc_the_nearer_end_is_nearest_beside_its_sector() -> None:
     assert inside.inner
 
 
-def test_inside_is_what_the_area_says() -> None:
-    """Points at random are inside as often as the area of the stadium, 4 x 4 + 4 pi, is part of the box around it."""
+def test_enclosed_points_match_the_area_of_a_stadium() -> None:
+    r"""Random points are inside a stadium as often as its area, 4 x 4 + 4 pi, is part of the sampled box.
+
+    Their number equals that of a direct formula.
+    """
     points = np.random.default_rng(5).uniform((-4.5, -2.5), (4.5, 2.5), (4_000, 2))
     inside = sum(STADIUM.does_enclose(x, y) for x, y in points.tolist())
     within = sum(max(abs(x) - 2.0, 0.0) ** 2 + y * y < 4.0 for x, y in points.tolist())
@@ -57,16 +60,16 @@ def test_inside_is_what_the_area_says() -> None:
     assert inside / 4_000 == pytest.approx((16.0 + 4.0 * math.pi) / 45.0, abs=4 * math.sqrt(0.25 / 4_000))
 
 
-def test_what_bends_inwards_is_outside() -> None:
-    """A square, one side of which bends inwards by half a circle, has none of that half circle inside."""
+def test_inward_arc_of_a_square_is_outside() -> None:
+    """If one side of a square bends inwards by half a circle, that half circle is not enclosed."""
     bitten = Outline(((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)), (-1.0, 0.0, 0.0, 0.0), 0.0, closed=True)
     assert not bitten.does_enclose(2.0, 1.0)
     assert bitten.does_enclose(2.0, 2.5)
     assert bitten.does_enclose(0.05, 0.5)
 
 
-def test_a_shape_is_drawn_on_its_line() -> None:
-    """Every point drawn of a stadium is on it, and what is drawn ends where it begins."""
+def test_polyline_of_a_stadium_is_on_its_outline() -> None:
+    """Every point of the polyline is within 1e-15 m of the outline, and the last point equals the first."""
     points = list(STADIUM.build_polyline(100))
     assert points[0] == points[-1]
     assert max(abs(STADIUM.compute_gap(x, y, 0.0)) for x, y in points) < 1e-15
@@ -96,16 +99,16 @@ def test_a_shape_is_drawn_on_its_line() -> None:
         ),
     ],
 )
-def test_which_edges_meet(
+def test_crossing_edges_are_found(
     points: list[tuple[float, float]], bulges: tuple[float, ...], closed: bool, pairs: list[tuple[int, int]]
 ) -> None:
-    """What crosses, touches and folds back is found, and joints are no meeting."""
+    """Edges that cross, touch or fold back are found, and joints of neighbouring edges are not."""
     outline = Outline(tuple((float(x), float(y)) for x, y in points), tuple(map(float, bulges)), 0.0, closed)
     assert [(met.first, met.second) for met in find_crossings(outline.edges, closed=closed)] == pairs
 
 
 def test_touching_is_decided_exactly() -> None:
-    """A line one unit in the last place above the top of an arc does not meet it; one at its height does."""
+    """A line one unit in the last place above the top of an arc does not meet it; a line at its height does."""
     for y, expected in ((1.0, 1), (math.nextafter(1.0, 2.0), 0)):
         outline = Outline(((0.0, 0.0), (2.0, 0.0), (4.0, 0.0), (4.0, y), (0.0, y)), (-1.0, 0.0, 0.0, 0.0), 0.0)
         assert len(list(find_crossings(outline.edges, closed=False))) == expected
@@ -124,8 +127,11 @@ def exact_gap(edge: Edge, x: float, y: float) -> float:
 
 
 @each("bulge", [50.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-60])
-def test_however_flat_an_arc_is_its_nearest_point_is_known_to_the_rounding_of_its_ends(bulge: float) -> None:
-    """The distance of points around its middle is that of exact arithmetic, on both sides and for both directions."""
+def test_nearest_point_of_a_flat_arc_is_exact_to_rounding(bulge: float) -> None:
+    r"""For bulges from 50 to 1e-60 the distance of points near the arc's middle is that of exact arithmetic.
+
+    This holds on both sides of the arc and for both directions, within the rounding of the arc's ends.
+    """
     rnd = random.Random(5)
     for sign in (1.0, -1.0):
         edge = Edge((-1.25, 0.75), (0.5, 1.0), sign * bulge)
@@ -142,8 +148,8 @@ def test_however_flat_an_arc_is_its_nearest_point_is_known_to_the_rounding_of_it
 
 
 @each("bulge", [0.3, 1e-6, 1e-12, 1e-15])
-def test_beside_a_flat_arc_its_end_is_nearest(bulge: float) -> None:
-    """A point before the one end, or behind the other, has that end for its nearest point."""
+def test_nearest_point_next_to_a_flat_arc_is_its_end(bulge: float) -> None:
+    """A point before one end of a flat arc, or behind the other, has that end as its nearest point."""
     arc = Outline(((-1.0, 0.0), (1.0, 0.0)), (bulge,), 0.0)
     for x, y, end in ((-1.5, 0.25, -1.0), (1.5, 0.25, 1.0), (-1.5, -0.25, -1.0), (1.5, -0.25, 1.0)):
         foot = arc.find_nearest(x, y)

@@ -16,8 +16,8 @@ SPANS = st.floats(1e-20, math.log(1e6))
 
 
 @given(RATES, SPANS)
-def test_both_times_are_those_of_the_law(rate: float, span: float) -> None:
-    """The undamped time of an instant is (1 - exp(-c t))/c, and what is left of a speed exp(-c t), to rounding."""
+def test_damping_follows_its_law(rate: float, span: float) -> None:
+    """The undamped time of t is (1 - exp(-c t))/c, and the kept fraction of a speed exp(-c t), within rounding."""
     seconds, damping = span / rate, Damping(rate)
     with mpmath.workprec(200):
         kept = mpmath.exp(-mpmath.mpf(rate) * seconds)
@@ -28,24 +28,24 @@ def test_both_times_are_those_of_the_law(rate: float, span: float) -> None:
 
 
 @given(RATES, SPANS)
-def test_the_latest_undamped_time_is_mapped_to_no_later_instant(rate: float, span: float) -> None:
-    """It is the greatest float that is: the next one is mapped beyond."""
+def test_latest_undamped_time_is_not_after_its_instant(rate: float, span: float) -> None:
+    """The latest undamped time maps to at most the given instant, and the next larger float to a later one."""
     seconds, damping = span / rate, Damping(rate)
     latest = damping.find_latest_undamped(seconds)
     assert damping.to_damped(latest) <= seconds < damping.to_damped(math.nextafter(latest, math.inf))
 
 
 @each("rate", [5e-324, 1e-300, 1.0, 1e300])
-def test_the_end_of_time_is_before_what_is_never_met(rate: float) -> None:
-    """The latest undamped time of all is one that is still mapped to a number."""
+def test_latest_undamped_time_of_all_is_mapped_to_a_number(rate: float) -> None:
+    """The latest undamped time before infinity is mapped to a finite instant and is below 1/c."""
     damping = Damping(rate)
     assert damping.to_damped(damping.find_latest_undamped(math.inf)) < math.inf
     assert rate * damping.find_latest_undamped(math.inf) < 1.0
 
 
 @each("seconds", [0.0, 1e-300, 0.1, 1e300])
-def test_without_damping_both_times_are_one(seconds: float) -> None:
-    """At a rate of 0, and of one so small that no float shows it, times stay as they are, and so do speeds."""
+def test_undamped_times_and_speeds_are_unchanged(seconds: float) -> None:
+    """At a rate of 0, times and speeds are unchanged, and at a rate of 5e-324 times are, too."""
     assert (
         UNDAMPED.to_undamped(seconds)
         == UNDAMPED.to_damped(seconds)
@@ -56,8 +56,8 @@ def test_without_damping_both_times_are_one(seconds: float) -> None:
     assert Damping(5e-324).to_undamped(0.3) == 0.3
 
 
-def test_before_the_start_discs_were_faster_and_at_the_end_of_the_way_is_nobody() -> None:
-    """Backwards speeds grow, until floats end; at 1/c of undamped time and beyond no damped disc gets."""
+def test_damping_before_the_start_and_at_the_end_of_the_way() -> None:
+    """Before the start speeds are larger, up to infinity, and the undamped time 1/c is reached at infinity only."""
     assert Damping(2.0).compute_kept_fraction(-1.0) == math.exp(2.0)
     assert Damping(2.0).to_undamped(-1.0) == -math.expm1(2.0) / 2.0
     assert (Damping(1.0).compute_kept_fraction(-1e4), Damping(1.0).to_undamped(-1e4)) == (math.inf, -math.inf)

@@ -46,8 +46,8 @@ def two_discs(**changed: object) -> DiscArrays:
         ({"spin_rad_s": np.ones(2), "mass_kg": np.array([1.0, math.inf])}, "spin_rad_s must be 0 for a disc"),
     ],
 )
-def test_bad_arrays_are_refused_by_name(changed: dict[str, object], words: str) -> None:
-    """Shapes and values that no disc can have are refused in a sentence that names the field."""
+def test_invalid_arrays_are_refused(changed: dict[str, object], words: str) -> None:
+    """Shapes and values that no disc or wall can have are refused with a message that names the field."""
     with pytest.raises(InputError, match=words):
         two_discs(**changed)
 
@@ -57,8 +57,8 @@ def scene() -> Scene:
     return staged("three", *discs, wall_at(0, -3, 0, 2), restitution=0.5, wall_restitution=0.25, duration_s=1.0)
 
 
-def test_the_arrays_of_a_scene_hold_its_fields_for_reading() -> None:
-    """A scene's arrays hold what its discs and walls say, are made once, and can't be written to."""
+def test_arrays_of_a_scene_hold_its_fields_read_only() -> None:
+    """A scene's arrays contain the fields of its discs and walls, are built once and can't be written to."""
     made = scene()
     start = made.arrays
     assert start is made.arrays
@@ -74,8 +74,8 @@ def test_the_arrays_of_a_scene_hold_its_fields_for_reading() -> None:
 
 
 @each("made_before", [False, True])
-def test_a_changed_copy_of_a_scene_has_arrays_of_its_own(made_before: bool) -> None:
-    """A copy with another disc has that disc in its arrays, whether those of the first had been made or not."""
+def test_changed_copy_of_a_scene_has_its_own_arrays(made_before: bool) -> None:
+    """A copy with another disc has that disc in its arrays, whether or not the original's were built before."""
     first = scene()
     if made_before:
         assert len(first.arrays) == 3
@@ -86,8 +86,8 @@ def test_a_changed_copy_of_a_scene_has_arrays_of_its_own(made_before: bool) -> N
     assert deep.arrays is not first.arrays
 
 
-def test_arrays_are_no_part_of_what_a_scene_is() -> None:
-    """Equal scenes stay equal, and hash and travel alike, whether their arrays have been made or not."""
+def test_arrays_are_not_part_of_a_scenes_value() -> None:
+    """Equality, hash, pickle and dump of a scene do not include its arrays."""
     first, second = scene(), scene()
     assert first.arrays is not second.arrays
     assert first == second

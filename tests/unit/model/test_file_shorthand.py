@@ -33,8 +33,8 @@ def loaded(tmp_path: Path, content: dict[str, Any]) -> Any:
     return load_scene(path)
 
 
-def test_lengths_in_pixels_are_metres_of_the_scene(tmp_path: Path) -> None:
-    """Places, velocities, radii, points of walls and gravity are divided, normals, masses and seconds are not."""
+def test_lengths_in_pixels_are_converted_to_metres(tmp_path: Path) -> None:
+    """Positions, velocities, radii, wall points and gravity are divided; normals, masses and times are not."""
     scene = loaded(tmp_path, PIXELS)
     first, second = scene.discs
     assert (first.position_m, first.velocity_m_s, first.radius_m) == ((0.5, 1.0), (-0.25, 0.125), 0.25)
@@ -43,13 +43,13 @@ def test_lengths_in_pixels_are_metres_of_the_scene(tmp_path: Path) -> None:
     assert (scene.gravity_m_s2, scene.duration_s) == ((0.0, 10.0), 1.0)
 
 
-def test_a_shape_is_its_moment_of_inertia(tmp_path: Path) -> None:
-    """2/5 of a sphere and 1/2 of a disc of even density, times mass and radius squared."""
+def test_shape_sets_the_moment_of_inertia(tmp_path: Path) -> None:
+    """The moment of inertia over mass and radius squared is 2/5 for a sphere and 1/2 for a disc."""
     assert [disc.inertia_factor for disc in loaded(tmp_path, PIXELS).discs] == [2 / 5, 1 / 2]
 
 
-def test_a_file_that_is_saved_says_nothing_for_short(tmp_path: Path) -> None:
-    """It holds metres and the moment of inertia, and loads as the same scene."""
+def test_saved_file_has_no_shorthand(tmp_path: Path) -> None:
+    """A scene from a file in pixels is saved without pixels and loads as the same scene."""
     scene = loaded(tmp_path, PIXELS)
     path = tmp_path / "saved.toml"
     save_scene(scene, path)
@@ -76,8 +76,8 @@ def test_a_file_that_is_saved_says_nothing_for_short(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_is_said_twice_or_wrongly_is_refused_by_name(tmp_path: Path, change: dict[str, Any], says: str) -> None:
-    """The message names the field, and the published schema refuses the file too."""
+def test_wrong_shorthand_is_refused_with_its_field(tmp_path: Path, change: dict[str, Any], says: str) -> None:
+    """Wrong, missing or conflicting shorthand fields are refused by name, and by the published schema, too."""
     content = {name: value for name, value in (PIXELS | change).items() if value is not None}
     with pytest.raises(SceneError) as caught:
         loaded(tmp_path, content)
@@ -86,22 +86,22 @@ def test_what_is_said_twice_or_wrongly_is_refused_by_name(tmp_path: Path, change
         VALIDATOR.validate(content)
 
 
-def test_the_published_schema_takes_what_is_said_for_short() -> None:
-    """A file in pixels, with shapes, is one."""
+def test_published_schema_accepts_shorthand() -> None:
+    """A file in pixels with shapes is valid, and the schema has exactly the shapes that Carom supports."""
     VALIDATOR.validate(PIXELS)
     assert set(build_scene_schema()["$defs"]["Disc"]["properties"]["shape"]["enum"]) == set(SHAPES)
 
 
 @each("value", ["12", None, [1, 2, 3], {"x": 1}, True, 10**400, [[1], 2]])
-def test_what_is_no_length_is_refused_as_it_stands(tmp_path: Path, value: object) -> None:
-    """The error of a malformed field in a file in pixels names it, as in a file in metres."""
+def test_malformed_position_in_pixels_is_refused(tmp_path: Path, value: object) -> None:
+    """A malformed position in a file in pixels is refused with the name of the field, as in a file in metres."""
     content = PIXELS | {"discs": [{"position_m": value, "radius_m": 1}]}
     with pytest.raises(SceneError, match=r"discs\[0\]\.position_m"):
         loaded(tmp_path, content)
 
 
-def test_a_shape_of_the_whole_scene_is_refused_with_where_it_belongs() -> None:
-    """A scene has no shape; the hint says that each disc has one."""
+def test_shape_of_a_scene_is_refused_with_a_hint() -> None:
+    """A scene has no field `shape`, and the message explains that each disc has one."""
     with pytest.raises(SceneError) as caught:
         expand_shorthand({"shape": "sphere", "discs": []})
     assert str(caught.value) == "shape: is not a field of a scene; give it for each of [[discs]]"

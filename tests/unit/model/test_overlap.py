@@ -30,8 +30,8 @@ def named(start: DiscArrays) -> list[tuple[int, int]]:
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1.0, 30.0]), st.integers(2, 40))
-def test_the_first_ten_overlaps_of_all_pairs_are_named(seed: int, spread: float, n: int) -> None:
-    """The overlaps named are the first ten by the higher number, then the lower; whether there are more is said."""
+def test_first_ten_overlaps_are_listed(seed: int, spread: float, n: int) -> None:
+    """At most ten overlaps are listed, ordered by the higher disc and then the lower, with a flag for more."""
     rng = np.random.default_rng(seed)
     radius = rng.uniform(0.1, 1.0, n) * rng.uniform(1.0 / spread, 1.0, n)
     start = discs(rng.uniform(-8, 8, (n, 2)), radius)
@@ -51,12 +51,12 @@ def test_the_first_ten_overlaps_of_all_pairs_are_named(seed: int, spread: float,
     radii=st.tuples(st.floats(1e-6, 1e3), st.floats(1e-6, 1e3)),
     units=st.integers(-40, 40),
 )
-def test_rounding_alone_decides_between_three_and_nine_units(
+def test_overlap_within_rounding_is_accepted(
     angle: float, x: float, y: float, radii: tuple[float, float], units: int
 ) -> None:
-    """An exact overlap of up to 3 units in the last place of the largest number is let through, one of over 9 refused.
+    r"""An overlap of up to 3 units in the last place of the largest number is accepted, one of over 9 refused.
 
-    Six are forgiven, and the gap as computed is within 3 units of the exact one.
+    Six units are tolerated, and the computed gap is within 3 units of the exact one.
     """
     reach = sum(radii) - units * math.ulp(max(abs(x), abs(y), *radii))
     assume(reach > 0)
@@ -71,21 +71,21 @@ def test_rounding_alone_decides_between_three_and_nine_units(
         assert refused
 
 
-def test_discs_upon_one_another_are_refused_by_the_first_ten() -> None:
-    """Of 20,000 discs at one place the first ten pairs are named, and that there are more."""
+def test_many_discs_at_one_place_list_ten_overlaps() -> None:
+    """The first ten overlaps of 20,000 discs at one place are named, and the message adds that there are more."""
     start = discs(np.ones((20_000, 2)), np.full(20_000, 0.5))
     assert named(start) == [(1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3)]
     with pytest.raises(InputError, match=r"(?s)^position_m\[1\] must not overlap disc 0 .*\nand more of them$"):
         start.require_apart()
 
 
-def test_discs_smaller_than_rounding_may_lie_upon_one_another() -> None:
-    """Radii below a unit in the last place of the position overlap by nothing that rounding can't explain."""
+def test_discs_smaller_than_rounding_may_overlap() -> None:
+    """Discs with radii below one unit in the last place of their position are accepted at the same place."""
     discs(np.ones((20_000, 2)), np.full(20_000, 1e-17)).require_apart()
 
 
-def test_a_scene_names_the_first_ten_overlaps_and_says_that_there_are_more() -> None:
-    """A scene of 100 discs at one place is refused in eleven lines, by scene and by arrays in the same order."""
+def test_scene_lists_the_first_ten_overlaps() -> None:
+    """A scene of 100 discs at one place is refused with ten problems and a line that there are more."""
     with pytest.raises(SceneError) as refusal:
         Scene(name="heap", discs=[Disc(position_m=(1, 2), radius_m=0.5)] * 100, duration_s=1.0)
     lines = str(refusal.value).splitlines()
@@ -99,8 +99,8 @@ def test_a_scene_names_the_first_ten_overlaps_and_says_that_there_are_more() -> 
 
 @each("immovable", [False, True])
 @each("walls", [1, 3])
-def test_discs_in_walls_are_named_by_disc_and_wall(walls: int, immovable: bool) -> None:
-    """Every movable disc that reaches into a wall is named with each such wall; an immovable one may be in it."""
+def test_movable_discs_in_walls_are_listed(walls: int, immovable: bool) -> None:
+    """Movable discs that reach into walls are listed with each wall, up to ten; immovable ones are accepted."""
     n = 30
     place = np.stack([np.arange(n) * 2.0, np.where(np.arange(n) % 7 == 3, 0.25, 1.0)], axis=1)
     start = DiscArrays(
@@ -113,14 +113,14 @@ def test_discs_in_walls_are_named_by_disc_and_wall(walls: int, immovable: bool) 
     assert all("reaches 0.25 m into it" in overlap.message for overlap in found)
 
 
-def test_touching_discs_and_overlapping_immovable_ones_are_let_through() -> None:
-    """Discs that touch are apart; two that never move may overlap, since nothing can come of it."""
+def test_touching_and_immovable_overlapping_discs_are_accepted() -> None:
+    """Discs that touch do not overlap, and discs that never move may overlap."""
     discs(np.array([[0.1, 0.0], [1.1, 0.0]]), np.array([0.5, 0.5])).require_apart()
     discs(np.zeros((20_000, 2)), np.full(20_000, 0.5), INF).require_apart()
 
 
-def test_a_run_refuses_overlapping_arrays_and_discs_within_walls() -> None:
-    """A run from arrays says which disc overlaps which other, or which wall, by how much, and what to do."""
+def test_run_refuses_overlapping_arrays() -> None:
+    """A run from arrays with an overlap is refused with the disc, the other disc or wall, and the depth."""
     start = discs(np.array([[0.0, 0.0], [5.0, 0.0], [0.75, 0.0]]), np.full(3, 0.5))
     with pytest.raises(InputError, match=r"position_m\[2\] must not overlap disc 0 .* by 0.25 m; move them apart"):
         EventDrivenRun(start)
@@ -129,14 +129,14 @@ def test_a_run_refuses_overlapping_arrays_and_discs_within_walls() -> None:
         EventDrivenRun(walled)
 
 
-def test_jittereds_without_overlap_pass() -> None:
-    """What the tests' own packing of discs keeps apart is let through, with radii from 1 to 100."""
+def test_jittered_discs_do_not_overlap() -> None:
+    """Discs that the tests' `jittered` packs, with a spread of radii of 100, are accepted."""
     jittered(np.random.default_rng(5), 60, spread=100.0).require_apart()
 
 
 @pytest.mark.long
-def test_many_walls_and_discs_in_a_polygon_are_apart() -> None:
-    """A lattice of discs inside 5,000 walls, the tangents of a circle, is let through; one disc outside is named."""
+def test_discs_within_a_polygon_of_walls_are_accepted() -> None:
+    """400 discs inside 5,000 walls, tangents of a circle, are accepted, and one disc outside is refused."""
     turn = np.linspace(0, 2 * math.pi, 5_000, endpoint=False)
     walls = [Wall(point_m=(50 * math.cos(a), 50 * math.sin(a)), normal=(-math.cos(a), -math.sin(a))) for a in turn]
     lattice = [Disc(position_m=(2.0 * (k % 20 - 10), 2.0 * (k // 20 - 10)), radius_m=0.9) for k in range(400)]

@@ -91,8 +91,8 @@ BAD_DISC_FIELDS = [
 
 
 @each("field, value, says", BAD_DISC_FIELDS)
-def test_a_bad_field_of_a_disc_is_refused_by_field_index_and_value(field: str, value: object, says: str) -> None:
-    """An invalid value in the third disc is refused with the disc's index, the field's name and the value."""
+def test_invalid_disc_field_is_refused_with_index_and_value(field: str, value: object, says: str) -> None:
+    """An invalid value of the third disc is refused with the disc's index, the field's name and the value."""
     discs = [disc(), disc(position_m=[9.0, 0.0]), disc(position_m=[0.0, 9.0]) | {field: value}]
     assert message(lambda: scene(discs=discs)).startswith(f"discs[2].{says}")
     assert message(lambda: Disc(**discs[2])).startswith(says)
@@ -137,14 +137,14 @@ BAD_SCENE_FIELDS = [
 
 
 @each("field, value, says", BAD_SCENE_FIELDS)
-def test_a_bad_field_of_a_scene_is_refused_by_field_and_value(field: str, value: object, says: str) -> None:
-    """An invalid value of a scene is refused with the field's name, the index where it is in a list, and the value."""
+def test_invalid_scene_field_is_refused_with_its_value(field: str, value: object, says: str) -> None:
+    """An invalid value of a scene is refused with the field's name, its index in a list, and the value."""
     assert message(lambda: scene(**{field: value})).startswith(says)
 
 
 @each("field", ["colour", "self", "model_config", "__init__", "radius"])
-def test_an_unknown_field_is_refused_by_its_path(field: str) -> None:
-    """A field that no scene has is named, on any level, even one named like Python's own."""
+def test_unknown_field_is_refused_with_its_path(field: str) -> None:
+    """An unknown field of a scene, disc or wall is refused with its path, even one with a name of Python's."""
     says = f"{field}: is not a field of a scene; see `carom scenes --schema`"
     assert message(lambda: scene(**{field: 1})) == says
     assert message(lambda: scene(discs=[disc(**{field: 1})])) == f"discs[0].{says}"
@@ -153,7 +153,7 @@ def test_an_unknown_field_is_refused_by_its_path(field: str) -> None:
 
 
 def test_every_problem_is_reported_at_once() -> None:
-    """Three mistakes in one scene take one run to find, not three."""
+    """One error message has a line for each of three mistakes in a scene."""
     text = message(lambda: scene(discs=[disc(radius_m=-1.0), disc(mass_kg=0.0)], restitution=2.0))
     assert [line.partition(":")[0] for line in text.splitlines()] == [
         "discs[0].radius_m",
@@ -162,8 +162,8 @@ def test_every_problem_is_reported_at_once() -> None:
     ]
 
 
-def test_a_value_nested_too_deeply_to_show_is_refused_like_any_other() -> None:
-    """A value that Python cannot even print still ends in the error that names its field."""
+def test_deeply_nested_value_is_refused_with_its_field() -> None:
+    """A value that is nested too deeply for Python to print is refused with the name of its field."""
     nested: dict[str, Any] = {}
     inner = nested
     for _ in range(100_000):
@@ -173,8 +173,8 @@ def test_a_value_nested_too_deeply_to_show_is_refused_like_any_other() -> None:
 
 
 @each("mass", [INF, "inf"])
-def test_a_mass_of_infinity_is_an_immovable_disc(mass: object) -> None:
-    """Infinity and the string "inf" both mean immovable; a finite mass does not. One that is driven moves and spins."""
+def test_infinite_mass_makes_a_disc_immovable(mass: object) -> None:
+    """Infinity and the text "inf" mean immovable, and a finite mass does not; a driven disc may move and spin."""
     assert Disc(**disc(mass_kg=mass)).immovable
     assert Disc(**disc(mass_kg=mass)).mass_kg == INF
     assert not Disc(**disc(mass_kg=LARGEST)).immovable
@@ -182,7 +182,7 @@ def test_a_mass_of_infinity_is_an_immovable_disc(mass: object) -> None:
     assert Disc(**disc(mass_kg=mass, **driven)).immovable
 
 
-def test_numpy_values_are_as_good_as_plain_ones() -> None:
+def test_numpy_values_are_equivalent_to_plain_ones() -> None:
     """Arrays and NumPy scalars give the same scene as equal lists and numbers."""
     from_numpy = scene(
         discs=[disc(position_m=np.array([1, 2]), radius_m=np.float32(0.5), mass_kg=np.int64(3))],
@@ -200,8 +200,8 @@ def test_numpy_values_are_as_good_as_plain_ones() -> None:
 # Sizes that span too much ---------------------------------------------------------------------------------------------
 
 
-def test_sizes_at_the_very_limits_are_accepted() -> None:
-    """The limits themselves are within the limits: of a number, and of what one scene spans."""
+def test_sizes_at_the_limits_are_accepted() -> None:
+    """The largest and smallest numbers, and the widest span of sizes in one scene, are accepted."""
     scene(discs=[disc(radius_m=LARGEST, mass_kg=SMALLEST, position_m=[-LARGEST, LARGEST])], duration_s=SMALLEST)
     scene(discs=[disc(radius_m=1.0), disc(position_m=[SPAN, 0.0], mass_kg=SPAN)], duration_s=LARGEST)
     scene(discs=[disc(radius_m=1.0, velocity_m_s=[SPAN, 0.0])], duration_s=1.0)
@@ -272,10 +272,8 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
 
 
 @each("fields, says", NOT_TOGETHER)
-def test_what_does_not_go_together_is_refused_with_field_value_and_what_to_do(
-    fields: dict[str, Any], says: str
-) -> None:
-    """A field that another rules out, an overlap, and sizes that span too much are named, with the limit."""
+def test_inconsistent_fields_are_refused_with_field_and_value(fields: dict[str, Any], says: str) -> None:
+    """Fields that exclude each other, overlaps, and sizes of too wide a span are refused with field and limit."""
     assert message(lambda: scene(**fields)).startswith(says)
 
 
@@ -287,10 +285,10 @@ thousandths = st.integers(-(10**6), 10**6).map(lambda k: Fraction(k, 1000))
 
 
 @given(st.sampled_from(TRIPLES), thousandths, thousandths, st.integers(1, 1000), st.integers(1, 999))
-def test_any_start_that_touches_in_decimals_is_accepted(
+def test_discs_that_touch_in_decimals_are_accepted(
     triple: tuple[int, int, int], x: Fraction, y: Fraction, size: int, share: int
 ) -> None:
-    """Two discs at the ends of a Pythagorean hypotenuse, exactly touching in rational numbers, are never refused."""
+    """Two discs that touch exactly in rational numbers are never refused because of rounding."""
     scale, first = Fraction(size, 1000), Fraction(share, 1000)
     scene(
         discs=[
@@ -304,10 +302,10 @@ def test_any_start_that_touches_in_decimals_is_accepted(
 
 
 @given(st.sampled_from(TRIPLES), thousandths, thousandths, thousandths, st.integers(1, 1000))
-def test_any_disc_that_touches_an_oblique_wall_in_decimals_is_accepted(
+def test_disc_that_touches_an_oblique_wall_is_accepted(
     triple: tuple[int, int, int], x: Fraction, y: Fraction, along: Fraction, size: int
 ) -> None:
-    """A disc that exactly touches a wall in rational numbers, wherever the wall's point is, is never refused."""
+    """A disc that touches a wall exactly in rational numbers is never refused, wherever the wall's point is."""
     nx, ny, length = triple
     radius = Fraction(size, 1000) * length
     point = (x - radius * nx / length - along * ny, y - radius * ny / length + along * nx)
@@ -318,15 +316,15 @@ def test_any_disc_that_touches_an_oblique_wall_in_decimals_is_accepted(
 
 
 def test_immovable_discs_may_overlap_each_other_and_walls() -> None:
-    """A peg made of several immovable discs, set into a wall, is a legitimate obstacle."""
+    """Overlapping immovable discs within a wall are accepted; a movable disc that overlaps one is refused."""
     peg = [disc(mass_kg=INF), disc(mass_kg=INF, position_m=[0.5, 0.0])]
     scene(discs=peg, walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}])
     text = message(lambda: scene(discs=[*peg, disc(position_m=[2.0, 0.0])]))
     assert "must not overlap discs[1]" in text
 
 
-def test_coordinates_at_the_end_of_the_range_are_handled_in_silence() -> None:
-    """Discs as far out and as large as can be are compared without a warning."""
+def test_largest_coordinates_give_no_warning() -> None:
+    """Discs of the largest radius at the largest coordinates are compared without a warning."""
     scene(discs=[disc(position_m=[x, 0.0], radius_m=LARGEST) for x in (-LARGEST, LARGEST)])
 
 
@@ -334,8 +332,8 @@ def test_coordinates_at_the_end_of_the_range_are_handled_in_silence() -> None:
 
 
 @each("scale", [1.0, 5.0, 1e-200, 1e200, 5e-324])
-def test_a_wall_stores_its_normal_as_a_unit_vector(scale: float) -> None:
-    """A normal of any length, however small or large, becomes the unit vector of its direction."""
+def test_wall_stores_its_normal_as_a_unit_vector(scale: float) -> None:
+    """A normal of any length, from 5e-324 to 1e200, becomes the unit vector of its direction."""
     assert Wall(point_m=(0, 0), normal=(0, -scale)).normal == (0.0, -1.0)
     if scale > 1e-300:
         x, y = Wall(point_m=(0, 0), normal=(3 * scale, 4 * scale)).normal
@@ -345,8 +343,8 @@ def test_a_wall_stores_its_normal_as_a_unit_vector(scale: float) -> None:
 
 
 @given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))
-def test_a_unit_normal_comes_back_as_it_was(x: float, y: float) -> None:
-    """Making a wall of a wall's own normal changes no bit of it, or saved scenes would load unequal."""
+def test_unit_normal_of_a_wall_is_kept_to_the_bit(x: float, y: float) -> None:
+    """A wall built with another wall's normal has the same normal to the bit, so that saved scenes load equal."""
     if (x, y) == (0.0, 0.0):
         return
     normal = Wall(point_m=(0, 0), normal=(x, y)).normal
@@ -356,8 +354,8 @@ def test_a_unit_normal_comes_back_as_it_was(x: float, y: float) -> None:
 # What a scene is ------------------------------------------------------------------------------------------------------
 
 
-def test_a_scene_is_a_value() -> None:
-    """It can't be changed; scenes of equal fields are equal, one key, and so are those taken apart, sent and remade."""
+def test_scene_is_an_immutable_value() -> None:
+    """A scene can't be changed; scenes with equal fields are equal and hash alike, also after pickling."""
     made = scene(
         discs=[disc(mass_kg=INF), disc(position_m=[5.0, 0.0], velocity_m_s=[0.1, 0.2])],
         walls=[{"point_m": [0, -1], "normal": [0.1, 1]}],
@@ -370,8 +368,8 @@ def test_a_scene_is_a_value() -> None:
     assert len({scene(), scene(), scene(duration_s=2.0)}) == 2
 
 
-def test_needs_are_what_the_scene_asks_for_and_no_more() -> None:
-    """Each need follows from one part of the scene, and wall restitution without walls asks for nothing."""
+def test_needs_follow_from_the_parts_of_a_scene() -> None:
+    """Each need follows from a part of the scene; wall restitution without walls needs nothing."""
     floor = [{"point_m": [0, -1], "normal": [0, 1]}]
     assert scene().needs == frozenset()
     assert scene(wall_restitution=0.5).needs == frozenset()
@@ -400,8 +398,8 @@ def test_needs_are_what_the_scene_asks_for_and_no_more() -> None:
     "duration, dt, steps",
     [(2.0, 1 / 240, 480), (1.0, 0.1, 10), (0.3, 0.1, 3), (1.0, 0.3, 4), (1.0, 2.0, 1), (10.0, 1 / 60, 600), (7, 7, 1)],
 )
-def test_step_count_is_the_number_that_was_meant(duration: float, dt: float, steps: int) -> None:
-    """Two seconds at 1/240 are 480 steps, although neither 1/240 nor their quotient is exact."""
+def test_step_count_allows_for_rounding(duration: float, dt: float, steps: int) -> None:
+    """A duration of 2 s has 480 steps of 1/240 s, although neither 1/240 nor the quotient is exact."""
     assert scene(duration_s=duration).step_count(dt) == steps
 
 
@@ -413,8 +411,8 @@ def test_step_count_is_the_number_that_was_meant(duration: float, dt: float, ste
         (1 / (MOST_STEPS + 1), "at least 2.33e-10 of the scene's duration"),
     ],
 )
-def test_a_step_that_counts_no_steps_or_too_many_is_refused_by_value(dt: float, says: str) -> None:
-    """Zero, less, infinity and NaN count none; 2^32 steps are allowed, and one more is taken for a slip."""
+def test_invalid_time_step_is_refused_with_its_value(dt: float, says: str) -> None:
+    """Zero, negative, infinite and NaN steps are refused, and steps of which a scene has more than 2^32."""
     assert scene().step_count(1 / MOST_STEPS) == MOST_STEPS
     with pytest.raises(InputError, match=re.escape(says)):
         scene().step_count(dt)
@@ -422,13 +420,13 @@ def test_a_step_that_counts_no_steps_or_too_many_is_refused_by_value(dt: float, 
 
 @given(st.integers(1, 10**6), st.integers(1, 10**4))
 def test_step_count_of_whole_frames_is_exact(frames: int, rate: int) -> None:
-    """As many frames as fit into `frames / rate` seconds at `rate` are `frames`, however the two round."""
+    """A duration of `frames / rate` seconds has `frames` steps of `1 / rate`, whatever the rounding."""
     assert scene(duration_s=frames / rate).step_count(1 / rate) == frames
 
 
 @given(st.floats(1e-4, 1e4), st.floats(1e-4, 1e4))
-def test_the_steps_cover_the_duration_and_one_fewer_would_not(duration: float, dt: float) -> None:
-    """The steps reach the end of the scene, to the rounding of the two inputs, and none of them is needless."""
+def test_steps_cover_the_duration_without_excess(duration: float, dt: float) -> None:
+    """The steps reach the end of the scene, within the rounding of the inputs, and one step fewer does not."""
     steps = scene(duration_s=duration).step_count(dt)
     slack = Fraction(2, 2**53)  # half a unit of rounding each for duration and step, as `step_count` derives it
     assert steps >= 1

@@ -112,16 +112,19 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
 
 
 @each("what", NO_SCENES)
-def test_a_file_that_holds_no_scene_is_refused_in_a_sentence(what: str, tmp_path: Path) -> None:
-    """What its parser says comes with its place, a field with its value, and a limit with its number."""
+def test_invalid_scene_file_is_refused_with_the_reason(what: str, tmp_path: Path) -> None:
+    r"""Syntax errors are refused with their place, fields with their value, and sizes with the limit.
+
+    A message has fewer than 2000 characters.
+    """
     ending, data, says = NO_SCENES[what]
     text = refusal(written(tmp_path / f"x.{ending}", data))
     assert says in text
     assert len(text) < 2000
 
 
-def test_what_is_no_file_is_refused_in_the_system_s_words(tmp_path: Path) -> None:
-    """A directory of a scene's name is not read; a missing file is reported."""
+def test_missing_file_and_folder_are_refused(tmp_path: Path) -> None:
+    """A missing file is refused with the system's message, and a folder as unreadable."""
     for name in ("x.toml", "x.json"):
         assert refusal(tmp_path / name) == f"can't be read: {os.strerror(2)}"
         (tmp_path / name).mkdir()
@@ -138,22 +141,22 @@ def checked_by_schema(scene: dict[str, Any]) -> None:
 
 
 @each("data", ["name.{} = 1", "[name.{}]\nx = 1"])
-def test_a_toml_name_of_very_many_parts_is_refused(tmp_path: Path, data: str) -> None:
-    """Dotted keys nest without brackets, and are read in a time that grows with the square of their parts."""
+def test_toml_key_of_many_parts_is_refused(tmp_path: Path, data: str) -> None:
+    """A dotted TOML key of 3000 parts is refused, since the time to read it grows with the square of the parts."""
     for separator in (".", " . ", '."b".', ".'b'\t."):
         text = refusal(written(tmp_path / "x.toml", data.format(separator.join("a" * 3000))))
         assert text == "has a key of more than 4 dotted parts"
 
 
 @each("depth", range(940, 1000, 4))
-def test_no_depth_of_nesting_ends_in_another_error(tmp_path: Path, depth: int) -> None:
-    """Between what the parser can read and what it cannot there is no depth that slips through as another error."""
+def test_nesting_near_the_parsers_limit_is_refused(tmp_path: Path, depth: int) -> None:
+    """JSON that is nested 940 to 996 levels deep is refused with a SceneError at every depth."""
     assert refusal(written(tmp_path / "x.json", '{"name":' + "[" * depth + "]" * depth + "}"))
 
 
 @each("name, shown", [("x.yaml", "'.yaml'"), ("x", "no suffix"), ("x.TOML", "'.TOML'")])
-def test_an_unknown_suffix_is_refused_by_name_on_loading_and_saving(tmp_path: Path, name: str, shown: str) -> None:
-    """A file of another kind is refused by its ending before it is opened, and nothing is written."""
+def test_unknown_suffix_is_refused_on_loading_and_saving(tmp_path: Path, name: str, shown: str) -> None:
+    """Only .toml and .json are accepted; for another suffix no file is read or written."""
     says = f"a scene file must end in .toml or .json, got {shown}"
     assert refusal(tmp_path / name) == says
     with pytest.raises(SceneError, match="a scene file must end in"):
@@ -161,8 +164,8 @@ def test_an_unknown_suffix_is_refused_by_name_on_loading_and_saving(tmp_path: Pa
     assert not (tmp_path / name).exists()
 
 
-def test_a_file_above_the_limit_is_refused_without_being_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a file of two gigabytes no more than the limit is ever held in memory."""
+def test_too_large_file_is_refused_without_being_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file of 2 GiB is refused with less than 8 MiB of memory if the limit is 1 MiB."""
     monkeypatch.setitem(MOST_BYTES, ".toml", 2**20)
     path = tmp_path / "x.toml"
     with path.open("wb") as file:
@@ -176,16 +179,16 @@ def test_a_file_above_the_limit_is_refused_without_being_read(tmp_path: Path, mo
 
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no /dev/zero here")
-def test_a_device_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A device that reports no size and never ends is read up to the limit and refused."""
+def test_endless_device_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device that reports no size and has no end is read up to the limit and then refused."""
     monkeypatch.setitem(MOST_BYTES, ".toml", 2**20)
     path = tmp_path / "x.toml"
     path.symlink_to("/dev/zero")
     assert refusal(path) == "is larger than 1 MiB, the limit for TOML"
 
 
-def test_a_file_of_exactly_the_limit_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The limit itself is still allowed; one byte more is not."""
+def test_file_of_exactly_the_limit_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file of the largest allowed size is loaded, and one that is a byte larger is refused."""
     save_scene(SAMPLE, tmp_path / "x.toml")
     size = (tmp_path / "x.toml").stat().st_size
     monkeypatch.setitem(MOST_BYTES, ".toml", size)
@@ -238,8 +241,8 @@ def scenes(draw: st.DrawFn) -> Scene:
 
 
 @given(scenes())
-def test_a_saved_scene_loads_equal(scene: Scene) -> None:
-    """Whatever a scene holds, saving and loading it in either format gives an equal scene, to the last bit."""
+def test_saved_scene_loads_equal(scene: Scene) -> None:
+    """Any valid scene that is saved as TOML or JSON and loaded is equal to the original, to the bit."""
     with tempfile.TemporaryDirectory() as directory:
         for suffix in (".toml", ".json"):
             path = Path(directory) / f"scene{suffix}"
@@ -249,8 +252,8 @@ def test_a_saved_scene_loads_equal(scene: Scene) -> None:
             assert hash(loaded) == hash(scene)
 
 
-def test_infinite_mass_is_the_string_inf_in_json_and_inf_in_toml(tmp_path: Path) -> None:
-    """JSON has no infinity, so there the mass is a string; TOML has one."""
+def test_infinite_mass_is_text_in_json_and_a_number_in_toml(tmp_path: Path) -> None:
+    """JSON has no infinity, so an infinite mass is saved as the text "inf"; in TOML it is the number inf."""
     save_scene(SAMPLE, tmp_path / "x.json")
     save_scene(SAMPLE, tmp_path / "x.toml")
 
@@ -263,8 +266,8 @@ def test_infinite_mass_is_the_string_inf_in_json_and_inf_in_toml(tmp_path: Path)
     assert as_toml["discs"][1]["mass_kg"] == math.inf
 
 
-def test_what_a_file_leaves_out_takes_its_default(tmp_path: Path) -> None:
-    """The shortest scene file has a name, a duration and one disc."""
+def test_missing_fields_of_a_file_have_defaults(tmp_path: Path) -> None:
+    """A file with a name, a duration and one disc is valid; the mass is 1 kg and the frame rate 60 Hz."""
     path = written(
         tmp_path / "x.toml", 'name = "short"\nduration_s = 1\n[[discs]]\nposition_m = [0, 0]\nradius_m = 1\n'
     )
@@ -273,15 +276,15 @@ def test_what_a_file_leaves_out_takes_its_default(tmp_path: Path) -> None:
     )
 
 
-def test_saving_to_a_place_that_cannot_be_written_is_the_systems_own_error(tmp_path: Path) -> None:
-    """A missing directory is reported by the error that Python has for it."""
+def test_saving_to_a_missing_folder_raises_file_not_found_error(tmp_path: Path) -> None:
+    """Saving into a folder that does not exist raises Python's own FileNotFoundError."""
     with pytest.raises(FileNotFoundError):
         save_scene(SAMPLE, tmp_path / "missing" / "x.toml")
 
 
 @each("name", ["x.toml", "x.json"])
 def test_friction_and_spin_are_saved_and_loaded(tmp_path: Path, name: str) -> None:
-    """Every field of friction and spin comes back from a file to the bit, an infinite inertia included."""
+    """Every field of friction and spin is loaded as it was saved, including an infinite moment of inertia."""
     save_scene(ROUGH, tmp_path / name)
     assert load_scene(tmp_path / name) == ROUGH
     assert set(as_json(ROUGH)) - set(as_json(SAMPLE)) == {
@@ -292,8 +295,8 @@ def test_friction_and_spin_are_saved_and_loaded(tmp_path: Path, name: str) -> No
     }
 
 
-def test_a_scene_without_friction_and_spin_is_written_without_them() -> None:
-    """Its file, and so its digest, is that of the time before there were such fields, also where they are given."""
+def test_default_friction_and_spin_are_not_written() -> None:
+    """Fields of friction and spin with default values are not written, so that digests stay the same."""
     spelt_out = {"spin_rad_s": 0, "inertia_factor": 0.5}
     discs = [{**disc.model_dump(), **spelt_out} for disc in SAMPLE.discs]
     same = Scene(**{**SAMPLE.model_dump(), "discs": discs, "friction": 0, "wall_tangential_restitution": 0.0})
@@ -311,8 +314,8 @@ def as_json(scene: Scene) -> Any:
     return json.loads(scene.model_dump_json())
 
 
-def test_the_published_schema_is_the_one_of_the_code_and_accepts_what_is_saved() -> None:
-    """It is a schema, the file equals what the code generates, and saved scenes keep to it, infinite mass included."""
+def test_published_schema_is_current_and_accepts_saved_scenes() -> None:
+    """The published schema is valid, equals the generated one, and accepts scenes with friction or infinite mass."""
     jsonschema.Draft202012Validator.check_schema(build_scene_schema())
     for saved in (SAMPLE, ROUGH):
         checked_by_schema(as_json(saved))
@@ -352,8 +355,8 @@ BAD_EDITS: list[tuple[list[str | int], object]] = [
 
 
 @each("path, value", BAD_EDITS)
-def test_the_schema_rejects_what_loading_rejects(path: list[str | int], value: object, tmp_path: Path) -> None:
-    """Each of these mistakes is caught by the schema, as in an editor, and by loading alike."""
+def test_schema_and_loading_reject_the_same_mistakes(path: list[str | int], value: object, tmp_path: Path) -> None:
+    """Each of 25 mistakes in a scene file is refused by the schema, as editors use it, and by loading."""
     edited = as_json(SAMPLE)
     target = edited
     for part in path[:-1]:
@@ -366,8 +369,8 @@ def test_the_schema_rejects_what_loading_rejects(path: list[str | int], value: o
     assert refusal(written(tmp_path / "x.json", json.dumps(edited)))
 
 
-def test_a_million_problems_are_not_listed(tmp_path: Path) -> None:
-    """Of what is wrong in a file no more is looked for than a message shows; it says that there is more."""
+def test_at_most_ten_problems_of_a_file_are_listed(tmp_path: Path) -> None:
+    """Ten of half a million problems in a file are listed, and a last line states that there are others."""
     disc = ",".join(f'"k{k}":1' for k in range(100))
     lines = refusal(written(tmp_path / "x.json", '{"discs": [' + f"{{{disc}}}," * 5000 + "0]}")).splitlines()
     assert len(lines) == 11

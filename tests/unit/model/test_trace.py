@@ -14,13 +14,16 @@ from carom.solvers.pic import solve_pic
 RECORD = ImpactRecord(1.5, 0, 3, (0.6, 0.8), (1.0, 2.0), (3.0, 4.0), (5.0, 6.0), (7.0, 8.0))
 
 
-def test_an_impact_record_has_the_fields_of_the_array_in_its_order() -> None:
-    """A record turns into a row as it is: both list the same fields in one order, and then the spins and the edge."""
+def test_impact_record_has_the_fields_of_the_array_in_order() -> None:
+    """A record has the fields of an impact array in the same order, followed by the spins and the edge."""
     assert (*(IMPACT_DTYPE.names or ()), "spins", "edge") == ImpactRecord._fields
 
 
 def test_impact_array_holds_every_field_of_every_record() -> None:
-    """What goes in as a record comes out field by field, for reading alone; of no record the fields are there, too."""
+    r"""An array of records has all their fields and is read-only; without records it has the fields, too.
+
+    `wall_index` is the inverse of `wall_body`.
+    """
     array = build_impact_array([RECORD, RECORD._replace(time_s=2.5, second=wall_body(1))])
     assert array.shape == (2,)
     assert array["time_s"].tolist() == [1.5, 2.5]
@@ -34,15 +37,15 @@ def test_impact_array_holds_every_field_of_every_record() -> None:
     assert [wall_index(wall_body(k)) for k in range(3)] == [0, 1, 2]
 
 
-def test_every_outcome_reads_as_a_sentence() -> None:
-    """The value of each outcome is what a report shows, and no two read the same."""
+def test_every_outcome_has_its_own_sentence() -> None:
+    """The text of each outcome has more than three words and differs from the others, since reports show it."""
     texts = [outcome.value for outcome in Outcome]
     assert all(len(text.split()) > 3 for text in texts)
     assert len(set(texts)) == len(texts)
 
 
-def test_kinetic_energy_is_half_m_v_squared_of_the_movable_discs() -> None:
-    """Masses 2 and 4 at speeds 5 and 1 have 25 J and 2 J, and an immovable disc has none."""
+def test_kinetic_energy_counts_only_movable_discs() -> None:
+    """Masses of 2 and 4 kg at 5 and 1 m/s have 25 J and 2 J; an immovable disc has none."""
     scene = staged(
         "energy",
         disc_at(0, 0, 3, 4, r=1, m=2),
@@ -54,8 +57,8 @@ def test_kinetic_energy_is_half_m_v_squared_of_the_movable_discs() -> None:
     assert kinetic_energy(scene, velocity) == 27.0
 
 
-def test_a_trace_survives_pickling() -> None:
-    """A worker process can send a whole trace home."""
+def test_trace_survives_pickling() -> None:
+    """A pickled trace keeps impacts, outcome, scene and final positions, so that workers can return it."""
     scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3)
     trace = solve_pic(scene)
     copy = pickle.loads(pickle.dumps(trace))  # noqa: S301 - our own bytes

@@ -20,8 +20,8 @@ def scene(*walls: Any, **fields: Any) -> Scene:
     return Scene(name="walls", discs=[DISC], walls=walls, duration_s=1.0, **fields)
 
 
-def test_walls_are_told_apart_by_their_fields() -> None:
-    """A point and a normal make a half-plane, points a chain, a centre and a radius a circle."""
+def test_fields_of_a_wall_decide_its_kind() -> None:
+    """A point and a normal make a half-plane, points a chain, and a centre and a radius a circle."""
     made = scene(
         {"point_m": [0, -9], "normal": [0, 2]}, {"points_m": [[1, 1], [2, 2]]}, {"centre_m": [0, 0], "radius_m": 3}
     )
@@ -33,8 +33,8 @@ def test_walls_are_told_apart_by_their_fields() -> None:
 
 
 @each("suffix", [".toml", ".json"])
-def test_every_kind_of_wall_is_loaded_as_it_was_saved(tmp_path: Path, suffix: str) -> None:
-    """A scene with all kinds of walls, in a file and back, is equal."""
+def test_every_kind_of_wall_is_saved_and_loaded(tmp_path: Path, suffix: str) -> None:
+    """A scene with half-planes, chains and circles is equal to the original after saving and loading."""
     made = scene(
         STADIUM,
         Chain(points_m=[(9, 9), (10, 9), (10, 10)], closed=True, solid=True, half_width_m=0.1, pieces=7, friction=0.5),
@@ -45,8 +45,8 @@ def test_every_kind_of_wall_is_loaded_as_it_was_saved(tmp_path: Path, suffix: st
     assert load_scene(path) == made
 
 
-def test_a_half_plane_is_written_as_ever() -> None:
-    """Fields that are not used are in no file, and in no digest."""
+def test_unused_fields_of_walls_are_not_written() -> None:
+    """Half-planes and chains are dumped without unused fields, so that files and digests stay the same."""
     assert Wall(point_m=(0, 1), normal=(0, 1)).model_dump() == {"point_m": (0.0, 1.0), "normal": (0.0, 1.0)}
     assert set(Chain(points_m=[(0, 0), (1, 0)]).model_dump()) == {"points_m"}
 
@@ -86,8 +86,8 @@ def test_a_half_plane_is_written_as_ever() -> None:
         ({}, "walls[0].point_m: is required, but missing"),
     ],
 )
-def test_what_is_no_wall_is_refused_with_its_edge_and_its_numbers(wall: Any, said: str) -> None:
-    """Each refusal names the wall, the field, the edge and what was found."""
+def test_invalid_wall_is_refused_with_field_and_numbers(wall: Any, said: str) -> None:
+    """The error for an invalid wall names the field or the edges, and the value or the limit."""
     with pytest.raises(SceneError) as refused:
         scene(wall)
     assert said in str(refused.value)
@@ -104,8 +104,8 @@ def test_what_is_no_wall_is_refused_with_its_edge_and_its_numbers(wall: Any, sai
         (Ring(centre_m=(0.25, 0.0), radius_m=0.0), "the disc reaches 0.25 m into it"),
     ],
 )
-def test_a_disc_in_a_wall_is_refused(wall: Any, said: str) -> None:
-    """The start has no overlap with a finite wall, wherever it is met, and no disc inside one that is solid."""
+def test_disc_in_a_finite_wall_is_refused(wall: Any, said: str) -> None:
+    """A disc that reaches into a chain or circle, or is inside a solid wall, is refused at the start."""
     with pytest.raises(SceneError) as refused:
         scene(wall)
     assert str(refused.value).startswith("discs[0].position_m: must not overlap walls[0] at the start")
@@ -121,13 +121,13 @@ def test_a_disc_in_a_wall_is_refused(wall: Any, said: str) -> None:
         STADIUM,
     ],
 )
-def test_a_disc_may_touch_a_wall_and_stand_in_a_hollow_one(wall: Any) -> None:
-    """Touching is no overlap, and the inside of a chain that is not solid is free."""
+def test_disc_may_touch_a_wall_and_be_inside_a_hollow_one(wall: Any) -> None:
+    """Touching is not an overlap, and the inside of a chain that is not solid is free."""
     assert scene(wall).walls == (wall,)
 
 
-def test_what_a_scene_with_finite_walls_needs() -> None:
-    """Straight edges, arcs and materials are needs of their own, so that a method without them skips the scene."""
+def test_finite_walls_have_needs_of_their_own() -> None:
+    """Straight edges, arcs, posts and wall materials are needs, so that methods without them skip the scene."""
     assert scene(Wall(point_m=(0, -9), normal=(0, 1))).needs == {Need.WALLS}
     assert scene(Chain(points_m=[(1, 1), (2, 2)])).needs == {Need.WALLS, Need.SEGMENTS}
     assert scene(STADIUM).needs == {Need.WALLS, Need.SEGMENTS, Need.ARCS}
@@ -142,8 +142,8 @@ def test_what_a_scene_with_finite_walls_needs() -> None:
 
 
 @pytest.mark.long
-def test_a_file_holds_a_thousand_edges_at_most(tmp_path: Path) -> None:
-    """Edges are counted, not chains."""
+def test_file_has_at_most_1000_edges(tmp_path: Path) -> None:
+    """The limit of 1000 walls in a file counts edges: 599 are accepted, and 1200 in two chains are refused."""
     points = ", ".join(f"[{k}.0, 5.0]" for k in range(600))
     text = 'name = "x"\nduration_s = 1.0\ndiscs = [{position_m = [0.0, 0.0], radius_m = 0.5}]\n'
     (path := tmp_path / "many.toml").write_text(f"{text}walls = [{{points_m = [{points}]}}]\n", encoding="utf-8")
@@ -153,8 +153,8 @@ def test_a_file_holds_a_thousand_edges_at_most(tmp_path: Path) -> None:
         load_scene(path)
 
 
-def test_pixels_are_taken_for_metres_in_every_length_of_a_wall(tmp_path: Path) -> None:
-    """A file in pixels holds chains and circles, too."""
+def test_lengths_of_walls_in_pixels_are_converted_to_metres(tmp_path: Path) -> None:
+    """Points, half widths, centres and radii of walls in a file in pixels are converted to metres."""
     (path := tmp_path / "px.toml").write_text(
         'name = "x"\nduration_s = 1.0\nlength_unit = "px"\npixels_per_metre = 100\n'
         "discs = [{position_m = [0, 0], radius_m = 50}]\n"
@@ -168,7 +168,7 @@ def test_pixels_are_taken_for_metres_in_every_length_of_a_wall(tmp_path: Path) -
 
 
 def test_units_of_a_run_scale_every_length_of_a_wall() -> None:
-    """In units of two to a power, a wall has the same digits."""
+    """In units of 2^10 m the points, half width and radius of walls are exactly 1/1024 of those in metres."""
     made = scene(STADIUM.model_copy(update={"half_width_m": 0.125}), Ring(centre_m=(1, 2), radius_m=7))
     chain, ring = Units(10, 0, 0).convert_scene(made).arrays.walls
     assert not isinstance(chain, tuple)

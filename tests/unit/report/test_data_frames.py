@@ -21,8 +21,8 @@ def scene() -> Scene:
     return Scene(name="roll", discs=[disc], walls=[wall], wall_friction=0.25, duration_s=2.0)
 
 
-def test_a_trace_is_a_row_an_impact() -> None:
-    """The impact with its time, bodies, normal, velocities and spins; each number is that of the trace."""
+def test_trace_frame_has_one_row_per_impact() -> None:
+    """The row has the impact's time, bodies, velocities and spins, and its columns are named with units."""
     pytest.importorskip("pandas")
     trace = carom.solve_pic(scene())
     frame = trace.to_pandas()
@@ -37,8 +37,8 @@ def test_a_trace_is_a_row_an_impact() -> None:
     assert frame.index.name == "impact"
 
 
-def test_a_trace_without_impacts_is_a_table_without_rows() -> None:
-    """The table has all columns; an engine's also has the times at which its paths turned."""
+def test_trace_frame_without_impacts_has_all_columns() -> None:
+    """Without impacts the frame has no rows but all columns; that of an engine also has the effective times."""
     pytest.importorskip("pandas")
     (entry,) = find_scenes(["paper/missed"])
     missed = observe_run(load_adapter("pit"), entry.scene, "tuned", 1 / 24).to_pandas()
@@ -48,8 +48,8 @@ def test_a_trace_without_impacts_is_a_table_without_rows() -> None:
     assert "effective_time_s" in missed
 
 
-def test_results_are_a_row_a_run() -> None:
-    """Each run with its grade, counts and errors; what was not run or has no error is NaN, never 0."""
+def test_results_frame_has_one_row_per_run() -> None:
+    """Each row has the run's grade, counts and errors; a number that was not measured is NaN and not 0."""
     pytest.importorskip("pandas")
     results = cross_checked(find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], dts=[1 / 24])
     frame = results.to_pandas()
@@ -71,8 +71,8 @@ def test_results_are_a_row_a_run() -> None:
             assert said[column] == pytest.approx(value, nan_ok=True)
 
 
-def test_without_pandas_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error names the extra."""
+def test_missing_pandas_is_reported_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without pandas, `to_pandas` raises a MissingExtraError with `pip install 'carom[pandas]'`."""
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'carom\[pandas\]'"):
         carom.solve_pic(scene()).to_pandas()

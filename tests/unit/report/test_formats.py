@@ -99,13 +99,13 @@ def page(source: str) -> _Page:
 
 
 def test_html_is_well_formed(page: _Page) -> None:
-    """Every element is closed in its turn, and nothing is left open."""
+    """Every element of the page is closed in the right order."""
     assert page.faults == []
     assert page.open == []
 
 
-def test_html_fetches_nothing(page: _Page, source: str) -> None:
-    """The page is one file: no address, no style sheet, and every reference leads to a place or to a replay in it."""
+def test_html_is_self_contained(page: _Page, source: str) -> None:
+    """The page has no web address, style sheet or image, and every reference leads to a place in the page."""
     assert "http://" not in source
     assert "https://" not in source
     assert page.tags["link"] == page.tags["img"] == page.tags["iframe"] == 0
@@ -118,8 +118,11 @@ def test_html_fetches_nothing(page: _Page, source: str) -> None:
     assert all(any(place.startswith(f"{scene}/") for scene in scenes) for place in places)
 
 
-def test_html_runs_one_script_and_no_other(page: _Page, source: str) -> None:
-    """What the page allows is the one script that plays replays, by its hash; what else is a script element is data."""
+def test_html_allows_only_the_replay_script(page: _Page, source: str) -> None:
+    r"""The page's policy allows one script by its hash; all other script elements are data.
+
+    No element has an event handler.
+    """
     (script,) = re.findall(r"<script>(.*?)</script>", source, flags=re.DOTALL)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     assert f"script-src &#39;sha256-{digest}&#39;;" in source
@@ -128,7 +131,7 @@ def test_html_runs_one_script_and_no_other(page: _Page, source: str) -> None:
 
 
 def test_html_escapes_names(page: _Page, source: str) -> None:
-    """A scene's name, an engine's message and the machine's name are text, never markup."""
+    """Markup in a scene's name, an engine's message or the processor's name is shown as text."""
     assert "<script>alert" not in source
     assert "<nothing>" not in source
     assert page.tags["b"] == source.count("<b>") - source.count("<b><")
@@ -136,8 +139,8 @@ def test_html_escapes_names(page: _Page, source: str) -> None:
     assert any("A <CPU>" in text for text in page.text)
 
 
-def test_html_pictures_have_names_and_tables_have_headings(page: _Page) -> None:
-    """Every picture says what it shows, and every table has headings that say what they head."""
+def test_html_pictures_and_headings_are_accessible(page: _Page) -> None:
+    """Every picture has an accessible label, and every table heading states its scope."""
     labels = [value for tag, name, value in page.attributes if tag == "svg" and name == "aria-label"]
     assert page.tags["svg"] == len(labels)
     assert all(labels)
@@ -145,15 +148,15 @@ def test_html_pictures_have_names_and_tables_have_headings(page: _Page) -> None:
     assert len(scopes) == page.tags["th"]
 
 
-def test_html_defines_each_grade_at_the_pointer(page: _Page) -> None:
-    """Each cell of the grid with a grade says in its title what the grade means."""
+def test_html_grades_have_definitions_as_titles(page: _Page) -> None:
+    """Cells with the grades exact, sampled and wrong have the definition of the grade as their title."""
     titles = [value for _, name, value in page.attributes if name == "title"]
     for mark in (Mark.EXACT, Mark.SAMPLED, Mark.WRONG):
         assert titles.count(mark.sentence) > 0
 
 
-def test_html_shows_the_papers_cases(source: str) -> None:
-    """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
+def test_html_shows_the_cases_of_the_paper(source: str) -> None:
+    """The page shows the paper's cases under PIT, with the number of impacts and dashed frames around misses."""
     section = source[source.index("What goes wrong</h2>") :]
     assert "Dashed discs are the frames around a missed impact" in section
     section = section[section.index("The source paper") :]
@@ -168,15 +171,15 @@ def one_scene(results: Results) -> Results:
 
 
 @pytest.mark.long
-def test_report_is_the_same_when_written_again(results: Results, folder: Path, tmp_path: Path) -> None:
-    """The same results give the same bytes, so that a committed report differs only where its results do."""
+def test_report_is_reproducible(results: Results, folder: Path, tmp_path: Path) -> None:
+    """The same results give the same bytes, so that a committed report differs only if its results do."""
     build_report(results).write(tmp_path)
     assert files_of(tmp_path) == files_of(folder)
 
 
 @pytest.mark.long
 def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path: Path) -> None:
-    """A report written into a folder with an older one replaces its files, and leaves others and no rubbish."""
+    """A report replaces the files of an older one, keeps other files and leaves no temporary ones."""
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     (tmp_path / "index.html").write_text("old")
     (tmp_path / "notes.txt").write_text("mine")
@@ -187,8 +190,11 @@ def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path
 
 
 @pytest.mark.long
-def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_path: Path) -> None:
-    """Escape sequences, bidirectional controls and separators of lines in a name are visible text in every file."""
+def test_control_characters_are_escaped_in_every_file(tmp_path: Path) -> None:
+    r"""Escape sequences, bidirectional controls and line separators in a name are visible text in every file.
+
+    Reading results.jsonl returns the original name.
+    """
     name = "evil\x9b31m\u202egnp\u2028x"
     scene = find_scenes(["paper/late"])[0].scene.model_copy(update={"name": name})
     build_report(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1)).write(tmp_path)
@@ -201,10 +207,10 @@ def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_pat
 
 
 @each("module", ["jinja2", "matplotlib"])
-def test_a_missing_extra_is_named(
+def test_missing_report_extra_is_reported(
     results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str
 ) -> None:
-    """Without a part of the extra the error says how to install it, and nothing is written."""
+    """Without jinja2 or matplotlib the error has `pip install 'carom[report]'`, and nothing is written."""
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(MissingExtraError, match=re.escape("pip install 'carom[report]'")):
         build_report(results).write(tmp_path / "none")
@@ -212,7 +218,7 @@ def test_a_missing_extra_is_named(
 
 
 def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
-    """The first line describes run and machine, each other line a row, in order; no line has NaN or infinity."""
+    """The first line describes run and machine, and each other line one row, in order, without NaN or infinity."""
 
     def refuse(text: str) -> None:
         raise AssertionError(text)
@@ -259,10 +265,13 @@ NO_RESULTS = {
 
 
 @each("what", NO_RESULTS)
-def test_what_no_report_holds_is_refused_in_a_sentence(
+def test_invalid_results_file_is_refused_with_the_reason(
     what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Another format, half a file, and what would take all memory or end the reader, are named with what to do."""
+    r"""A file of another format, an incomplete or too large one, or one without results is refused.
+
+    The message names the line or the limit, and for most causes what to do.
+    """
     monkeypatch.setitem(MOST_BYTES, ".jsonl", 2**20)
     monkeypatch.setitem(MOST_VALUES, ".jsonl", 2**17)
     path, (data, words) = tmp_path / "results.jsonl", NO_RESULTS[what]
@@ -272,7 +281,7 @@ def test_what_no_report_holds_is_refused_in_a_sentence(
 
 
 def test_rows_are_read_one_by_one(tmp_path: Path) -> None:
-    """The first row is there before the second, which is none, is refused."""
+    """The first row is returned before the second one, which is invalid, is refused."""
     path = tmp_path / "results.jsonl"
     path.write_bytes(b"".join((*_WHOLE[:2], b"[]\n")))
     _, rows = stream_records(path)
@@ -281,8 +290,8 @@ def test_rows_are_read_one_by_one(tmp_path: Path) -> None:
         next(rows)
 
 
-def test_every_row_of_the_sample_is_read_and_can_be_written_back() -> None:
-    """The type of a line takes each line of the committed sample, and of one in twenty makes the same line again."""
+def test_rows_of_the_sample_report_are_read_and_written_back() -> None:
+    """All rows of the committed sample are read, and every twentieth one is written back unchanged."""
     path = ROOT / "reports" / "sample" / "results.jsonl"
     head, rows = read_raw_records(path)
     summary, lines = read_records(path)
@@ -292,8 +301,8 @@ def test_every_row_of_the_sample_is_read_and_can_be_written_back() -> None:
         assert json.loads(format_line(line, spins="spin" in (row["total"] or {}))) == row
 
 
-def test_what_is_not_finite_is_null_and_nan_again(results: Results, folder: Path) -> None:
-    """A NaN of a score is null in the file and NaN where the line is read; where null has a meaning, it stays None."""
+def test_nan_is_null_in_the_file_and_nan_when_read(results: Results, folder: Path) -> None:
+    """NaN of a score is null in the file and NaN when read; a null that has a meaning stays None."""
     _, lines = read_records(folder / "results.jsonl")
     missed = next(line for line in lines if (line.scene, line.engine) == ("paper/missed", "pit"))
     assert math.isnan(sure(missed.total).velocity)
@@ -302,8 +311,8 @@ def test_what_is_not_finite_is_null_and_nan_again(results: Results, folder: Path
     assert missed.grade is sure(row.score).grade
 
 
-def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> None:
-    """Wrong and inaccurate cells are failures, broken engines errors, and what was not run is skipped, with reasons."""
+def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:
+    """Wrong and inaccurate cells are failures, broken engines errors, and cells not run skipped, with reasons."""
     root = ET.parse(folder / "junit.xml").getroot()  # noqa: S314 - our own file
     cases = list(root.iter("testcase"))
     assert len(cases) == len(results.rows) == int(root.attrib["tests"])
@@ -322,8 +331,8 @@ def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> N
 
 
 @each("fail_on", [Grade.SAMPLED, Grade.WRONG, None])
-def test_junit_fails_what_the_exit_code_fails(results: Results, fail_on: Grade | None) -> None:
-    """A case fails where the row violates the line that was asked for, and for no other grade."""
+def test_junit_failures_match_the_exit_code(results: Results, fail_on: Grade | None) -> None:
+    """The number of failed cases is the number of rows that violate the grade of `--fail-on`."""
     cases = ET.fromstring(render_junit(results, fail_on)).iter("testcase")  # noqa: S314 - our own text
     failed = sorted(f"{case.get('classname')} {case.get('name')}" for case in cases if case.find("failure") is not None)
     rows = [row for row in results.rows if fail_on is not None and is_violation(row, fail_on)]
@@ -332,7 +341,7 @@ def test_junit_fails_what_the_exit_code_fails(results: Results, fail_on: Grade |
 
 
 def test_markdown_tables_are_well_formed(folder: Path) -> None:
-    """Every row of a table has as many cells as its head, whatever its names contain; no name becomes markup."""
+    """Every row of a table has as many cells as its heading, and no name becomes markup."""
     text = (folder / "report.md").read_text(encoding="utf-8")
     blocks = [block.splitlines() for block in text.split("\n\n") if block.startswith("|")]
     assert len(blocks) >= 4
@@ -344,7 +353,7 @@ def test_markdown_tables_are_well_formed(folder: Path) -> None:
 
 
 def test_page_and_markdown_have_the_same_sections_in_order(results: Results, folder: Path) -> None:
-    """Page and Markdown have the same headings, except for those that the document shows in one of them only."""
+    """Page and Markdown have the same headings, except that only the page has "All cells at all steps"."""
     shown = {
         medium: [section.heading for section in cross_check_document(results).select_for(medium)]
         for medium in (Media.PAGE, Media.MARKDOWN)
@@ -356,7 +365,7 @@ def test_page_and_markdown_have_the_same_sections_in_order(results: Results, fol
     assert [heading for heading in shown[Media.PAGE] if heading != "All cells at all steps"] == shown[Media.MARKDOWN]
 
 
-def test_a_column_is_shown_wherever_its_table_is() -> None:
+def test_added_column_appears_in_every_format() -> None:
     """A column that is added to a table appears in the page, in the Markdown and on the terminal."""
     table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
     wider = replace(table, columns=(*table.columns, Column("added", lambda _: "here")))

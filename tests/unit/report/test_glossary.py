@@ -22,35 +22,35 @@ def table(heading: str) -> list[tuple[str, str]]:
     return re.findall(r"^\| (.+?) \| (.+) \|$", rows[0], re.MULTILINE)
 
 
-def test_the_page_says_of_verdicts_what_the_command_says() -> None:
-    """Each verdict is explained, and the table of docs/theory/scoring.md has the same words: edit both, or neither."""
+def test_documented_verdicts_match_the_code() -> None:
+    """Each verdict is explained, and the table in docs/theory/scoring.md has the same words: edit both."""
     assert list(VERDICT_CONDITIONS) == list(Verdict)
     assert sorted(table("verdict")) == sorted((verdict.value, when) for verdict, when in VERDICT_CONDITIONS.items())
 
 
-def test_the_page_says_of_grades_what_the_command_says() -> None:
-    """The page has each grade with the words of the command."""
+def test_documented_grades_match_the_code() -> None:
+    """Each grade is explained, and the table in docs/theory/scoring.md has the same words in the same order."""
     assert list(GRADE_CONDITIONS) == list(Grade)
     assert table("grade") == [(Mark[grade.name].word, when) for grade, when in GRADE_CONDITIONS.items()]
 
 
 def test_every_word_of_a_report_is_explained() -> None:
-    """Each verdict, grade and mark is found by its name; a name with several meanings returns all of them."""
+    """Each verdict, grade and mark is found by its name, and every meaning is a complete sentence."""
     for word in {entry.word for entry in list_meanings()}:
         found = find_meanings(word)
         assert word in {entry.word for entry in found}
         assert all(str(entry).endswith(".") for entry in found), word
 
 
-def test_a_verdict_is_found_by_its_sentence() -> None:
-    """A verdict is found by the sentence that a report shows."""
+def test_verdict_is_found_by_its_sentence() -> None:
+    """The sentence that a report shows for a verdict finds that verdict."""
     (entry,) = find_meanings("Velocities after an impact are wrong.")
     assert entry.word == "wrong velocity"
 
 
 @each("word, near", [("mised", "'missed'"), ("inacurate", "'inaccurate'"), ("zzz", ""), ("NaN", "'not finite'")])
-def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
-    """An unknown word ends in a sentence and exit code 2, with what may have been meant, or where the words are."""
+def test_misspelt_word_is_refused_with_the_nearest_one(word: str, near: str) -> None:
+    """An unknown word ends with exit code 2 and the nearest word, or with the command that lists all words."""
     result = carom_command("explain", word)
     assert result.exit_code == 2
     assert f"no report uses the word {word!r}" in result.output
@@ -58,13 +58,13 @@ def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
 
 
 @each("word, meant", [("tunnelling", "missed"), ("invented", "spurious")])
-def test_words_that_people_search_for_lead_to_carom_s(word: str, meant: str) -> None:
-    """A word of the field that no report uses is answered with the report's own."""
+def test_common_synonyms_lead_to_words_of_reports(word: str, meant: str) -> None:
+    """Words of the field that no report uses are found: "tunnelling" leads to "missed"."""
     assert [entry.word for entry in find_meanings(word)] == [meant]
 
 
-def test_the_command_explains_and_lists() -> None:
-    """`carom explain missed` says what it means and when; without a word every word has a line."""
+def test_explain_command_explains_and_lists_words() -> None:
+    """`carom explain missed` prints what the word means and when; without a word it lists every meaning."""
     told = carom_command("explain", "missed").output
     assert "missed (verdict): an impact is missed." in told
     assert "passed through each other" in told

@@ -54,8 +54,8 @@ def circles(axes: object) -> list[Circle]:
     return [artist for artist in axes.get_children() if isinstance(artist, Circle)]  # type: ignore[attr-defined]
 
 
-def test_a_cell_has_the_lines_and_the_picture_and_no_name_becomes_a_tag(scene: Scene) -> None:
-    """Each object shows its lines and one picture; a name with tags and dollars is shown literally."""
+def test_notebook_cell_has_text_and_one_picture(scene: Scene) -> None:
+    """Each object is shown as its text and one picture; a name with tags and dollars is shown literally."""
     reference, observed = carom.solve_pic(scene), carom.solve_pit(scene)
     results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8])
     for thing in (scene, reference, observed, results, carom.certify(scene)):
@@ -67,8 +67,8 @@ def test_a_cell_has_the_lines_and_the_picture_and_no_name_becomes_a_tag(scene: S
         assert str(thing) in seen.text
 
 
-def test_a_score_is_a_table_of_its_numbers(scene: Scene) -> None:
-    """The table has the grade, the counts, every measured metric and every verdict with its reason."""
+def test_score_is_shown_as_a_table(scene: Scene) -> None:
+    """The table has the grade, the measured errors and the verdicts with their reasons, and no "n/a"."""
     score = carom.compare(carom.solve_pic(scene), carom.solve_pit(scene))
     seen = Seen(score._repr_html_() or "")
     assert seen.elements["table"] == 1
@@ -77,8 +77,8 @@ def test_a_score_is_a_table_of_its_numbers(scene: Scene) -> None:
     assert "n/a" not in seen.text
 
 
-def test_without_the_extra_a_notebook_falls_back_to_the_lines(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where matplotlib is missing there is no HTML, and a plot names what to install."""
+def test_notebook_without_matplotlib_shows_text(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without matplotlib objects have no HTML, and a plot raises an ImportError with the install command."""
     monkeypatch.setattr("carom.report.files.importlib.util.find_spec", lambda _: None)
     reference = carom.solve_pic(scene)
     assert scene._repr_html_() is None
@@ -87,8 +87,8 @@ def test_without_the_extra_a_notebook_falls_back_to_the_lines(scene: Scene, monk
         scene.plot()
 
 
-def test_large_results_are_told_without_a_picture() -> None:
-    """A grid of 100 discs would show nothing in a cell."""
+def test_large_scene_is_shown_without_a_picture() -> None:
+    """A scene of 100 discs is shown as text only, since the discs would be too small to see."""
     discs = [Disc(position_m=(float(k % 10), float(k // 10)), radius_m=0.25) for k in range(100)]
     page = Scene(name="many", discs=discs, duration_s=1.0)._repr_html_()
     assert page
@@ -97,8 +97,8 @@ def test_large_results_are_told_without_a_picture() -> None:
 
 @each("bad", [np.nan, np.inf])
 @each("field", ["time_s", "normal", "velocity_first_after"])
-def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: str, bad: float) -> None:
-    """NaN and infinity have no place in a picture: a cell has the lines alone, a plot and a replay say which."""
+def test_non_finite_trace_is_shown_as_text(scene: Scene, field: str, bad: float) -> None:
+    """A trace with NaN or infinity is shown as text; plot and replay are refused with the name of the field."""
     trace = carom.solve_pic(scene)
     broken = altered(trace, 0, **{field: bad})
     assert Seen(broken._repr_html_() or "").elements == {"div": 1, "pre": 1}
@@ -108,8 +108,8 @@ def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: s
         carom.replay(trace, broken)
 
 
-def test_a_scene_is_drawn_where_it_starts_on_the_axes_given(scene: Scene) -> None:
-    """Each disc is drawn at its position to scale, with its velocity as an arrow."""
+def test_scene_plot_shows_the_start_on_given_axes(scene: Scene) -> None:
+    """Each disc is drawn to scale at its position, with its velocity as an arrow."""
     axes = Figure().add_subplot()
     assert scene.plot(axes) is axes
     assert axes.get_aspect() == 1.0
@@ -119,7 +119,7 @@ def test_a_scene_is_drawn_where_it_starts_on_the_axes_given(scene: Scene) -> Non
     assert np.column_stack([arrows.U, arrows.V]).tolist() == [list(disc.velocity_m_s) for disc in scene.discs]
 
 
-def test_a_trace_is_drawn_with_its_impacts(scene: Scene) -> None:
+def test_trace_plot_shows_paths_and_impacts(scene: Scene) -> None:
     """A disc's line turns at the impact, where both discs are drawn touching, and ends at the final position."""
     trace = carom.solve_pic(scene)
     (impact,) = trace.impacts
@@ -135,7 +135,7 @@ def test_a_trace_is_drawn_with_its_impacts(scene: Scene) -> None:
 
 
 def test_motion_along_a_line_is_drawn_against_time() -> None:
-    """Discs on one line have an axis of time; the dots are the trace's impacts."""
+    """If all discs are on one line, the vertical axis is time, and the dots are the trace's impacts."""
     (entry,) = find_scenes(["classics/cradle-gaps"])
     trace = carom.solve_pic(entry.scene)
     axes = trace.plot(Figure().add_subplot())
@@ -144,8 +144,8 @@ def test_motion_along_a_line_is_drawn_against_time() -> None:
     assert sorted(dots) == pytest.approx(sorted(np.repeat(trace.impacts["time_s"], 2)))
 
 
-def test_results_are_drawn_as_counts_of_marks(scene: Scene) -> None:
-    """The bars of each mark are as long as there are runs that it came of, end to end."""
+def test_results_plot_counts_marks(scene: Scene) -> None:
+    """The bar of each mark is as long as the number of runs with it, and a method's bars are stacked."""
     results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8, 1 / 16])
     axes = results.plot(Figure().add_subplot())
     methods = [label.get_text() for label in axes.get_yticklabels()]
@@ -161,8 +161,8 @@ def test_results_are_drawn_as_counts_of_marks(scene: Scene) -> None:
         assert all(b.get_x() == a.get_x() + a.get_width() for a, b in pairwise(bars_of_row))
 
 
-def test_a_plot_without_axes_makes_a_figure_of_pyplots(scene: Scene) -> None:
-    """A notebook shows what pyplot knows of."""
+def test_plot_without_axes_uses_a_pyplot_figure(scene: Scene) -> None:
+    """A plot without axes is drawn in pyplot's current figure, which notebooks show."""
     from matplotlib import pyplot as plt
 
     axes = scene.plot()
@@ -170,8 +170,8 @@ def test_a_plot_without_axes_makes_a_figure_of_pyplots(scene: Scene) -> None:
     plt.close(axes.figure)
 
 
-def test_traces_beside_each_other_have_one_scale(scene: Scene) -> None:
-    """Both show the same part of the plane, also where one of the two goes farther than the other."""
+def test_side_by_side_plots_have_the_same_scale(scene: Scene) -> None:
+    """Both traces are drawn with the same limits, which contain the one that goes farther."""
     from matplotlib import pyplot as plt
 
     far = carom.solve_pit(scene, frame_rate_hz=1)  # looks so seldom that the discs pass through
@@ -186,8 +186,8 @@ def test_traces_beside_each_other_have_one_scale(scene: Scene) -> None:
     plt.close("all")
 
 
-def test_traces_of_two_scenes_are_not_drawn_beside_each_other(scene: Scene) -> None:
-    """One scale for two scenes would say nothing; nor are there pictures of no trace."""
+def test_side_by_side_plot_of_two_scenes_is_refused(scene: Scene) -> None:
+    """`plot_beside` refuses traces of two scenes, which have no common scale, and a call without traces."""
     with pytest.raises(InputError, match="the traces belong to two scenes"):
         carom.plot_beside(carom.solve_pic(scene), carom.solve_pic("paper/missed"))
     with pytest.raises(InputError, match="at least one trace"):

@@ -34,8 +34,8 @@ def replays(results: Results) -> dict[str, dict[str, Any]]:
     return found
 
 
-def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any]]) -> None:
-    """PIT misses the impact of the first case, and finds that of the second late: it checks once per step."""
+def test_replay_labels_missed_late_and_found_impacts(replays: dict[str, dict[str, Any]]) -> None:
+    """PIT misses one impact and finds another one late, since it checks once per step; PIC finds it in time."""
     runs = {run["key"]: run["impacts"] for data in replays.values() for run in data["runs"]}
     (missed,) = runs["paper/missed/pit/tuned"]
     (late,) = runs["paper/late/pit/tuned"]
@@ -46,8 +46,8 @@ def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any
     assert (found["flag"], found["became"], found["cause"]) == ("found", "found", "")
 
 
-def test_how_a_disc_moves_in_contact_is_told_from_when_to_when() -> None:
-    """A disc changes from sliding to rolling at ``u / (g f (1 + k))``; a disc that only flies has no strip."""
+def test_replay_lists_contact_modes_with_their_times() -> None:
+    """A disc slides until ``u / (g f (1 + 1/k))`` and then rolls; a scene without lasting contact has no modes."""
     scene = find_scenes(("contact/slide-to-roll",))[0].scene
     (disc,) = scene.discs
     reference = carom.solve_pic(scene)
@@ -60,8 +60,11 @@ def test_how_a_disc_moves_in_contact_is_told_from_when_to_when() -> None:
     assert build_replay_data(carom.solve_pic("paper/missed"), [])["modes"] == []
 
 
-def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None:
-    """Without states, what PIT does is said and no more; a run that its own states lead elsewhere did not pass by."""
+def test_cause_of_a_missed_impact_follows_from_the_states(results: Results) -> None:
+    r"""The states before a missed impact decide the cause: sampling, the method itself or earlier errors.
+
+    Without states, the replay only reports whether PIT finds the impact.
+    """
     row = next(row for row in results.rows if row.score and row.score.missed)
     score, trace, reference = row.score, row.trace, results.references["paper/missed"]
     assert score is not None
@@ -83,14 +86,14 @@ def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None
     assert "earlier errors" in found["cause"]
 
 
-def test_the_scene_goes_with_it_as_a_file(replays: dict[str, dict[str, Any]]) -> None:
-    """What is offered for copying loads as the scene that was run."""
+def test_replay_contains_the_scene_as_a_file(replays: dict[str, dict[str, Any]]) -> None:
+    """The scene file in a replay loads as the scene that was run."""
     for name, data in replays.items():
         assert carom.Scene(**tomllib.loads(data["file"])) == find_scenes([name])[0].scene
 
 
-def test_a_run_that_is_not_finite_plays_as_far_as_it_is(results: Results) -> None:
-    """Where an engine's numbers end in NaN, the replay ends with the last place that is known, as plain JSON."""
+def test_replay_of_a_non_finite_run_is_valid_json(results: Results) -> None:
+    """A run with NaN in its impacts and final state has a track for each disc, and its data contain no NaN."""
     row = next(row for row in results.rows if row.job.scene.name == "paper/late" and row.job.engine == "pit")
     impacts = sure(row.trace).impacts.copy()
     for name in ("velocity_first_after", "velocity_second_after", "time_s"):
@@ -109,8 +112,11 @@ def test_a_run_that_is_not_finite_plays_as_far_as_it_is(results: Results) -> Non
         assert all(len(track[0]) >= 1 for track in run["tracks"])
 
 
-def test_where_bodies_touch_and_how_long_they_would_overlap(results: Results) -> None:
-    """The roots of |p + v t| = reach are when two discs that fly on touch and part; there their rims meet."""
+def test_replay_has_contact_point_and_overlap_time(results: Results) -> None:
+    r"""The roots of |p + v t| = reach are the times at which undeflected discs touch and separate.
+
+    The replay has the time between them, and the point where the rims touch.
+    """
     reference = results.references["paper/missed"]
     one, other = reference.scene.discs
     place, passing = (np.subtract(getattr(other, name), getattr(one, name)) for name in ("position_m", "velocity_m_s"))
@@ -124,8 +130,8 @@ def test_where_bodies_touch_and_how_long_they_would_overlap(results: Results) ->
         assert math.hypot(x - centre[0], y - centre[1]) == pytest.approx(disc.radius_m, rel=1e-5)
 
 
-def test_no_overlap_is_told_at_a_wall_nor_of_one_that_falls_beside_a_fixed_one() -> None:
-    """Their paths while they overlapped are no straight lines of each other, or have no end."""
+def test_replay_has_no_overlap_time_for_walls_and_falls() -> None:
+    """An impact with a wall, and of a falling disc with a fixed one, has no overlap time."""
     wall = carom.Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0))
     ball = carom.Disc(position_m=(0.0, 2.0), velocity_m_s=(0.0, 0.0), radius_m=0.5)
     fixed = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 0.0), radius_m=0.5, mass_kg=math.inf)
@@ -137,8 +143,8 @@ def test_no_overlap_is_told_at_a_wall_nor_of_one_that_falls_beside_a_fixed_one()
         assert overlap_s is None
 
 
-def test_a_replay_holds_at_what_is_missed_before_what_is_late(replays: dict[str, dict[str, Any]]) -> None:
-    """A sentence has the missed impact and its reason; a late impact is flagged, and an exact run has no fault."""
+def test_fault_of_a_replay_is_its_missed_or_late_impact(replays: dict[str, dict[str, Any]]) -> None:
+    """A missed impact is the fault, with its overlap time and the step; so is a late one. PIC has no fault."""
     runs = {run["key"]: run for data in replays.values() for run in data["runs"]}
     missed, late, exact = (
         runs[key] for key in ("paper/missed/pit/tuned", "paper/late/pit/tuned", "paper/late/pic/event-driven")
@@ -152,8 +158,11 @@ def test_a_replay_holds_at_what_is_missed_before_what_is_late(replays: dict[str,
     assert exact["fault"] is None
 
 
-def test_a_replay_holds_at_what_is_most_off_if_nothing_is_missed() -> None:
-    """Not at the first impact that is late by a twentieth of a step, but at the one whose velocity is most off."""
+def test_fault_without_a_miss_has_the_largest_velocity_error() -> None:
+    r"""The late or early impact with the largest velocity error is the fault.
+
+    A missed impact comes before these, and an invented one has no instant and is ignored.
+    """
     rows: list[dict[str, Any]] = [
         {"flag": "late", "velocity": 0.01},
         {"flag": "late", "velocity": 0.4},

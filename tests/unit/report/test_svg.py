@@ -12,8 +12,8 @@ from carom.engines.registry import list_adapter_points, load_adapter
 from carom.report.svg import SERIES, choose_line_style, finish, format_tick, use_drawing_style
 
 
-def test_an_axis_of_less_than_a_decade_has_plain_words() -> None:
-    """No tick label uses formula notation, which a report would show literally, dollars included."""
+def test_short_logarithmic_axis_has_plain_labels() -> None:
+    """No tick label of an axis of less than a decade uses `$` notation, which a report would show literally."""
     with use_drawing_style():
         figure = Figure()
         axes = figure.add_subplot()
@@ -33,8 +33,8 @@ def test_an_axis_of_less_than_a_decade_has_plain_words() -> None:
     assert not [label for label in labels if "$" in label]
 
 
-def test_no_two_profiles_of_an_engine_are_drawn_with_one_dash() -> None:
-    """Lines of an engine have one colour, so the dash alone tells its profiles apart."""
+def test_profiles_of_an_engine_have_different_dashes() -> None:
+    """All lines of an engine have the same colour, so each of its profiles has its own dash."""
     several = 0
     for engine in list_adapter_points():
         names = list(load_adapter(engine).profiles)
@@ -44,15 +44,15 @@ def test_no_two_profiles_of_an_engine_are_drawn_with_one_dash() -> None:
     assert several, "no engine with three profiles was tried"
 
 
-def test_a_profile_has_one_dash_whatever_the_engine() -> None:
-    """A dash means a profile and a colour an engine."""
+def test_profile_has_the_same_dash_for_every_engine() -> None:
+    """The profile `located` has the same dash for pymunk and Box2D, and each engine has its own colour."""
     first, second = (choose_line_style(name, profile="located") for name in ("pymunk", "box2d"))
     assert first["linestyle"] == second["linestyle"]
     assert first["color"] != second["color"]
 
 
-def test_no_two_engines_look_alike() -> None:
-    """Each engine has a colour or a mark that no other one has, and PIC's colour and PIT's are no engine's."""
+def test_engines_have_different_colours_or_markers() -> None:
+    """Each engine has its own pair of colour and marker, and no engine has the colour of PIC or of PIT."""
     names = list(list_adapter_points())
     looks = {name: (choose_line_style(name)["color"], choose_line_style(name)["marker"]) for name in names}
     assert len(set(looks.values())) == len(names) > 2
@@ -85,8 +85,11 @@ def cielab(colour: str, seen: object) -> np.ndarray:
 
 
 @each("seen", SEEN)
-def test_colours_are_told_apart_whichever_cones_are_lacking(seen: str) -> None:
-    """Any two colours of a page, light or dark, differ by four times and more of what can just be seen."""
+def test_colours_differ_for_every_kind_of_colour_blindness(seen: str) -> None:
+    r"""Any two colours of the light or the dark page differ by more than four times the least visible difference.
+
+    This holds for people with all cones, and without those for red, green or blue.
+    """
     css = (resources.files("carom.report") / "templates" / "report.css").read_text(encoding="utf-8")
     light, dark = (re.findall(r"--s\d: (#[0-9a-f]{6});", part) for part in css.split("prefers-color-scheme: dark"))
     assert tuple(light) == SERIES

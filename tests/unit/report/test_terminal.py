@@ -38,8 +38,8 @@ def printed(document: Document, width: int, *, full: bool = False) -> list[str]:
     return buffer.getvalue().splitlines()
 
 
-def test_the_whole_suite_is_one_screen(document: Document) -> None:
-    """At 80 columns the answer has a line a method, and the rest is the same for any number of them."""
+def test_summary_of_the_whole_suite_fits_one_screen(document: Document) -> None:
+    """At 80 columns the summary has one line per method, and with 13 methods at most 25 lines."""
     lines = printed(document, 80)
     methods = [line for line in lines if re.match(r"(PIT|pymunk default|pymunk tuned|pymunk located) ", line)]
     assert len(methods) == 4
@@ -49,8 +49,8 @@ def test_the_whole_suite_is_one_screen(document: Document) -> None:
 
 @each("width", [60, 80, 120, 200])
 @each("full", [False, True])
-def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
-    """No line is longer than the terminal, and in tables no name is cut: a wide one is shown in parts."""
+def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
+    """Lines fit terminals of 60 to 200 columns, and names of scenes in tables are not cut."""
     lines = printed(document, width, full=full)
     assert max(map(len, lines)) <= width
     if full:
@@ -58,8 +58,8 @@ def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full
 
 
 @each("width", [30, 34, 40])
-def test_a_number_keeps_its_unit(width: int) -> None:
-    """A column of numbers is never so narrow that a number and its unit are on two lines."""
+def test_number_and_unit_stay_on_one_line(width: int) -> None:
+    """Even at 30 to 40 columns no number in a table is separated from its unit."""
     columns = [Column(f"error {k}", lambda share: f"{share} %", number=True) for k in range(3)]
     table = Table([Column("method", str), *columns], [0.044, 12.25, 100])
     lines = printed(Document("title", Headline(""), (Section("errors", (table,)),)), width)
@@ -67,8 +67,8 @@ def test_a_number_keeps_its_unit(width: int) -> None:
         assert sum(line.count(f" {share} %") for line in lines) == 3
 
 
-def test_another_alphabet_gets_marks_that_it_has(document: Document) -> None:
-    """In ASCII each grade still has a sign of its own, and nothing raises."""
+def test_marks_have_ascii_replacements(document: Document) -> None:
+    """In ASCII each grade has its own sign, and no character is replaced by a question mark."""
     text = "\n".join(printed(document, 80, full=True))
     plain = " ".join(text.encode("ascii", ERRORS).decode().split())
     assert "= exact ~ close s sampled i inaccurate / parted % parted inaccurate X wrong" in plain
@@ -91,8 +91,8 @@ def every_kind(of: Scene) -> list[object]:
 
 
 @each("of", [scene(), scene(20, f"<b>{RIGHT_TO_LEFT}{'x' * 150}")])
-def test_every_result_fits_a_corner_of_the_screen(of: Scene) -> None:
-    """`repr` and `str` are the same few lines of printing characters, whatever the size and the name."""
+def test_repr_of_every_result_is_short_and_printable(of: Scene) -> None:
+    """`repr` and `str` are the same few lines of printable characters, whatever the size and the name."""
     for thing in every_kind(of):
         lines = repr(thing).splitlines()
         assert lines[0].startswith(type(thing).__name__)
@@ -102,8 +102,8 @@ def test_every_result_fits_a_corner_of_the_screen(of: Scene) -> None:
         assert str(thing) == repr(thing)
 
 
-def test_a_scene_says_its_laws_and_bodies() -> None:
-    """The lines have each number of the scene that affects what happens, and count the bodies that are not shown."""
+def test_repr_of_a_scene_shows_laws_and_bodies() -> None:
+    """The text has each number of the scene that affects the motion, and the number of discs that are not shown."""
     wall = Wall(point_m=(0.0, -2.0), normal=(0.0, 2.0))
     post = Disc(position_m=(9.0, 0.0), radius_m=0.25, mass_kg=math.inf)
     rough = scene().model_copy(
@@ -127,8 +127,8 @@ def test_a_scene_says_its_laws_and_bodies() -> None:
     assert repr(scene(40)).endswith("and 35 more")
 
 
-def test_a_trace_says_when_who_met_and_what_followed() -> None:
-    """Equal masses swap their velocities at 2 s; the text names the step and the warning of a run that has one."""
+def test_repr_of_a_trace_shows_its_impacts() -> None:
+    """The text has the time, the bodies and the velocities of each impact, PIT's step, and a run's warning."""
     trace = carom.solve_pic(scene())
     assert "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene" in repr(trace)
     assert "2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s" in repr(trace)
@@ -136,8 +136,8 @@ def test_a_trace_says_when_who_met_and_what_followed() -> None:
     assert "warning: careful" in repr(replace(trace, notes=("careful",)))
 
 
-def test_a_score_says_the_grade_the_counts_and_why() -> None:
-    """PIT at 24 frames a second misses the one impact of the paper's first case, which is wrong."""
+def test_repr_of_a_score_shows_grade_counts_and_reason() -> None:
+    """PIT at 24 Hz misses the impact of `paper/missed`: the text has grade, counts, error ratio and verdict."""
     (entry,) = find_scenes(["paper/missed"])
     observed = carom.solve_pit(entry.scene)
     score = carom.compare(carom.solve_pic(entry.scene), observed, sampling=observed)
@@ -146,8 +146,8 @@ def test_a_score_says_the_grade_the_counts_and_why() -> None:
     assert f"  {score.findings[0].verdict.value} ({score.findings[0].reason})" in repr(score)
 
 
-def test_results_count_what_became_of_each_method() -> None:
-    """Every row is counted by its method and its grade."""
+def test_repr_of_results_counts_grades_by_method() -> None:
+    """The text has, for each method, the number of runs with each grade."""
     results = cross_checked(find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24])
     lines = repr(results).splitlines()
     assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
@@ -158,8 +158,8 @@ def test_results_count_what_became_of_each_method() -> None:
             assert f"{grades.count(grade)} {grade.name.lower()}" in line
 
 
-def test_a_certified_trace_shows_proven_digits_only() -> None:
-    """The impact at 1/3 s is shown with as many threes as requested, and the end that was reached is shown."""
+def test_repr_of_a_certified_trace_shows_its_digits() -> None:
+    """An impact at 1/3 s is shown with the 30 digits requested, and with the time up to which it is certified."""
     thirds = staged("thirds", disc_at(0.0, 0.0, 3.0, 0.0), disc_at(2.0, 0.0), duration_s=1.0)
     text = repr(carom.certify(thirds, digits=30))
     assert text.startswith("CertifiedTrace of 'thirds': 1 impact, 30 digits requested\n")
@@ -168,14 +168,17 @@ def test_a_certified_trace_shows_proven_digits_only() -> None:
     assert "  0.33333" in repr(carom.certify(thirds))
 
 
-def test_what_does_not_print_is_escaped_and_a_long_line_cut() -> None:
-    """No control character and no change of direction reaches a terminal; a cut is seen as one."""
+def test_text_for_terminals_is_escaped_and_cut() -> None:
+    """Control characters and direction overrides are escaped, and a line that is cut ends in an ellipsis."""
     assert format_printable(f"a\x1b{RIGHT_TO_LEFT}b", 40) == r"a\x1b\u202eb"
     assert format_printable("x" * 50, 10) == f"{'x' * 9}…"
 
 
-def test_exact_says_to_the_rounding_of_which_floats() -> None:
-    """The grade of a run that declares 32-bit floats is shown as exact in 32 bits everywhere."""
+def test_exact_grade_shows_32_bit_floats() -> None:
+    r"""A run that declares 32-bit floats is shown as "exact (float32)" in scores, results and notebooks.
+
+    A run without a score is shown as not scored.
+    """
     reference = carom.solve_pic(scene())
     score = carom.compare(reference, replace(reference, float_bits=32))
     results = cross_checked([scene()], ["pic"], profiles=["tuned"], dts=[1 / 24])

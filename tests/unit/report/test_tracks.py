@@ -35,8 +35,8 @@ def gap_of(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
 
 
 @each("one_in", release_after(1, [9, 1]))
-def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
-    """At each impact of the reference a disc touches what it strikes, to 1e-9 of the extent, played and drawn."""
+def test_bodies_touch_at_every_impact(one_in: int) -> None:
+    """At each impact of the reference the bodies touch within 1e-9 of the extent, in replays and pictures."""
     scenes = [entry.scene for entry in all_scenes().values()][::one_in]
     for scene in scenes:
         trace = sure(solve_reference(scene)) if len(scene.discs) > 16 else solve_pic(scene, max_impacts=100)
@@ -51,8 +51,8 @@ def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
 
 
 @each("name", release_after(1, ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"]))
-def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
-    """A track passes every state that was kept, to `SHARPNESS` of the extent, and holds no more knots than states."""
+def test_track_passes_every_sampled_position(name: str) -> None:
+    """A track passes every sample within `SHARPNESS` of the extent and has few more knots than samples."""
     scene = all_scenes()[name].scene
     results = cross_checked([scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
     trace = sure(results.rows[0].trace)
@@ -64,8 +64,8 @@ def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
         assert len(track.time_s) <= len(times) + len(trace.impacts) + 2
 
 
-def test_a_track_flies_a_parabola_between_its_knots() -> None:
-    """Halfway through a fall of one second the disc has fallen a quarter of the way, whatever the knots say."""
+def test_track_is_a_parabola_between_its_knots() -> None:
+    """Halfway through a fall of 1 s the disc has fallen a quarter of the way."""
     scene = carom.Scene(
         name="fall", duration_s=1.0, gravity_m_s2=(0.0, -8.0), discs=[carom.Disc(position_m=(0.0, 0.0), radius_m=0.5)]
     )
@@ -76,8 +76,8 @@ def test_a_track_flies_a_parabola_between_its_knots() -> None:
 # How discs turn: angles worked out by hand from spins -----------------------------------------------------------------
 
 
-def test_a_disc_turns_by_its_spin_from_impact_to_impact() -> None:
-    """At 6 rad/s to the impact, then at 4: and the disc that was struck at -2, from rest."""
+def test_disc_turns_by_its_spin_between_impacts() -> None:
+    """A disc turns at 6 rad/s up to the impact and at 4 after it; the struck disc turns at -2 rad/s, from rest."""
     entry = all_scenes()["spin/english-stick"]
     trace, hit_s, end_s = solve_pic(entry.scene), entry.known.impacts[0].time_s, entry.scene.duration_s
     first, second = compute_turnings(trace)
@@ -88,16 +88,16 @@ def test_a_disc_turns_by_its_spin_from_impact_to_impact() -> None:
     assert build_observed_paths(trace).turned[0].angle_at(0.25) == pytest.approx(1.5)
 
 
-def test_nothing_turns_without_spins() -> None:
-    """A scene without friction and spin has no marks: neither in a replay nor in a picture."""
+def test_scene_without_spins_has_no_angles() -> None:
+    """Without friction and spin there are no angles, neither in a picture nor in a replay."""
     trace = solve_pic(all_scenes()["paper/late"].scene)
     assert compute_turnings(trace) == ()
     data = build_replay_data(trace, [(trace, compare(trace, trace), {})])
     assert data["turned"] == data["runs"][0]["turned"] == []
 
 
-def test_a_disc_whose_spin_is_no_number_turns_no_further() -> None:
-    """An engine's NaN must not reach the page, which has no number for it."""
+def test_disc_with_a_spin_of_nan_stops_turning() -> None:
+    """After an impact with a spin of NaN the angle stays the same, so that no NaN reaches the page."""
     trace = solve_pic(all_scenes()["spin/english-stick"].scene)
     spins = sure(trace.spins).copy()
     spins["first_after"] = math.nan
@@ -106,8 +106,8 @@ def test_a_disc_whose_spin_is_no_number_turns_no_further() -> None:
     assert first.angle_rad[1] == first.angle_rad[2] > 2.0
 
 
-def test_the_replay_says_how_wrong_a_spin_is_and_why() -> None:
-    """An impact with right velocities and a wrong spin has the spin's error and its cause."""
+def test_replay_shows_error_and_cause_of_a_wrong_spin() -> None:
+    """An impact with right velocities and a wrong spin has the spin's error and "the method itself" as the cause."""
     trace = solve_pic(all_scenes()["spin/grip"].scene)
     spins = sure(trace.spins).copy()
     spins["first_after"] = -1.0

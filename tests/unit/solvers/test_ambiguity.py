@@ -42,8 +42,8 @@ def find_ambiguous(blows: list[Blow]) -> list[bool]:
     return list(map(bool, core_functions.ambiguous(blows)))
 
 
-def test_impacts_at_different_instants_are_unique() -> None:
-    """A disc may collide any number of times, one impact after the other."""
+def test_impacts_at_different_times_are_not_ambiguous() -> None:
+    """Impacts of one disc at five different times are not ambiguous."""
     assert find_ambiguous([Blow(float(k), 0.0, 1.0, 0.0) for k in range(5)]) == [False] * 5
 
 
@@ -56,14 +56,16 @@ def test_impacts_at_different_instants_are_unique() -> None:
         pytest.param([(math.nan, math.nan), (0.0, 1.0)], [1], id="friction has no direction"),
     ],
 )
-def test_simultaneous_impacts_of_a_disc_are_ambiguous(normals: list[tuple[float, float]], ambiguous: list[int]) -> None:
-    """Those impacts are ambiguous whose result an earlier one of the same instant changes."""
+def test_simultaneous_impacts_that_interfere_are_ambiguous(
+    normals: list[tuple[float, float]], ambiguous: list[int]
+) -> None:
+    """An impact is ambiguous if an earlier one of the same instant changes its result."""
     found = find_ambiguous([Blow(1.0, 0.0, *normal) for normal in normals])
     assert [k for k, is_ambiguous in enumerate(found) if is_ambiguous] == ambiguous
 
 
-def test_instants_within_their_resolution_are_one() -> None:
-    """Impacts apart by no more than both resolutions share an instant; further apart they do not."""
+def test_impacts_within_their_time_resolution_are_ambiguous() -> None:
+    """Two impacts are simultaneous if they are no further apart than the sum of their resolutions."""
     for gap, ambiguous in ((0.375, True), (0.5, False)):
         blows = [Blow(1.0, 0.25, 1.0, 0.0), Blow(1.0 + gap, 0.125, 0.6, 0.8)]
         assert find_ambiguous(blows) == [False, ambiguous]
@@ -74,8 +76,8 @@ blow = st.tuples(st.integers(0, 3), st.sampled_from([0.0, 0.5, 1.0, 4.0, math.in
 
 
 @given(st.lists(blow, max_size=12))
-def test_two_earlier_impacts_are_enough(drawn: list[tuple[int, float, tuple[float, float]]]) -> None:
-    """The core keeps two impacts of a disc, and finds what comparing with all of them finds."""
+def test_two_stored_impacts_suffice_to_find_ambiguity(drawn: list[tuple[int, float, tuple[float, float]]]) -> None:
+    """The core stores two impacts of a disc and finds the same ambiguities as a comparison with all of them."""
     time_s, blows = 0, list[Blow]()
     for later, resolution_s, normal in drawn:
         time_s += later
@@ -83,8 +85,11 @@ def test_two_earlier_impacts_are_enough(drawn: list[tuple[int, float, tuple[floa
     assert find_ambiguous(blows) == compare_with_all(blows)
 
 
-def test_two_earlier_impacts_are_enough_for_long_sequences() -> None:
-    """The same holds for 400 sequences of twelve; a rule that keeps the two latest impacts fails in a tenth of them."""
+def test_two_stored_impacts_suffice_for_long_sequences() -> None:
+    r"""For 400 sequences of twelve impacts the core finds the ambiguities of a comparison with all of them.
+
+    A rule that stores the two latest impacts fails in a tenth of them.
+    """
     for seed in range(400):
         rng, time_s, blows = random.Random(seed), 0.0, list[Blow]()
         for _ in range(12):
@@ -93,16 +98,20 @@ def test_two_earlier_impacts_are_enough_for_long_sequences() -> None:
         assert find_ambiguous(blows) == compare_with_all(blows), seed
 
 
-def test_impacts_that_share_only_an_immovable_disc_are_unique() -> None:
-    """Two discs that hit an immovable one at one instant do not influence each other."""
+def test_impacts_sharing_only_an_immovable_disc_are_unambiguous() -> None:
+    """Two discs that hit an immovable one at the same time are not ambiguous."""
     discs = [disc_at(-3.0, 0, 1.0, 0.0, r=1), disc_at(0.0, 0, r=1, m=math.inf), disc_at(1.8, 2.4, -0.6, -0.8, r=1)]
     trace = solve_pic(staged("hub", *discs, wall_at(0, -50, 0, 1), duration_s=2))
     assert len(trace.impacts) == 2
     assert trace.ambiguous == ()
 
 
-def test_the_limit_of_impacts_at_one_instant_permits_whatever_ends() -> None:
-    """Equal discs in a line have n(n-1)/2 at one instant; masses 1:100 and 1:10,000 at a wall 31 and 314 (Galperin)."""
+def test_standstill_limit_allows_all_finite_sequences() -> None:
+    r"""The limit of impacts at one instant is at least n (n - 1)/2 for n bodies, and 314 for three.
+
+    Equal discs in a line have n (n - 1)/2 impacts at one instant; masses 1:10,000 at a wall have 314 (Galperin).
+    The limit is at most 100 n^2 and n^2/2 + 10,000,000.
+    """
     assert compute_standstill_limit(3) >= 314
     for bodies in (2, 3, 10, 316, 317, 1000, 10_000, 1_000_000):
         allowed = compute_standstill_limit(bodies)
@@ -127,30 +136,32 @@ speeds = st.one_of(st.just(0.0), st.floats(-1e100, 1e100), st.floats(1e-30, 1e-1
 
 
 @given(sizes, sizes, speeds, speeds, speeds, st.floats(0, 1e12))
-def test_resolutions_of_the_core(size: float, reach: float, ux: float, uy: float, w: float, time: float) -> None:
-    """They have the bits of their definitions, which the core computes with fewer roots."""
+def test_core_resolutions_equal_their_definitions_to_the_bit(
+    size: float, reach: float, ux: float, uy: float, w: float, time: float
+) -> None:
+    """The core's pair, wall and clock resolutions have the bits of their definitions."""
     error, fast = gap_resolution(size), math.sqrt(ux * ux + uy * uy)
     graze = reach * math.sqrt(2.0 * (error / reach)) / fast if fast > 0.0 else math.inf
     wall = error / w if w > 0.0 else math.inf
     assert core_functions.resolutions(size, reach, ux, uy, w, time) == (min(wall, graze), wall, clock_resolution(time))
 
 
-def test_a_head_on_impact_is_known_to_the_rounding_of_places_over_the_speed() -> None:
-    """At 2 m/s, with sizes of 8 m in all, five units in the last place of these are half as many seconds."""
+def test_resolution_of_a_head_on_impact_is_rounding_over_speed() -> None:
+    """A head-on impact at 2 m/s with sizes of 8 m has a resolution of 5 ulp of 8 m divided by 2 m/s."""
     assert size_of(-2.0, 1.0, 1.0) == 4.0
     assert pair_resolution(8.0, 2.0, 2.0, 0.0, 2.0) == 5 * 8 * 2.0**-52 / 2
     assert wall_resolution(8.0, 2.0) == 5 * 8 * 2.0**-52 / 2
 
 
-def test_a_graze_is_known_to_half_the_width_of_its_overlap() -> None:
-    """With no speed along the normal, an overlap of depth h lasts for 2 sqrt(2 R h) / u, whatever R and u."""
+def test_resolution_of_a_graze_is_half_its_overlap_time() -> None:
+    """A graze of depth h has a resolution of sqrt(2 R h) / u, half the time of its overlap, for any R and u."""
     for reach, speed in ((2.0, 3.0), (2.0**-300, 2.0**300), (2.0**300, 2.0**-300)):
         h = 5 * 2.0**-52 * (4 * reach)
         expected = math.sqrt(2.0) * math.sqrt(h / reach) * (reach / speed)
         assert pair_resolution(4 * reach, reach, 0.0, speed, 0.0) == pytest.approx(expected, rel=1e-15)
 
 
-def test_what_does_not_approach_is_known_to_no_time() -> None:
-    """An impact without any relative speed, and one on a wall without approach, may have been at any time."""
+def test_resolution_without_approach_is_infinite() -> None:
+    """An impact without relative speed, or on a wall without approach, has an infinite time resolution."""
     assert pair_resolution(1.0, 1.0, 0.0, 0.0, 0.0) == math.inf
     assert wall_resolution(1.0, 0.0) == math.inf

@@ -32,8 +32,8 @@ def sliding(**fields: float) -> Scene:
     return staged("slide", disc_at(0.0, 0.5, 3.0), FLOOR, **fields)
 
 
-def test_a_trace_tells_each_mode_with_its_instant_and_its_motion() -> None:
-    """Slide and roll: when, from what to what, on which wall, where, how fast, and how that changes."""
+def test_trace_records_slide_and_roll_with_their_motion() -> None:
+    """A trace records each contact mode with time, wall, position, velocity, spin and rates of change."""
     modes = sure(solve_pic(sliding()).modes)
     slide, roll = modes
     assert (slide["time_s"], slide["before"], slide["after"]) == (0.0, Mode.FLIGHT, Mode.SLIDE)
@@ -44,8 +44,8 @@ def test_a_trace_tells_each_mode_with_its_instant_and_its_motion() -> None:
     assert (roll["acceleration"].tolist(), roll["spin_rate"]) == ([0.0, 0.0], 0.0)
 
 
-def test_flights_and_tracks_lead_through_contact() -> None:
-    """What a trace's flights, and the tracks that are drawn of them, say of any time is where the run is then."""
+def test_flights_and_tracks_follow_a_disc_in_contact() -> None:
+    """Flights, tracks and turning angles of a trace match the run's states while a disc slides and rolls."""
     scene, times = sliding(), [0.1, 0.4, 0.5, 0.9, 1.7]
     trace = solve_pic(scene, sample_times_s=times)
     (track,) = build_reference_tracks(trace)
@@ -61,8 +61,8 @@ def test_flights_and_tracks_lead_through_contact() -> None:
     assert turning.angle_at(2.0) == pytest.approx(-7.0, abs=1e-12)
 
 
-def test_what_is_struck_from_below_its_middle_leaves_the_floor() -> None:
-    """A small disc that rolls under a large one on the same floor lifts it, and is driven into the floor: ambiguous."""
+def test_disc_struck_from_below_its_centre_leaves_the_floor() -> None:
+    """A small disc that rolls under a large one lifts it off the floor; its own floor impact is ambiguous."""
     scene = staged("under", disc_at(0.0, 0.25, 4.0, r=0.25), disc_at(3.0, 0.5), FLOOR, duration_s=0.75, **DOWN)
     trace = solve_pic(scene)
     assert modes_of(trace, 1) == [Mode.REST, Mode.FLIGHT]
@@ -71,8 +71,8 @@ def test_what_is_struck_from_below_its_middle_leaves_the_floor() -> None:
     assert trace.ambiguous == (1,)
 
 
-def test_a_disc_that_rolls_against_a_side_wall_leaves_it_and_keeps_to_the_floor() -> None:
-    """Without friction on the side wall, which is square to the floor, its bounce is no reason to leave the floor."""
+def test_disc_bounces_off_a_side_wall_and_stays_on_the_floor() -> None:
+    """A bounce off a frictionless side wall, perpendicular to the floor, does not end contact with the floor."""
     scene = staged("side", disc_at(0.0, 0.5, 2.0), FLOOR, wall_at(2.0, 0.0, -1.0, 0.0), duration_s=2.0, **DOWN)
     trace = solve_pic(scene)
     assert modes_of(trace) == [Mode.SLIDE]
@@ -80,8 +80,8 @@ def test_a_disc_that_rolls_against_a_side_wall_leaves_it_and_keeps_to_the_floor(
     assert trace.final_velocity_m_s.tolist() == [[-2.0, 0.0]]
 
 
-def test_two_discs_that_rest_on_one_slope_side_by_side_press_each_other_by_name() -> None:
-    """The lower one rests by friction that the upper has not: they stay in touch, which is not solved."""
+def test_discs_pressed_together_on_a_slope_end_the_run() -> None:
+    """Two discs that stay in contact on a slope end the run with PRESSED and a note."""
     nx, ny = 0.6, 0.8
     low = disc_at(0.5 * nx + ny, 0.5 * ny - nx, inertia_factor=0.5)
     high = disc_at(0.5 * nx, 0.5 * ny, inertia_factor=0.25)
@@ -90,8 +90,8 @@ def test_two_discs_that_rest_on_one_slope_side_by_side_press_each_other_by_name(
     assert "stays in touch with disc" in trace.notes[0]
 
 
-def test_a_disc_between_floor_and_side_wall_ends_by_name() -> None:
-    """Spun so that it climbs neither, it is held by both: contact in a corner is not solved."""
+def test_disc_wedged_between_floor_and_side_wall_ends_the_run() -> None:
+    """A spinning disc held by floor and side wall ends the run at 0 s with CORNER and a note on both walls."""
     walls = (FLOOR, wall_at(0.0, 0.0, 1.0, 0.0))
     trace = solve_pic(
         staged("corner", disc_at(0.5, 0.5, spin_rad_s=20.0), *walls, wall_friction=0.25, duration_s=1.0, **DOWN)
@@ -100,28 +100,31 @@ def test_a_disc_between_floor_and_side_wall_ends_by_name() -> None:
     assert trace.notes == ("disc 0 is wedged between wall 0 and wall 1",)
 
 
-def test_what_rests_is_no_end_for_the_others() -> None:
-    """One disc lies on the floor from the start; another bounces for the whole of the scene."""
+def test_resting_disc_does_not_end_the_run_of_others() -> None:
+    """One disc rests on the floor from the start while another bounces seven times until the scene's end."""
     trace = solve_pic(staged("two", disc_at(0.0, 0.5), disc_at(5.0, 3.0), FLOOR, duration_s=10.0, **DOWN))
     assert trace.outcome is Outcome.COMPLETED
     assert modes_of(trace) == [Mode.REST]
     assert len(trace.impacts) == 7
 
 
-def test_a_window_keeps_the_modes_within_it() -> None:
-    """As it does impacts."""
+def test_window_keeps_only_the_modes_within_it() -> None:
+    """A trace of the window from 0.25 s to 1 s has only the mode that begins at 0.5 s."""
     modes = sure(solve_pic(sliding(), window_s=(0.25, 1.0)).modes)
     assert modes["time_s"].tolist() == [0.5]
 
 
-def test_a_disc_balanced_on_an_immovable_one_ends_at_rest() -> None:
-    """On a round top there is no straight wall to be in contact with."""
+def test_disc_balanced_on_an_immovable_disc_ends_at_rest() -> None:
+    r"""A disc balanced on top of an immovable one ends the run with AT_REST.
+
+    Contact is followed on straight walls only.
+    """
     trace = solve_pic(staged("top", disc_at(0.0, 0.0, m=math.inf), disc_at(0.0, 1.0), duration_s=1.0, **DOWN))
     assert trace.outcome is Outcome.AT_REST
 
 
-def test_a_bound_of_when_two_meet_changes_nothing() -> None:
-    """Discs that bounce, land, roll and strike each other have the impacts and modes of a run that solves each pair."""
+def test_event_loop_with_contact_matches_all_pairs_to_the_bit() -> None:
+    """Discs that bounce, roll and collide have the impacts and modes of a run that computes all pairs."""
     discs = [disc_at(1.3 * k, 0.6 + 0.37 * k, 0.5 - 0.3 * k) for k in range(5)]
     rain = staged(
         "rain", *discs, FLOOR, restitution=0.9, wall_restitution=0.5, wall_friction=0.1, duration_s=6.0, **DOWN
@@ -142,8 +145,8 @@ def over_an_edge(speed: float, *points: tuple[float, float], **fields: float) ->
 
 
 @each("speed, flies", [(3.0, True), (math.sqrt(5.0), True), (2.2, False)])
-def test_a_disc_flies_off_an_edge_where_its_weight_holds_it_to_no_circle(speed: float, flies: bool) -> None:
-    """From u^2 = P R on, here 5; slower, the run ends by name at that instant, at the end of the edge."""
+def test_rolling_disc_flies_off_an_edge_if_fast_enough(speed: float, flies: bool) -> None:
+    """A rolling disc flies off the end of an edge if u^2 >= g R, here 5; a slower one ends the run with EDGE."""
     trace = over_an_edge(speed, (1.0, 0.0))
     if flies:
         assert trace.outcome is Outcome.COMPLETED
@@ -157,8 +160,8 @@ def test_a_disc_flies_off_an_edge_where_its_weight_holds_it_to_no_circle(speed: 
 
 
 @pytest.mark.long
-def test_a_floor_that_bends_up_or_down_smoothly_ends_where_the_arc_begins() -> None:
-    """However it is rounded, the disc reaches the end of an edge there, and no two walls hold it."""
+def test_run_ends_where_a_floor_bends_into_an_arc() -> None:
+    """A disc that slides to the point where a floor bends into an arc, up or down, ends the run there with EDGE."""
     for number in range(60):
         rnd = random.Random(number)
         x, y, length, radius, speed, part = (rnd.uniform(0.5, 3) for _ in range(6))
@@ -170,15 +173,15 @@ def test_a_floor_that_bends_up_or_down_smoothly_ends_where_the_arc_begins() -> N
         assert trace.end_time_s == pytest.approx((length - 0.1) / speed)
 
 
-def test_an_edge_in_pieces_is_one() -> None:
-    """A disc rolls over joints at which the wall goes straight on as if there were none."""
+def test_rolling_over_collinear_joints_changes_no_bit() -> None:
+    """A disc rolls over joints of collinear edges with the same bits as over a single edge."""
     whole, pieces = over_an_edge(3.0, (1.0, 0.0)), over_an_edge(3.0, (-2.0, 0.0), (0.25, 0.0), (1.0, 0.0))
     assert pieces.final_position_m.tobytes() == whole.final_position_m.tobytes()
     assert sure(pieces.modes).tobytes() == sure(whole.modes).tobytes()
 
 
-def test_a_disc_in_contact_meets_what_rises_from_the_same_wall() -> None:
-    """Where the line turns up the disc strikes the slope as it strikes any wall, and goes on up it."""
+def test_rolling_disc_hits_a_rising_edge_of_the_same_wall() -> None:
+    """A rolling disc has one impact where its wall turns upwards, and goes on rolling up the slope."""
     trace = over_an_edge(3.0, (1.0, 0.0), (4.0, 3.0))
     assert len(trace.impacts) == 1
     foot = 1.0 - 0.5 * math.tan(math.pi / 8)  # the rim touches both there
@@ -186,8 +189,8 @@ def test_a_disc_in_contact_meets_what_rises_from_the_same_wall() -> None:
     assert modes_of(trace)[:3] == [Mode.ROLL, Mode.FLIGHT, Mode.ROLL]
 
 
-def test_a_disc_that_flies_over_a_bend_lands_below_it() -> None:
-    """Rolling onto a slope that falls off it flies at first, and lands where the parabola meets the slope."""
+def test_disc_flies_over_a_bend_and_lands_on_the_slope() -> None:
+    """A disc that rolls onto a falling slope flies at first and lands where its parabola meets the slope."""
     trace = over_an_edge(3.0, (1.0, 0.0), (9.0, -6.0), wall_friction=0.0)
     (impact,) = trace.impacts
     # Rims are R off the slope: with (4, -3)/5 along it and (3, 4)/5 its normal, from the joint on.
@@ -196,19 +199,18 @@ def test_a_disc_that_flies_over_a_bend_lands_below_it() -> None:
     assert impact["time_s"] == pytest.approx(1 / 3 + lasts)
 
 
-def test_a_slow_disc_on_a_hill_s_edge_turns_back_before_it() -> None:
-    """Whether a mode ends before the edge is reached is for the clock: one that stops short stays."""
+def test_slow_disc_comes_to_rest_before_the_end_of_an_edge() -> None:
+    """A disc slowed by rolling resistance rests at 0.15 m; the end of the edge at 0.3 m has no effect."""
     trace = over_an_edge(1.0, (0.3, 0.0), wall_rolling_resistance=0.5, duration_s=3.0)
     assert trace.outcome is Outcome.COMPLETED
     assert modes_of(trace) == [Mode.ROLL, Mode.REST]
     assert trace.final_position_m[0, 0] == pytest.approx(1.5 / (2 * 0.5 * 10.0))
 
 
-def test_a_landing_keeps_the_angular_momentum_about_the_floor() -> None:
-    """What friction takes of a slip it takes from the disc and from its rim, in a landing as in each bounce of it.
+def test_landing_conserves_angular_momentum_about_the_floor() -> None:
+    r"""From a first touch at 1e-9 to 2e-8 m/s until rolling, v - k R w of a disc is constant to 4e-14.
 
-    So v - k R w stays, up to what resistance takes, from a first touch at 1e-9 to 2e-8 m/s to rolling: the slip is left
-    by the bounces, or taken by them.
+    Friction removes slip from the disc and from its rim in the same ratio, in each bounce and in the landing.
     """
     for resistance, ratio, w, e, spin in itertools.product(
         (0.0, 1e-15), (0.5, 1.0), (1e-9, 2e-8), (0.1, 0.5, 0.999999), (0.5, -1.0 + 1e-10, -1.0 + 1e-7, -3.0)

@@ -35,8 +35,8 @@ def box(**more: float) -> Scene:
 
 
 @given(SCENES, RATES)
-def test_a_damped_run_is_the_undamped_one_in_another_time(scene: Scene, rate: float) -> None:
-    """PIC with damping has the impacts of PIC without, up to as far as discs get, later and slowed by the law."""
+def test_damped_run_is_the_undamped_run_at_later_times(scene: Scene, rate: float) -> None:
+    """A damped PIC run has the undamped run's impacts, at later times and with smaller velocities, to 1e-14."""
     damped = scene.model_copy(update={"damping_per_s": rate})
     end = -math.expm1(-rate * scene.duration_s) / rate
     plain, trace = solve_pic(scene, until_s=end), solve_pic(damped)
@@ -51,8 +51,8 @@ def test_a_damped_run_is_the_undamped_one_in_another_time(scene: Scene, rate: fl
 
 
 @given(SCENES, RATES)
-def test_between_impacts_discs_move_by_the_law(scene: Scene, rate: float) -> None:
-    """From impact to impact a disc's velocity falls as exp(-c t), and its own flights lead to where it ends."""
+def test_velocities_decay_exponentially_between_impacts(scene: Scene, rate: float) -> None:
+    """Between impacts a disc's velocity decays as exp(-c t), and its flights lead to its final position."""
     trace = solve_pic(scene.model_copy(update={"damping_per_s": rate}))
     if trace.outcome is not Outcome.COMPLETED:
         return
@@ -68,8 +68,8 @@ def test_between_impacts_discs_move_by_the_law(scene: Scene, rate: float) -> Non
         assert found == pytest.approx(expected, rel=1e-11, abs=1e-13)
 
 
-def test_spins_fall_as_velocities_do() -> None:
-    """A disc that meets nothing ends with exp(-c T) of velocity and spin, by PIC and by PIT."""
+def test_spin_decays_like_velocity() -> None:
+    """A free disc ends with exp(-c T) of its velocity and spin, in PIC and in PIT."""
     scene = staged(
         "alone",
         Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=1, spin_rad_s=3),
@@ -82,8 +82,8 @@ def test_spins_fall_as_velocities_do() -> None:
         assert trace.final_position_m[0].tolist() == pytest.approx([2 * (1 - math.exp(-1.4)) / 0.7, 0.0], rel=1e-15)
 
 
-def test_pit_reports_the_instants_of_its_frames() -> None:
-    """An impact of PIT is at a frame, to the bit, and is late by less than one where nothing went before."""
+def test_damped_pit_reports_exact_frame_times() -> None:
+    """Every impact of PIT with damping is exactly at a frame; the first is less than one frame late."""
     scene = box(damping_per_s=0.4)
     first, found = solve_pic(scene).impacts[0], solve_pit(scene, frame_rate_hz=60.0).impacts
     assert set(found["time_s"].tolist()) <= {k / 60.0 for k in range(181)}
@@ -91,8 +91,8 @@ def test_pit_reports_the_instants_of_its_frames() -> None:
 
 
 @each("frames", [240, 960, 3840])
-def test_pit_comes_to_pic_as_frames_come_closer(frames: int) -> None:
-    """Velocities of one impact are off by at most a frame's effect of damping and turning."""
+def test_damped_pit_converges_to_pic(frames: int) -> None:
+    """The velocity error of PIT with damping is at most 17.6 m/s divided by the frames per second."""
     pair = [disc_at(-2, 0, 3, 0), disc_at(2, 0.3, -1, 0)]
     scene = staged("pair", *pair, duration_s=2.0, damping_per_s=0.4)
     truth, found = solve_pic(scene).impacts, solve_pit(scene, frame_rate_hz=frames).impacts
@@ -102,8 +102,8 @@ def test_pit_comes_to_pic_as_frames_come_closer(frames: int) -> None:
     assert np.abs(found["velocity_first_after"] - truth["velocity_first_after"]).max() <= most
 
 
-def test_a_scene_without_damping_keeps_its_bits_and_its_file() -> None:
-    """At 0 the field is in no file, the scene is equal to one without, and no bit of a run changes."""
+def test_zero_damping_changes_neither_bits_nor_scene_file() -> None:
+    """A damping of 0 is not saved, makes an equal scene, and changes no bit of a run."""
     scene, named = box(), box(damping_per_s=0.0)
     assert scene == named
     assert "damping_per_s" not in named.model_dump()
@@ -114,8 +114,11 @@ def test_a_scene_without_damping_keeps_its_bits_and_its_file() -> None:
     assert solve_pit(scene).counts["frames_looked_at"] < 181  # so it is the compiled form
 
 
-def test_samples_windows_and_numbers_of_impacts_are_those_of_the_clock() -> None:
-    """What is asked for by time is found at that time, to the last bit of it, and counts are the whole run's."""
+def test_samples_windows_and_limits_use_scene_time() -> None:
+    r"""Samples, windows and end times of a damped run are at the requested scene times, to the bit.
+
+    Counts of impacts are those of the whole run.
+    """
     scene = box(damping_per_s=0.4)
     whole = solve_pic(scene, sample_times_s=[0.5, 1.5])
     times = whole.impacts["time_s"].tolist()
@@ -132,24 +135,24 @@ def test_samples_windows_and_numbers_of_impacts_are_those_of_the_clock() -> None
     assert solve_pic(scene, until_s=times[2]).impacts.tobytes() == whole.impacts[:3].tobytes()
 
 
-def test_progress_is_told_in_time_of_the_clock() -> None:
-    """The last that a caller hears of time is no later than the scene's end, and beyond what undamped time reaches."""
+def test_progress_of_a_damped_run_is_within_the_scene() -> None:
+    """A damped run reports progress, at times no later than the scene's end."""
     heard = list[float]()
     solve_pic(box(damping_per_s=2.0, duration_s=50.0), progress=lambda _, time_s: heard.append(time_s))
     assert heard
     assert max(heard) <= 50.0
 
 
-def test_a_run_without_end_ends_where_discs_come_to_rest() -> None:
-    """Taken to the end of time, a damped disc has gone v/c."""
+def test_damped_run_to_infinity_ends_at_the_rest_position() -> None:
+    """A disc at 3 m/s with a damping of 0.5 per second, advanced to infinity, stops after v/c = 6 m."""
     scene = staged("alone", disc_at(0, 0, 3, 0), duration_s=1.0, damping_per_s=0.5)
     run = start_pic_run(scene)
     assert run.advance_to(math.inf) is Outcome.COMPLETED
     assert run.positions()[0, 0] == pytest.approx(6.0, rel=1e-15)
 
 
-def test_a_copy_keeps_its_damping() -> None:
-    """Copies, and what a scene is saved as, have the rate."""
+def test_copied_and_saved_scenes_keep_their_damping() -> None:
+    """A deep copy and a reloaded dump of a scene keep the damping; only a damped scene needs damping support."""
     scene = box(damping_per_s=0.4)
     assert copy.deepcopy(scene) == scene == Scene(**scene.model_dump())
     assert Need.DAMPING in scene.needs
@@ -157,14 +160,14 @@ def test_a_copy_keeps_its_damping() -> None:
 
 
 @each("rate", [-0.1, math.nan, math.inf, "1"])
-def test_a_rate_that_is_none_is_refused(rate: float) -> None:
-    """A rate of damping is a finite number, 0 or more."""
+def test_invalid_damping_rate_is_refused(rate: float) -> None:
+    """A damping rate that is negative, not finite or a string raises a SceneError."""
     with pytest.raises(SceneError, match="damping_per_s"):
         box(damping_per_s=rate)
 
 
-def test_what_damping_does_not_go_with_is_refused() -> None:
-    """Gravity, the contact time of the TC model and the kernel by itself say that there is none."""
+def test_damping_is_refused_with_gravity_tc_model_and_bare_kernel() -> None:
+    """Damping with gravity, with a contact time (TC model) or in EventDrivenRun raises an error."""
     with pytest.raises(SceneError, match=r"must be 0 in a scene with gravity, got 0\.4"):
         staged("falls", disc_at(0, 0, 0, 0), duration_s=1.0, damping_per_s=0.4, gravity_m_s2=(0.0, -9.81))
     scene = box(damping_per_s=0.4)
@@ -174,8 +177,8 @@ def test_what_damping_does_not_go_with_is_refused() -> None:
         EventDrivenRun(scene)
 
 
-def test_an_adapter_that_does_not_declare_damping_is_skipped_by_name() -> None:
-    """The reason names damping; with it declared there is none."""
+def test_adapter_without_damping_support_is_skipped_with_a_reason() -> None:
+    """The reason to skip an adapter names damping unless the adapter declares support for it."""
     able = Capabilities(restitution=(0.0, 1.0), friction=(0.0, sys.float_info.max), spin=True, damping=True)
     scene = box(damping_per_s=0.4)
     assert unsupported_reason(scene, able, 0.01) == ""

@@ -26,16 +26,14 @@ _HOP_M_S = math.sqrt(2 * 5 * 2.0**-52 * 1001.0)
 
 
 @each("part, rests, impacts", [(0.9, True, 0), (1.1, False, 1)])
-def test_a_disc_rests_if_its_hop_would_be_lower_than_its_gap_is_known_to(
-    part: float, rests: bool, impacts: int
-) -> None:
-    """A tenth slower than that speed it rests, a tenth faster it bounces."""
+def test_disc_rests_if_its_hop_is_below_the_accuracy_of_its_gap(part: float, rests: bool, impacts: int) -> None:
+    """A disc on a floor rests at 0.9 times the speed of a hop as high as its gap's accuracy, and bounces at 1.1."""
     trace = solve_pic(touching_the_floor(part * _HOP_M_S))
     assert (trace.modes is not None, len(trace.impacts)) == (rests, impacts)
 
 
-def test_many_bounces_on_an_immovable_disc_take_the_place_no_further_off_than_one() -> None:
-    """Balanced on its top, an elastic disc comes back to the rim each time, in 300 bounces as in one."""
+def test_300_bounces_on_an_immovable_disc_do_not_drift() -> None:
+    """A disc that bounces on top of an immovable one is at the contact distance within 4 ulp at 300 impacts."""
     discs = [Disc(position_m=(0.1, 0.1), radius_m=0.3, mass_kg=math.inf), Disc(position_m=(0.1, 1.3), radius_m=0.2)]
     run = EventDrivenRun(Scene(name="top", duration_s=1e3, discs=discs, **GRAVITY))
     worst = 0.0
@@ -60,8 +58,8 @@ def gap_after_a_fall(x: float, wall: Chain | Disc, reach: Fraction, height: Frac
 
 
 @each("inside", [True, False])
-def test_a_disc_is_set_on_an_arc_of_five_hundred_kilometres_as_on_a_floor(inside: bool) -> None:
-    """At the impact the gap is that of rounded coordinates of a metre, not of the arc's radius."""
+def test_gap_at_impact_on_a_500_km_arc_is_that_on_a_floor(inside: bool) -> None:
+    """At an impact with an arc of radius 500 km the gap is below 2^-52 m, as on a floor."""
     bulge, thick = Fraction(1e-6), Fraction(3, 8)  # half width and the disc's radius
     points = [(-1, 0), (1, 0)] if inside else [(1, 0), (-1, 0)]  # the arc is on the right of its way
     arc = Chain(points_m=points, bulges=[float(bulge)], half_width_m=0.125)
@@ -70,8 +68,8 @@ def test_a_disc_is_set_on_an_arc_of_five_hundred_kilometres_as_on_a_floor(inside
     assert max(gap_after_a_fall(x, arc, *circle) for x in _PLACES) < Fraction(1, 2**52)
 
 
-def test_a_disc_is_set_on_an_immovable_one_of_a_thousand_kilometres_as_on_a_floor() -> None:
-    """At the impact the gap is that of rounded coordinates of a metre, not of the large disc's radius."""
+def test_gap_at_impact_on_a_1000_km_disc_is_that_on_a_floor() -> None:
+    """At an impact with an immovable disc of radius 1000 km the gap is below 2^-52 m, as on a floor."""
     size = 1e6 + 0.7
     large = Disc(position_m=(0, -size), radius_m=size, mass_kg=math.inf)
     reach = Fraction(size) + Fraction(1, 4)
@@ -80,8 +78,11 @@ def test_a_disc_is_set_on_an_immovable_one_of_a_thousand_kilometres_as_on_a_floo
 
 @each("bulge", [0.25, 1e-3, 1e-6, 1e-9])
 @each("inside", [True, False])
-def test_a_disc_comes_to_rest_on_an_arc_of_any_radius_when_it_does_on_a_floor(bulge: float, inside: bool) -> None:
-    """For a fall of half a second and e = 1/2 that is after 3/2 of a second; the last reported hop is short."""
+def test_disc_rests_on_an_arc_at_the_same_time_as_on_a_floor(bulge: float, inside: bool) -> None:
+    r"""A disc with e = 0.5 that falls for half a second rests after 1.5 s on an arc of any radius.
+
+    Only hops below the accuracy of the gap are left out.
+    """
     points = [(-1, 0), (1, 0)] if inside else [(1, 0), (-1, 0)]
     middle = -bulge if inside else bulge  # half the chord times the bulge is how far the arc's middle is from it
     disc = Disc(position_m=(0, middle + 1.25), radius_m=0.25)

@@ -36,8 +36,8 @@ def edges(trace: Trace) -> list[tuple[int, int]]:
     return [tuple(edge) for edge in sure(trace.edges).tolist()]
 
 
-def test_a_wall_without_thickness_lets_nothing_through() -> None:
-    """A disc of a millimetre at 1e6 m/s comes back from a line, from either side."""
+def test_fast_disc_does_not_tunnel_through_a_thin_wall() -> None:
+    """A disc of radius 1 mm at 1e6 m/s bounces off a wall without thickness, from either side."""
     line = Chain(points_m=[(0, -1), (0, 1)])
     for side in (-1.0, 1.0):
         disc = disc_at(side * 10, 0.1, -side * 1e6, r=1e-3)
@@ -47,8 +47,11 @@ def test_a_wall_without_thickness_lets_nothing_through() -> None:
         assert edges(trace) == [(0, FACE)]
 
 
-def test_a_disc_that_hops_over_the_end_of_its_edge_does_not_hit_the_edge_again() -> None:
-    """A disc that starts on an edge and lands beyond its end falls past the end, or onto what follows the edge."""
+def test_disc_that_hops_beyond_an_edge_does_not_hit_it_again() -> None:
+    r"""A disc that hops off an edge and past its end misses that edge and hits the next one, if there is one.
+
+    A slower hop lands on the edge again, after 2 s.
+    """
     hop = {"gravity_m_s2": (0.0, -0.25), "duration_s": 2.5}
     for speed, bodies in ((0.25, 0), (0.1, 1)):  # it would come back to the edge's line after two seconds
         trace = solve_pic(table(disc_at(1.75, 2.5, speed, 0.25, r=0.5), Chain(points_m=[(-2, 2), (2, 2)]), **hop))
@@ -62,8 +65,8 @@ def test_a_disc_that_hops_over_the_end_of_its_edge_does_not_hit_the_edge_again()
         assert edges(trace) == [(1, FACE)]
 
 
-def test_the_edge_of_a_merged_face_is_the_one_that_holds_the_foot() -> None:
-    """A floor in four pieces is one face; its impacts are on the piece below the disc, at a seam on the lower one."""
+def test_impact_on_a_merged_face_names_the_edge_below_the_disc() -> None:
+    """An impact on a floor of four collinear edges names the edge below the disc; at a seam, the lower number."""
     floor = Chain(points_m=[(0, 0), (1, 0), (2, 0), (3, 0), (4, 0)])
     for x, edge in ((0.5, 0), (1.0, 0), (2.5, 2), (3.75, 3)):
         scene = table(disc_at(x, 2, 0, -1), floor)
@@ -80,15 +83,13 @@ def test_the_edge_of_a_merged_face_is_the_one_that_holds_the_foot() -> None:
         pytest.param(Arc.vertex((0.0, 0.0), 0.0), 0.375, -0.0625, id="vertex"),
     ],
 )
-def test_how_long_a_disc_overlaps_what_it_closes_on_is_depth_over_speed(
-    feature: Face | Arc, x: float, since_s: float
-) -> None:
-    """Half a metre wide, head-on at 2 m/s: an eighth of a second for each quarter of a metre, in the past."""
+def test_overlap_began_depth_over_speed_ago(feature: Face | Arc, x: float, since_s: float) -> None:
+    """The overlap of a disc at 2 m/s with a face or a vertex began depth over speed ago."""
     assert in_core(feature).overlap_start(0, Mover.at((x, 0.0), (-2.0, 0.0), 0.5)) == since_s
 
 
-def test_impacts_at_one_instant_come_in_the_order_of_walls_and_features() -> None:
-    """Into a right-angled corner of one chain: the lower edge first."""
+def test_simultaneous_wall_impacts_are_ordered_by_edge() -> None:
+    """A disc that reaches both edges of a right-angled corner at 1.5 s hits the edge of lower number first."""
     corner = Chain(points_m=[(9, 0), (0, 0), (0, 9)])
     trace = solve_pic(table(disc_at(2, 2, -1, -1), corner))
     assert trace.impacts["time_s"].tolist() == [1.5, 1.5]
@@ -106,10 +107,10 @@ def test_impacts_at_one_instant_come_in_the_order_of_walls_and_features() -> Non
         pytest.param([(9, 0), (0, 0), (9, 9)], {"wall_restitution": 0.5}, True, id="45 degrees with losses"),
     ],
 )
-def test_corners_are_ambiguous_but_for_those_whose_order_does_not_matter(
+def test_corners_are_ambiguous_unless_the_order_is_irrelevant(
     corner: list[tuple[float, float]], fields: dict[str, float], ambiguous: bool
 ) -> None:
-    """A right angle has one answer without friction, and a half of it where nothing is lost either."""
+    """A corner of 90 degrees is ambiguous only with friction, one of 45 degrees only with energy loss."""
     middle = (math.atan2(corner[2][1], corner[2][0])) / 2
     apex = 1.0 / math.sin(middle)  # of the paths of a centre of radius 1, on the bisector
     way = complex(math.cos(middle), math.sin(middle))
@@ -128,8 +129,8 @@ def test_corners_are_ambiguous_but_for_those_whose_order_does_not_matter(
         pytest.param(disc_at(0, -1.5, 1), STADIUM, 2.0),
     ],
 )
-def test_a_disc_that_glides_along_an_arc_ends_the_run_by_name(disc: Disc, wall: Any, time_s: float) -> None:
-    """Contact without approach that an arc keeps up is no impact: the run ends there, and says which disc and wall."""
+def test_gliding_along_an_arc_ends_the_run(disc: Disc, wall: Any, time_s: float) -> None:
+    """Contact with an arc without approach ends PIC, also frame-wise, with GLIDES and a note on disc and wall."""
     for trace in (solve_pic(table(disc, wall)), solve_pic_framewise(table(disc, wall))):
         assert trace.outcome is Outcome.GLIDES
         assert (trace.end_time_s, len(trace.impacts)) == (time_s, 0)
@@ -170,10 +171,13 @@ def slid(rnd: random.Random) -> tuple[Scene, float]:
         (slid, {"gravity_m_s2": (1e-9, 0.0)}),
     ],
 )
-def test_a_disc_that_comes_to_glide_along_an_arc_is_told_however_it_is_rounded(
+def test_gliding_along_an_arc_is_detected_despite_rounding(
     drawn: Callable[[random.Random], tuple[Scene, float]], fields: dict[str, Any]
 ) -> None:
-    """An ulp out of the arc's circle or in it, exactly on the tangent or next to it: then and there."""
+    r"""Discs that are pushed or slide onto an arc's tangent end their run there within 1e-6 s.
+
+    The outcome is GLIDES, or AT_REST under gravity. A pushed disc may also end in STANDSTILL.
+    """
     outcomes = set[Outcome]()
     for number in range(7):
         scene, time_s = drawn(random.Random(number))
@@ -187,8 +191,11 @@ def test_a_disc_that_comes_to_glide_along_an_arc_is_told_however_it_is_rounded(
 
 
 @each("restitution", [0.0, 0.2, 0.5, 0.9])
-def test_a_disc_that_loses_speed_in_a_ring_glides_at_the_end_of_infinitely_many_impacts(restitution: float) -> None:
-    """Impact k takes e of the speed w across, and leaves u along: the next is a chord, 2 R w / (u^2 + w^2), away."""
+def test_disc_in_an_inelastic_ring_glides_after_infinite_impacts(restitution: float) -> None:
+    r"""In a ring with restitution below 1 a run ends with GLIDES at the sum of all chord times, to 1e-12.
+
+    Impact k multiplies the speed w across by e and keeps u along: the next chord takes 2 R w / (u^2 + w^2).
+    """
     for number in range(12):
         rnd = random.Random(number)
         (x, y), (vx, vy) = ((rnd.uniform(-0.5, 0.5), rnd.uniform(0.1, 0.5)), (rnd.uniform(0.2, 1), rnd.uniform(-1, 1)))
@@ -211,8 +218,8 @@ def test_a_disc_that_loses_speed_in_a_ring_glides_at_the_end_of_infinitely_many_
 
 
 @each("g, time_s", [(0.0, 1.0), (1.0, math.sqrt(3) - 1)])
-def test_a_disc_as_wide_as_a_half_circle_comes_back_the_way_it_came(g: float, time_s: float) -> None:
-    """From the middle of a cup, and of one between two edges that it slides along; by an ulp wider or narrower, too."""
+def test_disc_as_wide_as_a_half_circle_bounces_straight_back(g: float, time_s: float) -> None:
+    """A disc as wide as a cup, to a few ulp, has one impact with the arc and returns along its path."""
     for wall, ulps in ((CUP, (-1, 0)), (CHANNEL, (-4, -2, -1, 0, 2))):
         for radius in (1.0 + 2.0**-53 * n for n in ulps):
             disc, wide = disc_at(0, 1, 0, -1, r=radius), {"gravity_m_s2": (0, -g), "wall_restitution": 0.5}
@@ -224,8 +231,8 @@ def test_a_disc_as_wide_as_a_half_circle_comes_back_the_way_it_came(g: float, ti
 
 
 @each("restitution", [1.0, 0.5])
-def test_a_disc_that_fills_its_ring_can_t_move(restitution: float) -> None:
-    """One circle, two half circles, or more than half a circle have infinitely many impacts at the start."""
+def test_disc_that_fills_its_ring_ends_in_standstill(restitution: float) -> None:
+    """A disc that fills a circle, or a larger part of one than half, ends in STANDSTILL within 1e-12 s."""
     halves = Chain(points_m=[(-1, 0), (1, 0)], bulges=[1, 1], closed=True)
     hook = Chain(points_m=[(-1, -0.75), (1, -0.75)], bulges=[-2])
     for ring, radius in ((Ring(centre_m=(0, 0), radius_m=1), 1), (halves, 1), (hook, 1.25)):
@@ -254,8 +261,8 @@ def wide(number: int) -> Scene:
 
 
 @each("first", release_after(1, range(0, 1000, 50)))
-def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
-    """However it is rounded, at arcs of more than half a circle and less, with smooth ends or without."""
+def test_disc_does_not_slip_through_an_arc_of_its_own_width(first: int) -> None:
+    """A disc about as wide as an arc never overlaps it by 1e-6 of its radius, however its numbers are rounded."""
     kept = 0
     for number in range(first, first + 50):
         try:
@@ -275,8 +282,8 @@ def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
     assert kept >= 15
 
 
-def test_all_chords_of_a_circle_take_equally_long() -> None:
-    """This includes those of a disc in contact at a new epoch, which the impacts of another disc in its box cause."""
+def test_all_chords_of_a_circle_take_the_same_time() -> None:
+    """A disc takes the same time for each of 60 chords of a ring, to 1e-13, also across new epochs."""
     around, box = Ring(centre_m=(0, 0), radius_m=5.0), [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
     discs = (disc_at(0, 3, 3, 0.1, r=0.25), disc_at(0, 0, 0.9, 0.37, r=0.1))
     trace = solve_pic(table(*discs, around, Chain(points_m=box, closed=True), duration_s=1e3), max_impacts=300)
@@ -314,8 +321,8 @@ def pieces(n: int, seed: int) -> Scene:
 
 
 @each("seed", release_after(2, range(4)))
-def test_a_wall_in_pieces_is_the_same_wall_to_the_bit(seed: int) -> None:
-    """Points that are exactly on an edge change no bit of any impact: a seam can't be met."""
+def test_splitting_edges_changes_no_bit(seed: int) -> None:
+    """Points exactly on an edge change no bit of any impact or final position, only the numbers of edges."""
     whole = solve_pic(pieces(1, seed), max_impacts=60)
     assert len(whole.impacts) == 60
     for n in (2, 8):
@@ -326,16 +333,16 @@ def test_a_wall_in_pieces_is_the_same_wall_to_the_bit(seed: int) -> None:
         assert [kind for _, kind in of_whole] == [kind for _, kind in edges(whole)]
 
 
-def test_pieces_that_are_asked_of_engines_change_nothing() -> None:
-    """PIC and PIT do not look at them."""
+def test_pieces_field_changes_no_impact_of_pic_and_pit() -> None:
+    """The number of pieces that a wall requests from engines changes no bit of PIC's and PIT's impacts."""
     disc = disc_at(0.5, 0.3, 0.7, 1)
     for solve in (solve_pic, solve_pit):
         one, many = (solve(table(disc, STADIUM.model_copy(update={"pieces": n}))) for n in (1, 9))
         assert one.impacts.tobytes() == many.impacts.tobytes()
 
 
-def test_each_wall_has_its_own_restitution_and_friction() -> None:
-    """A disc comes back from each wall as that wall, and not the scene, has it."""
+def test_wall_restitution_and_friction_override_the_scene() -> None:
+    """The restitution and friction of a wall replace those of the scene."""
     disc = disc_at(0, 0, 4)
     walls = (wall_at(2, 0, -1, 0, restitution=0.5), Chain(points_m=[(-2, -1), (-2, 1)], restitution=0.25))
     trace = solve_pic(table(disc, *walls, wall_restitution=0.9))
@@ -345,8 +352,8 @@ def test_each_wall_has_its_own_restitution_and_friction() -> None:
     assert solve_pic(rough).final_velocity_m_s.tolist()[0] == pytest.approx([1.0 - 0.1 * 2.0, 1.0], abs=1e-15)
 
 
-def test_pit_finds_a_wall_by_its_nearest_point() -> None:
-    """At frames of 1/60 s, late by less than one, with the normal of the place where it is found."""
+def test_pit_takes_the_normal_from_the_nearest_wall_point() -> None:
+    """PIT finds a wall's vertex less than 1/60 s late, with the normal from the nearest point at that frame."""
     scene = table(disc_at(-3, 1.25, 1), Chain(points_m=[(0, -1), (0, 1)]))
     exact, found = solve_pic(scene), solve_pit(scene)
     late = found.impacts["time_s"][0] - exact.impacts["time_s"][0]
@@ -357,8 +364,8 @@ def test_pit_finds_a_wall_by_its_nearest_point() -> None:
     np.testing.assert_allclose(found.impacts["normal"][0], (-x / distance, -0.25 / distance), atol=1e-15)
 
 
-def test_under_gravity_a_disc_hops_along_a_floor_and_over_its_end() -> None:
-    """It comes back to the floor with the speed that it left with, and falls beyond the end for ever."""
+def test_disc_bounces_along_a_floor_and_falls_beyond_its_end() -> None:
+    """Under gravity a disc bounces on a floor at 0.5 s and 1.5 s, then falls beyond the floor's end."""
     floor = Chain(points_m=[(-2, 0), (2, 0)])
     disc = disc_at(0, 1.25, 1, r=0.25)
     trace = solve_pic(table(disc, floor, gravity_m_s2=(0, -8), duration_s=9.0))
@@ -368,8 +375,8 @@ def test_under_gravity_a_disc_hops_along_a_floor_and_over_its_end() -> None:
     assert trace.final_position_m[0, 1] < -100.0
 
 
-def test_a_ball_comes_to_rest_at_the_bottom_of_a_bowl() -> None:
-    """Its bounces have no end, as on a floor, and the run says so."""
+def test_bouncing_disc_comes_to_rest_in_a_bowl() -> None:
+    """A disc with e = 0.5 in a bowl ends with AT_REST after the sum of its infinitely many bounces, to 1e-6."""
     bowl = Ring(centre_m=(0, 0), radius_m=2.25)
     scene = table(disc_at(0, 1, r=0.25), bowl, gravity_m_s2=(0, -8), wall_restitution=0.5, duration_s=60.0)
     trace = solve_pic(scene)

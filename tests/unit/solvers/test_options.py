@@ -43,10 +43,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 
 @each("door", DOORS)
 @each("asked, message", REFUSED)
-def test_an_option_out_of_range_is_refused_in_the_same_words_at_every_door(
-    door: str, asked: dict[str, Any], message: str
-) -> None:
-    """The message names the option and the value, whichever way it came in."""
+def test_invalid_option_has_the_same_error_at_every_entry_point(door: str, asked: dict[str, Any], message: str) -> None:
+    """An option out of range raises the same InputError, with its name and value, at every entry point."""
     with pytest.raises(InputError) as refusal:
         DOORS[door](**asked)
     assert str(refusal.value) == message
@@ -64,10 +62,8 @@ def test_an_option_out_of_range_is_refused_in_the_same_words_at_every_door(
         ((3.0, True), "max_impacts must be a whole number, 0 or more, got True"),
     ],
 )
-def test_a_goal_that_is_none_is_refused_in_the_same_words_by_every_run(
-    name: str, goal: tuple[Any, ...], message: str
-) -> None:
-    """A run refuses a goal that is no time or no number of impacts, and is not advanced by it."""
+def test_invalid_goal_has_the_same_error_in_every_run(name: str, goal: tuple[Any, ...], message: str) -> None:
+    """An invalid time or impact limit raises the same InputError in every run, which is not advanced."""
     run = RUNS[name](SCENE)
     with pytest.raises(InputError) as refusal:
         run.advance_to(*goal)
@@ -101,8 +97,11 @@ def rough_start(**changes: Any) -> DiscArrays:
         ("wall_tangential_restitution", 0.5, "0.5, got 0.0"),
     ],
 )
-def test_a_state_of_another_scene_is_refused_by_what_differs(name: str, value: Any, message: str) -> None:
-    """Radii, masses, inertia, walls and each coefficient are compared; another place or velocity is the state's own."""
+def test_resuming_from_another_scene_names_the_difference(name: str, value: Any, message: str) -> None:
+    r"""Resuming from the state of another scene raises an InputError with the field and the values that differ.
+
+    Another initial position is allowed: positions are part of the state.
+    """
     run = EventDrivenRun(rough_start())
     run.advance_to(1.0)
     with pytest.raises(InputError) as refusal:
@@ -112,8 +111,8 @@ def test_a_state_of_another_scene_is_refused_by_what_differs(name: str, value: A
     assert EventDrivenRun(elsewhere, resume=run.state()).positions().tobytes() == run.positions().tobytes()
 
 
-def test_a_state_of_walls_of_another_material_is_refused() -> None:
-    """A run of it would be of neither scene."""
+def test_resuming_with_other_wall_materials_is_refused() -> None:
+    """Resuming a run from the state of a scene with another wall restitution raises an InputError."""
     one, other = (
         staged("one", disc_at(0, 0, 1), wall_at(2, 0, -1, 0, restitution=e), duration_s=1) for e in (0.5, 0.25)
     )
@@ -121,8 +120,8 @@ def test_a_state_of_walls_of_another_material_is_refused() -> None:
         EventDrivenRun(one, resume=EventDrivenRun(other).state())
 
 
-def test_every_attribute_of_a_start_is_compared_or_belongs_to_the_state() -> None:
-    """An attribute that is added to `DiscArrays` is compared, too, or this list has the reason why it need not be."""
+def test_every_disc_arrays_field_is_compared_or_excluded() -> None:
+    """Every field of DiscArrays is compared when resuming, is part of the state, or is refused by the kernel."""
     compared = {"radius_m", "mass_kg", "inertia_factor", "walls", "restitution", "wall_restitution", "friction"}
     compared |= {"wall_friction", "tangential_restitution", "wall_tangential_restitution"}
     of_the_state = {"position_m", "velocity_m_s", "spin_rad_s"}
@@ -130,8 +129,8 @@ def test_every_attribute_of_a_start_is_compared_or_belongs_to_the_state() -> Non
     assert {field.name for field in dataclasses.fields(DiscArrays)} == compared | of_the_state | refused
 
 
-def test_a_state_of_other_discs_or_another_contact_time_or_none_at_all_is_refused() -> None:
-    """Another number of discs, spins on one side alone, another contact time, and what is no state."""
+def test_resuming_from_an_incompatible_state_is_refused() -> None:
+    """A state with another disc count, spin or contact time, or an object that is no state, is refused."""
     smooth = {"friction": 0.0, "inertia_factor": None}
     state, bare = EventDrivenRun(rough_start()).state(), EventDrivenRun(rough_start(**smooth)).state()
     fewer = DiscArrays(np.zeros((1, 2)), np.zeros((1, 2)), np.full(1, 0.5), np.ones(1))
@@ -150,8 +149,8 @@ def test_a_state_of_other_discs_or_another_contact_time_or_none_at_all_is_refuse
         EventDrivenRun(rough_start(), resume=wrong)
 
 
-def test_options_can_not_be_changed_and_are_equal_by_value() -> None:
-    """A run's options are those that were checked."""
+def test_options_are_immutable_and_equal_by_value() -> None:
+    """RunOptions cannot be changed, and options with equal values are equal."""
     options = RunOptions(window_s=(1, 2))
     assert options == RunOptions("all", (1.0, 2.0), 0)
     with pytest.raises(dataclasses.FrozenInstanceError):

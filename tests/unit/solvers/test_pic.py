@@ -26,8 +26,8 @@ def pairs_of(trace: Any) -> list[tuple[int, int]]:
 # Known answers --------------------------------------------------------------------------------------------------------
 
 
-def test_impacts_come_in_order_however_many_fall_into_a_frame() -> None:
-    """In a row of spaced equal discs the motion is handed on, disc by disc, 1 s apart: these numbers are exact."""
+def test_motion_passes_through_a_row_of_discs() -> None:
+    """In a row of equal discs the motion passes from disc to disc at exactly 1, 2 and 3 s."""
     scene = line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
     trace = solve_pic(scene)
     assert pairs_of(trace) == [(0, 1), (1, 2), (2, 3)]
@@ -37,15 +37,15 @@ def test_impacts_come_in_order_however_many_fall_into_a_frame() -> None:
     assert trace.ambiguous == ()
 
 
-def test_an_impact_at_the_very_end_is_counted() -> None:
-    """An impact at the scene's duration itself belongs to the scene, and its velocities are final."""
+def test_impact_at_the_end_of_the_scene_is_included() -> None:
+    """An impact exactly at the scene's duration is recorded, and its velocities are the final ones."""
     trace = solve_pic(line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0))
     assert trace.impacts["time_s"].tolist() == [2.0]
     np.testing.assert_array_equal(trace.final_velocity_m_s, [[0, 0], [1, 0]])
 
 
-def test_a_touching_pair_that_approaches_collides_at_once_and_one_that_does_not_never() -> None:
-    """At time 0 approach alone decides what touching discs do."""
+def test_touching_discs_collide_only_if_they_approach() -> None:
+    """Touching discs collide at 0 s if they approach, and never if they separate or move alike."""
     assert solve_pic(line(0.0, 1.0, velocities=(1.0, 0.0))).impacts["time_s"].tolist() == [0.0]
     assert len(solve_pic(line(0.0, 1.0, velocities=(0.0, 1.0))).impacts) == 0
     assert len(solve_pic(line(0.0, 1.0, velocities=(1.0, 1.0))).impacts) == 0
@@ -53,8 +53,11 @@ def test_a_touching_pair_that_approaches_collides_at_once_and_one_that_does_not_
 
 @each("offset", [0.0, 1e6, 1e9, 16592279964.34414, 1e12])
 @each("depth", [2.0**-51, 2.0**-40, 2.0**-30])
-def test_a_graze_far_from_the_origin_pushes_or_does_nothing(offset: float, depth: float) -> None:
-    """Where positions are rounded more coarsely than a graze is deep, the discs are never pulled, and nothing fails."""
+def test_graze_far_from_the_origin_never_pulls(offset: float, depth: float) -> None:
+    r"""A graze up to 1e12 m from the origin is one unambiguous impact that does not pull the discs together.
+
+    Frame-wise PIC gives the same bits.
+    """
     scene = staged(
         "graze", disc_at(offset, 0, r=1), disc_at(offset + 12.1875, 2.0 - depth, -10.4, 0, r=1), duration_s=100
     )
@@ -70,8 +73,8 @@ def test_a_graze_far_from_the_origin_pushes_or_does_nothing(offset: float, depth
 # Pausing --------------------------------------------------------------------------------------------------------------
 
 
-def test_time_does_not_run_backwards_when_asked_for_the_past() -> None:
-    """Asking a run for an earlier time than its present leaves it where it is."""
+def test_advancing_to_an_earlier_time_changes_nothing() -> None:
+    """A run that is advanced to a time before its present one stays at its present time."""
     run = start_pic_run(line(0.0, 9.0, velocities=(1.0, 0.0)))
     run.advance_to(2.0)
     run.advance_to(1.0)
@@ -82,16 +85,16 @@ def test_time_does_not_run_backwards_when_asked_for_the_past() -> None:
 
 
 @each("limit, seen, end", [(0, 0, 0.0), (1, 1, 1.0), (2, 2, 2.0), (3, 3, 10.0), (99, 3, 10.0)])
-def test_max_impacts_stops_at_the_last_impact_let_through(limit: int, seen: int, end: float) -> None:
-    """A limit below the number of impacts ends the run at the last one; a limit that suffices changes nothing."""
+def test_max_impacts_ends_the_run_at_the_last_impact(limit: int, seen: int, end: float) -> None:
+    """A limit below the number of impacts ends the run at the last one allowed; a sufficient limit has no effect."""
     trace = solve_pic(line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0)), max_impacts=limit)
     assert len(trace.impacts) == seen
     assert trace.end_time_s == end
     assert trace.outcome is (Outcome.COMPLETED if end == 10.0 else Outcome.MAX_IMPACTS)
 
 
-def test_an_end_beyond_the_scene_s_own_may_span_no_more_than_a_scene() -> None:
-    """`until_s` may lead a disc of .5 m 2^395 m away, not 2^396: the limit of a scene's span covers that end."""
+def test_until_s_is_limited_by_the_distance_that_discs_fly() -> None:
+    """`until_s` can take a disc of 0.5 m as far as 2^395 m; 2^396 m raises an InputError."""
     scene = line(0.0, 3.0, velocities=(1.0, 0.0))
     assert solve_pic(scene, until_s=2.0**395).end_time_s == 2.0**395
     with pytest.raises(InputError, match="until_s must be so short that no disc flies further than"):
@@ -102,8 +105,8 @@ def test_an_end_beyond_the_scene_s_own_may_span_no_more_than_a_scene() -> None:
 
 
 @given(st.integers(0, 10**6), st.integers(-314, 314), st.integers(-80, 80), st.integers(-300, 300))
-def test_a_perfectly_inelastic_impact_happens_once(offset: int, bearing: int, aside: int, speed: int) -> None:
-    """At e = 0 nothing but rounding is left of the approach, and that must not collide again, let alone for ever."""
+def test_perfectly_inelastic_impact_happens_once(offset: int, bearing: int, aside: int, speed: int) -> None:
+    """Discs collide once at e = 0: what rounding leaves of their approach causes no further impact."""
     x, y = math.cos(bearing / 100), math.sin(bearing / 100)
     drift = (speed / 7, speed / 11)
     scene = staged(
@@ -119,8 +122,8 @@ def test_a_perfectly_inelastic_impact_happens_once(offset: int, bearing: int, as
 
 
 @given(st.integers(0, 10**6), st.integers(-314, 314), st.integers(-300, 300))
-def test_a_perfectly_inelastic_wall_is_hit_once(offset: int, bearing: int, speed: int) -> None:
-    """A disc that slides along an oblique wall after e = 0 does not hit it again."""
+def test_perfectly_inelastic_wall_is_hit_once(offset: int, bearing: int, speed: int) -> None:
+    """A disc that slides along an oblique wall after an impact with e = 0 does not hit it again."""
     x, y = math.cos(bearing / 100), math.sin(bearing / 100)
     scene = staged(
         "inelastic",
@@ -136,7 +139,7 @@ def test_a_perfectly_inelastic_wall_is_hit_once(offset: int, bearing: int, speed
 
 @each("solve", [solve_pic, solve_pic_framewise])
 def test_inelastic_collapse_at_one_instant_ends_in_standstill(solve: Any) -> None:
-    """A disc pressing another against a wall at e = 0 halves its speed without end: that is said, not computed."""
+    """A disc that presses another against a wall at e = 0 ends in STANDSTILL at 1 s, at the limit of impacts."""
     scene = staged(
         "squeeze",
         disc_at(1, 0, r=1),

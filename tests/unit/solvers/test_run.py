@@ -52,16 +52,19 @@ def make(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
     return {**RUNS, "in units": in_units, "damped": damped, "on a table": slowed_by_nothing}[name]
 
 
-def test_every_run_has_every_member(make: Callable[[Scene], Run]) -> None:
-    """What the protocol names is there, and so is what it names of a log."""
+def test_every_run_has_all_protocol_members(make: Callable[[Scene], Run]) -> None:
+    """Every kind of run has all members of the protocol Run, and its log those of RunImpacts."""
     run = make(ROW)
     assert {name for name in members(Run) if not hasattr(run, name)} == set()
     assert {name for name in members(RunImpacts) if not hasattr(run.log, name)} == set()
 
 
 @each("scene", [ROW, ROUGH])
-def test_every_run_means_the_same_by_them(make: Callable[[Scene], Run], scene: Scene) -> None:
-    """Time, outcome, log, counts, and arrays of the shapes promised, before the first impact and after two of three."""
+def test_every_run_returns_the_promised_values(make: Callable[[Scene], Run], scene: Scene) -> None:
+    r"""Every kind of run returns times, outcomes, logs, counts and arrays of the promised types and shapes.
+
+    This is checked before the first impact, after two of three, and at the end.
+    """
     run, discs, turns = make(scene), len(scene.discs), scene.arrays.turns
     for time_s, impacts in ((1.0, 0), (5.0, 2)):
         assert run.advance_to(time_s) is Outcome.COMPLETED
@@ -85,8 +88,11 @@ def test_every_run_means_the_same_by_them(make: Callable[[Scene], Run], scene: S
     assert run.impacts_per_disc().tolist() == [1, 2, 2]
 
 
-def test_every_run_stops_after_so_many_impacts_and_goes_on(make: Callable[[Scene], Run]) -> None:
-    """The limit counts from the start; where it ends a run, time is no later than that impact's frame."""
+def test_every_run_stops_at_an_impact_limit_and_continues(make: Callable[[Scene], Run]) -> None:
+    r"""Every kind of run stops at an impact limit within two frames of that impact, and can be continued.
+
+    The limit counts from the start of the scene.
+    """
     run = make(ROW)
     assert run.advance_to(7.0, 1) is Outcome.MAX_IMPACTS
     assert len(run.log) == 1
@@ -101,8 +107,8 @@ def test_every_run_stops_after_so_many_impacts_and_goes_on(make: Callable[[Scene
 
 
 @given(st.lists(st.integers(0, 9), max_size=30))
-def test_rows_are_those_added_and_what_was_given_out_stays(sizes: list[int]) -> None:
-    """However many come at a time: all rows in their order, read-only, and earlier answers as they were."""
+def test_rows_keep_earlier_arrays_unchanged(sizes: list[int]) -> None:
+    """Rows returns all added rows in order and read-only; arrays that it returned earlier do not change."""
     rows, numbers, given_out = Rows(SPIN_DTYPE), np.arange(4.0 * sum(sizes)).view(SPIN_DTYPE), []
     at = 0
     for size in sizes:
@@ -115,8 +121,8 @@ def test_rows_are_those_added_and_what_was_given_out_stays(sizes: list[int]) -> 
         assert found.tobytes() == numbers[: len(found)].tobytes()
 
 
-def test_looking_often_copies_each_row_once_or_twice() -> None:
-    """A log of a thousand rows, looked at after each, has moved its memory ten times, not a thousand."""
+def test_rows_rarely_move_their_memory() -> None:
+    """Rows moves its memory at most ten times while 1000 rows are added and read one by one."""
     rows, given_out = Rows(SPIN_DTYPE), []
     for _ in range(1000):
         rows.add(np.zeros(1, SPIN_DTYPE))
@@ -124,8 +130,8 @@ def test_looking_often_copies_each_row_once_or_twice() -> None:
     assert len({found.ctypes.data for found in given_out}) <= 11
 
 
-def test_the_first_rows_are_not_copied() -> None:
-    """A run that is looked at once gives out the very memory that it was written into."""
+def test_first_rows_are_not_copied() -> None:
+    """Rows that were added in one call are returned in the very memory that they were written into."""
     rows, first = Rows(SPIN_DTYPE), np.zeros(5, SPIN_DTYPE)
     rows.add(first)
     assert rows.array().ctypes.data == first.ctypes.data

@@ -29,10 +29,8 @@ def wall(kind: str, at: complex, normal: complex, drive: complex = 0.0, **more: 
 @each("kind", ["half-plane", "edge"])
 @each("angle", ANGLES)
 @each("drive", [0.0, 0.125, 0.3, -0.1])
-def test_a_disc_that_moves_with_a_wall_does_not_meet_it_again_after_a_wall_across(
-    kind: str, angle: float, drive: float
-) -> None:
-    """It has two impacts: on a driven wall with restitution 0, and on an elastic wall at a right angle to that."""
+def test_disc_moving_with_a_wall_does_not_hit_it_again(kind: str, angle: float, drive: float) -> None:
+    """A disc that moves with a driven wall (e = 0) and bounces off a perpendicular wall has only two impacts."""
     normal = complex(math.cos(angle), math.sin(angle))
     across = complex(-normal.imag, normal.real)
     velocity = -2.0 * normal + 0.7 * across
@@ -57,7 +55,10 @@ def test_a_disc_that_moves_with_a_wall_does_not_meet_it_again_after_a_wall_acros
 def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
     kind: str, angle: float, radii: tuple[float, float], floor_impacts: int, deceleration: float
 ) -> None:
-    """The floor has restitution 0. The larger of two unequal discs rises, and pushes the smaller one into the floor."""
+    r"""Equal discs that land on a floor with e = 0 hit it once each, however often they collide along it.
+
+    The larger of two unequal discs rises and pushes the smaller one into the floor: a third floor impact.
+    """
     normal = complex(math.cos(angle), math.sin(angle))
     along = complex(-normal.imag, normal.real)
     origin = 137.31 * along + 61.77 * normal
@@ -95,10 +96,8 @@ def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
 @each("kind", ["half-plane", "edge"])
 @each("angle", ANGLES)
 @each("mass_kg", [3.0, math.inf])
-def test_disc_does_not_hit_the_floor_again_after_an_impact_on_a_disc_of_the_same_height(
-    kind: str, angle: float, mass_kg: float
-) -> None:
-    """A disc lands on a floor with restitution 0, slides along it, and hits a disc that was on it at the start."""
+def test_impact_on_a_disc_of_the_same_height_keeps_floor_contact(kind: str, angle: float, mass_kg: float) -> None:
+    """A disc that slides along a floor (e = 0) and hits a disc of the same height does not hit the floor again."""
     normal = complex(math.cos(angle), math.sin(angle))
     along = complex(-normal.imag, normal.real)
     origin = 137.31 * along + 61.77 * normal
@@ -118,8 +117,8 @@ def test_disc_does_not_hit_the_floor_again_after_an_impact_on_a_disc_of_the_same
 
 
 @each("driven", [False, True])
-def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_back(driven: bool) -> None:
-    """Between two impacts on elastic walls a disc passes another one, whose normal velocity an impact has given it."""
+def test_discs_that_part_along_a_tangent_do_not_collide_again(driven: bool) -> None:
+    """After an impact with restitution 0, two discs have no other impact than one on a side wall."""
     pusher = {"mass_kg": math.inf, "driven": True} if driven else {"mass_kg": 1.0}
     scene = Scene(
         name="tangent",
@@ -138,10 +137,13 @@ def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_
 
 
 @each("solve", [carom.solve_pic, partial(carom.solve_pit, frame_rate_hz=240.0)])
-def test_a_wall_without_tangential_impulse_does_not_end_the_contact_with_a_wall_across(
+def test_impact_without_tangential_impulse_keeps_wall_contact(
     solve: Callable[[Scene], carom.Trace],
 ) -> None:
-    """With a tangential restitution of -1 friction has no impulse: the disc still moves with the driven wall."""
+    r"""A wall with tangential restitution -1 does not end a disc's contact with a perpendicular driven wall.
+
+    PIC and PIT report one impact with each wall.
+    """
     scene = Scene(
         name="rounding",
         discs=[Disc(position_m=(-5.0, 0.0), velocity_m_s=(34.84694149, 27.94789776), radius_m=0.5, spin_rad_s=3.0)],
@@ -159,10 +161,10 @@ def test_a_wall_without_tangential_impulse_does_not_end_the_contact_with_a_wall_
 @each("kind", ["half-plane", "edge"])
 @each("angle", ANGLES)
 @each("solve", [carom.solve_pic, partial(carom.solve_pit, frame_rate_hz=240.0)])
-def test_a_wall_that_changes_its_speed_along_itself_does_not_hit_a_disc_that_touches_it(
+def test_wall_moving_along_itself_does_not_hit_a_touching_disc(
     kind: str, angle: float, solve: Callable[[Scene], carom.Trace]
 ) -> None:
-    """After the impact with restitution 0 there is one more, when the wall begins to move towards the disc."""
+    """A wall hits the disc that touches it only when it moves towards the disc at 4 s, not along itself before."""
     normal = complex(math.cos(angle), math.sin(angle))
     along = complex(-normal.imag, normal.real)
     drives = {0.0: 0.3 * along, 2.0: -0.7 * along, 3.0: 0.2 * along, 4.0: 0.25 * normal}
@@ -178,11 +180,12 @@ def test_a_wall_that_changes_its_speed_along_itself_does_not_hit_a_disc_that_tou
     assert solve(scene).impacts["time_s"].tolist() == pytest.approx([1.0 / 1.9, 4.0], abs=1 / 240)
 
 
-def test_a_driven_disc_that_comes_back_hits_a_disc_that_it_has_touched_before() -> None:
-    """A contact with restitution 0 ends with the leg of the driven disc, also when the clock is reset after that.
+def test_driven_disc_that_returns_hits_the_same_disc_again() -> None:
+    r"""A driven disc hits a disc at 1 s and, when it comes back on another leg, again at 3.4 s.
 
-    From 2 s the driven disc slides past the other one. From 3 s it comes back, and at the distance of 1 m again after
-    t = 0.4 s: (1 - t/2)^2 + (1 - t)^2 = 1. In this time a third disc hits its walls more than 200 times.
+    From 2 s the driven disc slides past the other one. From 3 s it comes back, and the distance is 1 m again after
+    t = 0.4 s: (1 - t/2)^2 + (1 - t)^2 = 1. Meanwhile a third disc hits its walls more than 200 times, which resets
+    the clock.
     """
     legs = tuple(
         Leg(from_s=at, velocity_m_s=velocity)
@@ -204,8 +207,11 @@ def test_a_driven_disc_that_comes_back_hits_a_disc_that_it_has_touched_before() 
     assert impacts["time_s"][impacts["second"] == 1].tolist() == pytest.approx([1.0, 3.4], rel=1e-12)
 
 
-def test_collapse_under_gravity_ends_by_name() -> None:
-    """Three discs that lose energy between walls that press them together end as a standstill in 100 n^2 impacts."""
+def test_collapse_under_gravity_ends_the_run_with_a_note() -> None:
+    r"""Three discs that lose energy between inclined walls end the run early, with a note on the reason.
+
+    The outcome is STANDSTILL, PRESSED or CORNER, after at most 200 n^2 impacts for n = 5 bodies.
+    """
     box = [Wall(point_m=(0.0, 0.0), normal=(0.6, 0.8)), Wall(point_m=(0.0, 0.0), normal=(-0.6, 0.8))]
     discs = [
         Disc(position_m=(x, y), velocity_m_s=(-0.3 * x, 0.0), radius_m=0.4)
@@ -228,12 +234,13 @@ def test_collapse_under_gravity_ends_by_name() -> None:
 
 
 @each("opening", [0.5 * math.pi - 0.02, 1.6, 1.75, 1.9, 2.2])
-def test_a_corner_ends_when_its_impacts_do(opening: float) -> None:
-    """With restitution 0 a frictionless disc slides up one wall and the other, at speeds w, c w, c^2 w, ... in turn.
+def test_frictionless_corner_ends_at_the_sum_of_its_slides(opening: float) -> None:
+    r"""A frictionless disc in an inelastic corner ends with CORNER after the total time of its slides, to 1e-12.
 
-    On each it rises and comes back within 2 w / a, where a is gravity along it. With -c the cosine of the angle between
-    the walls all of that takes 2 w (1/a + c/b) / (1 - c^2). Where the angle is acute, what is left of the first descent
-    leads into the corner, and nothing rises again.
+    It slides up one wall and the other in turn, at speeds w, c w, c^2 w, ... It returns from each within 2 w / a,
+    where a is gravity along the wall. With -c the cosine of the angle between the walls this takes 2 w (1/a + c/b)
+    / (1 - c^2). If the angle is acute, the rest of the first descent leads into the corner, and nothing rises
+    again.
     """
     c = max(-math.cos(opening), 0.0)
     left, right = 0.9, 0.9 + opening  # directions of the walls, from the corner upwards
@@ -267,12 +274,12 @@ def test_a_corner_ends_when_its_impacts_do(opening: float) -> None:
 
 
 @each("tilt", [0.0, 0.3, 0.7])
-def test_a_corner_at_a_right_angle_ends_when_the_hops_do_that_friction_causes(tilt: float) -> None:
-    """A disc rolls into it, and friction lifts it off each wall in turn.
+def test_right_angled_corner_ends_at_the_sum_of_its_hops(tilt: float) -> None:
+    r"""A disc that rolls into a rough, right-angled corner ends with CORNER after the time of all hops, to 1e-12.
 
-    A disc that rolls into a wall at speed w rolls along this wall at w/3, with 2/3 of gravity's part g along it. So it
-    is back after w/g, at the speed w/3. The parts are 4 and 8 m/s^2 in turn. So all hops take 9/8 w (1/8 + 1/12)
-    seconds.
+    Friction lifts the disc off each wall in turn. A disc that rolls into a wall at speed w rolls along this wall at
+    w/3, with 2/3 of gravity's part g along it. So it is back after w/g, at the speed w/3. The parts are 4 and 8
+    m/s^2 in turn, so all hops take 9/8 w (1/8 + 1/12) seconds.
     """
     one = complex(math.cos(tilt), math.sin(tilt))
     place, gravity = (0.5 + 0.25j) * one, -(4.0 + 8.0j) * one
@@ -294,13 +301,14 @@ def test_a_corner_at_a_right_angle_ends_when_the_hops_do_that_friction_causes(ti
 
 @each("kind", ["half-plane", "edge", "circle", "point", "disc"])
 @each("restitution", [0.3, 0.6])
-def test_a_corner_that_lifts_a_disc_off_its_ground_ends_when_its_bounces_do(kind: str, restitution: float) -> None:
-    """A disc slides down a ground with restitution 0 and is thrown back by another body, again and again.
+def test_corner_that_lifts_a_disc_ends_at_the_sum_of_its_bounces(kind: str, restitution: float) -> None:
+    r"""A disc that slides down a slope and is thrown back again and again ends with CORNER at the total time.
 
-    Where it touches both, their normals have the sine s of the angle between the walls as component of one along the
-    other. The disc arrives at speed w and leaves at b w along the ground, with b = (1 + e) s^2 - 1, and rises a little.
-    In flight and on the ground gravity has the same part a along the ground. So the disc is back after 2 b w / a, at
-    the speed b w. The start is as the end of an impact at w / b: all of it takes 2 w / (a (1 - b)).
+    Where it touches both bodies, their normals have the sine s of the angle between the walls as component of one
+    along the other. The disc arrives at speed w and leaves at b w along the slope, with b = (1 + e) s^2 - 1, and
+    rises a little. In flight and on the slope gravity has the same part a along the slope. So the disc is back
+    after 2 b w / a, at the speed b w. The start is like the end of an impact at w / b: all of it takes 2 w / (a (1
+    - b)).
     """
     slope, opening, speed, gravity, radius = 0.3, 1.7, 0.5, 9.81, 0.25
     up, other = (complex(math.cos(angle), math.sin(angle)) for angle in (slope, slope + opening))

@@ -29,8 +29,8 @@ def in_box(**fields: Any) -> Scene:
     return Scene(**{"name": "box", "discs": discs, "walls": walls, "duration_s": 3.0, **fields})
 
 
-def test_spins_without_friction_change_nothing_and_are_told() -> None:
-    """A scene whose discs spin, without friction, has the impacts of one whose discs do not; the spins stay."""
+def test_spin_without_friction_changes_no_impact() -> None:
+    """Without friction, spinning discs have the impacts of non-spinning ones, and their spins stay constant."""
     spinning = pair()
     still = with_discs(spinning, spin_rad_s=0.0)
     for solve in (solve_pic, solve_pit):
@@ -43,15 +43,15 @@ def test_spins_without_friction_change_nothing_and_are_told() -> None:
         assert other.final_spin_rad_s is None
 
 
-def test_a_scene_in_which_nothing_meets_keeps_its_spins() -> None:
-    """Without an impact the spins at the end are those at the start, and no impact has any."""
+def test_scene_without_impacts_keeps_its_spins() -> None:
+    """Without an impact the final spins are those at the start, and no impact spins are recorded."""
     trace = solve_pic(pair(duration_s=0.01, friction=0.5))
     assert len(sure(trace.spins)) == len(trace.impacts) == 0
     assert sure(trace.final_spin_rad_s).tolist() == [3.0, 0.0]
 
 
-def test_impacts_that_are_not_kept_change_no_spin() -> None:
-    """Recorded in a window, or not at all, a run ends with the same spins; rows and spins fit together."""
+def test_recording_options_change_no_spin() -> None:
+    """A run without records has the same final spins, and a window has the spins of its own impacts."""
     scene = in_box(friction=0.3, wall_friction=0.4)
     whole, none = solve_pic(scene), solve_pic(scene, record="none")
     assert len(sure(none.spins)) == 0
@@ -62,11 +62,11 @@ def test_impacts_that_are_not_kept_change_no_spin() -> None:
     assert sure(part.spins).tobytes() == sure(whole.spins)[1:].tobytes()
 
 
-def test_two_walls_at_one_instant_have_no_unique_answer_with_friction() -> None:
-    """Orthogonal impacts at one instant commute without friction; with it they do not, and are flagged.
+def test_right_angled_corner_is_ambiguous_only_with_friction() -> None:
+    r"""Simultaneous impacts on perpendicular walls are ambiguous with friction, and not without.
 
-    Into a corner with (-3, -2), friction 1/4: x first gives (22/9, 4/3) and spin -22/9, y first (2, 2) and spin 2. PIC
-    takes the lower body number first, which is the second wall; PIT tests the first wall first.
+    Into a corner with (-3, -2), friction 1/4: x first gives (22/9, 4/3) and spin -22/9, y first (2, 2) and spin 2.
+    PIC takes the lower body number first, which is the second wall; PIT tests the first wall first.
     """
     corner = [Wall(point_m=(-1, 0), normal=(1, 0)), Wall(point_m=(0, -1), normal=(0, 1))]
     disc = Disc(position_m=(3, 2), velocity_m_s=(-3, -2), radius_m=1)
@@ -80,8 +80,11 @@ def test_two_walls_at_one_instant_have_no_unique_answer_with_friction() -> None:
         assert end == pytest.approx(expected, rel=1e-14)
 
 
-def test_pit_leaves_a_wall_with_the_velocities_of_pic() -> None:
-    """Late by whatever a frame costs, PIT's friction acts at full radius, so velocities and spins are PIC's."""
+def test_pit_velocities_on_rough_walls_equal_those_of_pic() -> None:
+    r"""PIT finds impacts with rough walls late, but with exactly PIC's velocities and spins.
+
+    Friction acts at the full radius in PIT too.
+    """
     walls = [Wall(point_m=(0, 0), normal=(0, 1)), Wall(point_m=(0, 3), normal=(0, -1))]
     disc = Disc(position_m=(0, 1), velocity_m_s=(3, -2.7), radius_m=0.4, spin_rad_s=1.0)
     fields = {"wall_friction": 0.2, "wall_restitution": 0.9}
@@ -95,8 +98,11 @@ def test_pit_leaves_a_wall_with_the_velocities_of_pic() -> None:
     assert sure(late.spins)[:most].tolist() == sure(right.spins)[:most].tolist()
 
 
-def test_inelastic_collapse_has_its_outcome_with_friction_and_the_tc_model_ends_it() -> None:
-    """A gas of restitution .3 that goes on without friction collapses with it; not where impacts take time."""
+def test_friction_causes_collapse_that_the_tc_model_prevents() -> None:
+    r"""A gas with restitution 0.3 completes without friction, and with friction only in the TC model.
+
+    Without the TC model, friction leads to STANDSTILL.
+    """
     velocity = np.random.default_rng(1).normal(size=(16, 2)).tolist()
     discs = [
         Disc(position_m=(k // 4 + 0.5, k % 4 + 0.5), velocity_m_s=v, radius_m=0.35) for k, v in enumerate(velocity)
@@ -110,8 +116,8 @@ def test_inelastic_collapse_has_its_outcome_with_friction_and_the_tc_model_ends_
     assert solve_pic(rough, contact_duration_s=1e-3).outcome is Outcome.COMPLETED
 
 
-def test_an_impact_of_the_tc_model_loses_no_energy_to_friction() -> None:
-    """An impact soon after the last of its disc is elastic and without friction: both are one contact."""
+def test_repeated_impact_in_the_tc_model_loses_no_energy() -> None:
+    """In the TC model an impact soon after the disc's last one is elastic and changes no spin."""
     scene = in_box(friction=0.3, wall_friction=0.4, restitution=0.5, wall_restitution=0.5)
     trace = solve_pic(scene, contact_duration_s=10.0)
     seen: set[int] = set()
@@ -128,8 +134,8 @@ def test_an_impact_of_the_tc_model_loses_no_energy_to_friction() -> None:
         seen |= bodies
 
 
-def test_energy_of_turning_is_counted_where_spins_are_given() -> None:
-    """Half k m R^2 w^2 of each disc that can turn: 1/2 1/2 1 1/4 9 of the first, and 0 of one that can't."""
+def test_kinetic_energy_includes_rotation_if_spins_are_given() -> None:
+    """Kinetic energy includes k m R^2 w^2 / 2 of each disc if spins are given, and 0 for discs that cannot turn."""
     scene = pair()
     speeds = np.array([disc.velocity_m_s for disc in scene.discs])
     assert kinetic_energy(scene, speeds) == 8.0
@@ -163,8 +169,13 @@ HELD = with_discs(pair(), spin_rad_s=0.0, inertia_factor=math.inf).discs
         ({}, replace(ABLE, max_turn_rad=1.25), "turns by 1.5 rad in a step of 0.5 s"),
     ],
 )
-def test_a_method_is_skipped_by_what_it_declares(fields: dict[str, Any], able: Capabilities, reason: str) -> None:
-    """Spin, friction and turns in a step beyond what is declared are the reason; what the scene has not is none."""
+def test_skip_reason_names_undeclared_spin_friction_or_turning(
+    fields: dict[str, Any], able: Capabilities, reason: str
+) -> None:
+    r"""The reason to skip a method names the spin, friction or turn per step beyond its declared limits.
+
+    Within those limits there is no reason.
+    """
     found = unsupported_reason(pair(**fields), able, 0.5)
     assert reason in found
     assert bool(reason) == bool(found)

@@ -47,10 +47,13 @@ def same(one: Trace, other: Trace) -> bool:
 
 
 @given(pairs(), restitutions, ends, st.sampled_from([None, 0, 1, 5]))
-def test_the_closed_form_is_the_event_driven_run(
+def test_closed_form_equals_the_event_driven_run(
     two: tuple[Disc, Disc], restitution: float, end: float, limit: int | None
 ) -> None:
-    """A solve of two discs gives the trace of the event-driven run, which a progress callback asks for."""
+    r"""For two discs without walls, the closed form gives the trace of the event-driven run to the bit.
+
+    A progress callback selects the event-driven run.
+    """
     if math.dist(two[0].position_m, two[1].position_m) < two[0].radius_m + two[1].radius_m:
         return
     scene = Scene(name="two", discs=two, restitution=restitution, duration_s=2e3)
@@ -59,8 +62,8 @@ def test_the_closed_form_is_the_event_driven_run(
     assert same(closed, run)
 
 
-def test_two_discs_meet_at_the_instant_that_the_formula_gives() -> None:
-    """Discs of radius .5 with 3 m between their centres, at 1 m/s, meet at 2 s and exchange velocities."""
+def test_head_on_discs_meet_at_2_s_and_exchange_velocities() -> None:
+    """Discs of radius 0.5 m with centres 3 m apart meet after 2 s at 1 m/s and exchange velocities."""
     scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=5.0)
     trace = solve_pic(scene)
     assert trace.impacts["time_s"].tolist() == [2.0]

@@ -40,8 +40,11 @@ def document(request: pytest.FixtureRequest) -> Document:
     return DOCUMENTS[request.param]()
 
 
-def test_the_answer_is_one_screen(document: Document) -> None:
-    """At 80 columns no answer is longer than 24 lines, except the sentence a method of stress."""
+def test_terminal_answer_fits_24_lines(document: Document) -> None:
+    r"""At 80 columns, each study's answer has at most 24 lines plus a line per method of stress.
+
+    Every engine has a row.
+    """
     lines = printed(document, 80)
     assert len(lines) - sum(": passes " in line for line in lines) <= 24, "\n".join(lines)
     rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
@@ -49,21 +52,24 @@ def test_the_answer_is_one_screen(document: Document) -> None:
 
 
 @each("width, full", release_after(1, [(60, False), (120, True), (200, False), (60, True), (120, False)]))
-def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
-    """No line is longer than the terminal, and no name of a method is cut."""
+def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
+    """No line is wider than the terminal (60 to 200 columns), and names of methods are not cut."""
     lines = printed(document, width, full=full)
     assert max(map(len, lines)) <= width
     assert any(line.startswith("pybullet default ") for line in lines)
 
 
-def test_ascii_has_a_sign_for_all_of_it(document: Document) -> None:
-    """Where the output is no more than ASCII nothing raises, and nothing becomes a question mark."""
+def test_every_symbol_has_an_ascii_replacement(document: Document) -> None:
+    """Every character of the answers has an ASCII replacement that is not a question mark."""
     text = "\n".join(printed(document, 80)).encode("ascii", ERRORS).decode()
     assert "?" not in text
 
 
-def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
-    """The sentence and the row name the point of least run time below the target, with its step and its cost."""
+def test_bench_names_fastest_engine_within_target_error() -> None:
+    r"""The bench names the fastest engine with at most 0.1 % error, with its run time and step.
+
+    If no engine reaches the target, the text reports this and names the most accurate one.
+    """
     below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := point(m, k)).error <= 1e-3 and p.sound]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
     spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
@@ -78,8 +84,8 @@ def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
     assert "No engine reaches 1e-6 error at the tested steps. The most accurate is box2d (default): " in beyond
 
 
-def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
-    """Among the methods that reach the same targets on as many scenes, the cheaper one comes first."""
+def test_methods_with_equal_targets_are_ranked_by_run_time() -> None:
+    """Among methods that reach the same targets on as many scenes, the faster one is first."""
     several = bench("paper/late", "paper/missed")
     scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
     _, rows = build_suite_table(replace(several, scenes=tuple(scenes)), list_reached_targets(several)).select_for(
@@ -90,8 +96,11 @@ def test_methods_of_equal_reach_are_ranked_by_cost() -> None:
     assert names.index("box2d default") < names.index("box2d tuned") < names.index("mujoco default")
 
 
-def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
-    """A target that no engine reaches has no column; engines that all miss impacts are ranked by how many."""
+def test_bench_table_has_only_reached_targets() -> None:
+    r"""The table has a column only for targets that an engine reaches.
+
+    If every engine misses or invents impacts, the text reports this and names the best one with its numbers.
+    """
     whole = bench().scenes[0]
     columns, rows = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(bench())).select_for(
         Media.MARKDOWN
@@ -119,8 +128,8 @@ def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
         assert answer in text.partition(" Every method on ")[0]
 
 
-def test_the_bench_says_why_points_are_missing() -> None:
-    """The number of points that were not scored has the reason, or the place of several reasons."""
+def test_bench_states_why_points_are_not_scored() -> None:
+    """The bench states the number of unscored points and the reason, or refers to the page for several reasons."""
     scene = bench().scenes[0]
     curves = [replace(c, points=(replace(c.points[0], reason="out of time"), *c.points[1:])) for c in scene.curves]
 
@@ -139,8 +148,8 @@ def said(found: Advice) -> str:
     return " ".join(" ".join(printed(build_advice_document(found), 80)).split())
 
 
-def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
-    """Both answers name the rate of the longest step, and every method that passes with it."""
+def test_advice_names_all_methods_with_the_longest_step() -> None:
+    """Both answers of the advice name the rate of the longest step and all methods that pass with it."""
     found = advice()
     passing = [(a.demand.passes.dt_s, a.method) for a in found.answers if a.demand.passes]
     longest = max(dt_s for dt_s, _ in passing)
@@ -154,8 +163,11 @@ def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
         assert text.count(named) == 2
 
 
-def test_a_step_of_a_frame_is_said_with_the_code_that_takes_it() -> None:
-    """Who takes 600 steps a second at 60 Hz takes 10 a frame; the lines are the engine's own, and a command has all."""
+def test_advice_has_steps_per_frame_and_engine_code() -> None:
+    r"""The advice gives 600 steps/s at 60 Hz also as 10 steps per frame, with the engine's code and a command.
+
+    If the answer in whole steps per frame differs, it is stated, too.
+    """
     found = advice()
     (alone,) = [answer for answer in found.answers if answer.method == Method("pymunk", "tuned")]
     text = said(replace(found, answers=(alone,)))
@@ -174,8 +186,8 @@ def test_a_step_of_a_frame_is_said_with_the_code_that_takes_it() -> None:
     assert "--scene 'my scene.toml'" in " ".join(printed(by_hand, 200))
 
 
-def test_where_no_step_fails_any_step_is_the_answer() -> None:
-    """An engine that finds the impact in one step of the whole run needs no rate; one that refuses it has one."""
+def test_advice_without_failing_step_is_any_tested_step() -> None:
+    """If no step fails, the answer is "any tested step"; if larger steps are refused, it is a rate."""
     found = advice()
     one = found.answers[0]
     any_step = replace(one.never_misses, fails=None)
@@ -193,8 +205,8 @@ def test_where_no_step_fails_any_step_is_the_answer() -> None:
     assert "Not run: box2d default at 2 steps per second (too far a step)." in full
 
 
-def test_steps_that_carom_cuts_are_no_answer_where_an_engine_takes_its_own() -> None:
-    """A located method has its row, below the others, is in no answer with others, and has no code."""
+def test_located_methods_are_last_and_not_recommended() -> None:
+    """A located method is in the last row, without code, and is recommended only if there is no other method."""
     found = advice()
     first, *_, last = found.answers
     cut = replace(found, located=frozenset({first.method}))
@@ -208,8 +220,11 @@ def test_steps_that_carom_cuts_are_no_answer_where_an_engine_takes_its_own() -> 
     assert "pymunk tuned" in said(replace(found, answers=(last,)))
 
 
-def test_who_sweeps_is_marked_and_what_a_frame_comes_to_is_said() -> None:
-    """CCD is next to the method that has it; one step a frame loses starts, is refused, breaks off, or is off."""
+def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
+    r"""A method with CCD is marked, and the last column shows its result with one step per frame.
+
+    The result is lost starts, an error, "stopped", "refused" or "n/a".
+    """
     found = advice()
     assert [row.startswith("box2d tuned +CCD ") for row in rows(found)].count(True) == 1
     one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
@@ -226,8 +241,11 @@ def test_who_sweeps_is_marked_and_what_a_frame_comes_to_is_said() -> None:
         assert row.endswith(ends)
 
 
-def test_what_the_adviser_can_not_know_is_not_said() -> None:
-    """No bound is claimed, no row is PIC's or PIT's, and what never ran has no step at which it fails."""
+def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
+    r"""The advice claims no bounds, PIC and PIT have no row, and PIT's rates are stated by formula.
+
+    A refused step is no failure, and methods that can't run are listed with the reason.
+    """
     found = advice()
     text = said(found)
     assert "at least" not in text
@@ -244,8 +262,11 @@ def test_what_the_adviser_can_not_know_is_not_said() -> None:
     assert "Not run: box2d default (the scene has walls)." in said(replace(found, unable=(unable,)))
 
 
-def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> None:
-    """A search that its budget ended is named with the budget; a curve with a hole has both sides."""
+def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
+    r"""A search ended by its budget is named with the budget, and a non-monotone result with both rates.
+
+    If no tested step meets the demand, the text and the table report this.
+    """
     found = advice()
     one = found.answers[0]
     stopped = replace(one, ending=SearchEnding.BUDGET)
@@ -297,17 +318,20 @@ def evidence(found: Advice) -> list[str]:
         (CellEnding.NOT_RUN, None, None),
     ],
 )
-def test_a_bar_is_as_long_as_the_decades_that_a_method_stood(
+def test_bar_length_is_proportional_to_passed_decades(
     ending: CellEnding, stands_at: float | None, depth: float | None
 ) -> None:
-    """On an axis of four decades and a 0 beyond them, each decade is a fifth of the bar."""
+    """On an axis of four decades and a final 0, each passed decade is a fifth of the bar."""
     line = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
     found = line.compute_depth(CellResult("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
     assert found == (None if depth is None else pytest.approx(depth))
 
 
-def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first() -> None:
-    """With few methods each has a sentence; on a terminal a sign a test says how far along its axis it was passed."""
+def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
+    r"""Each of two methods gets a sentence with the number of tests passed and the first failure.
+
+    Its row shows a sign per test for how far along the axis it passed.
+    """
     whole = campaign_results()
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
     lines = printed(build_stress_document(few), 160)
@@ -325,8 +349,11 @@ def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first()
     assert any(line.split() == ["pit", "5"] for line in told)
 
 
-def test_a_campaign_has_a_sentence_a_method_and_one_table() -> None:
-    """At 80 columns each method has one line with what it passes and its first failure, and one row of signs."""
+def test_campaign_has_one_sentence_and_one_row_per_method() -> None:
+    r"""At 80 columns, each method of a campaign gets one sentence and one row.
+
+    The sentence names the first failure, unless all tests pass.
+    """
     whole = campaign_results()
     lines = printed(build_stress_document(whole), 80)
     tests = sum(line.kind == "attack" for line in whole.lines)
@@ -336,8 +363,8 @@ def test_a_campaign_has_a_sentence_a_method_and_one_table() -> None:
         assert sum(line.startswith(f"{method.label} ") for line in lines) == 1
 
 
-def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
-    """Each link of the tables has a row of its name, with the file and the command that show the number."""
+def test_campaign_links_lead_to_rows_with_evidence() -> None:
+    """Each link of a campaign's tables leads to a row, for example with the command that reruns PIT's grazing."""
     sections = list(build_stress_document(campaign_results()).select_for(Media.PAGE))
     tables = [block for section in sections for block in section.select_for(Media.PAGE) if isinstance(block, Table)]
     cells = [cell for table in tables for row in table.select_for(Media.PAGE)[1] for cell in row]
@@ -349,8 +376,8 @@ def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
     assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"
 
 
-def test_a_step_that_was_not_scored_is_not_one_that_misses_an_impact() -> None:
-    """If one of six steps was scored, and finds all impacts, the table says 1 of 1."""
+def test_unscored_step_does_not_count_as_missing_impacts() -> None:
+    """If only one of six steps was scored, and it finds all impacts, the table shows "1 of 1"."""
     whole = bench().scenes[0]
     curve = whole.curves[0]
     unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])

@@ -166,22 +166,25 @@ KEPT = {
 }
 
 
-def test_every_study_is_held_to_its_limits_here() -> None:
-    """A study that is added to the house is in the table, with what it starts."""
+def test_every_study_has_a_row_in_this_test() -> None:
+    """The table of this file has a row for each package of `carom.studies`."""
     assert {one.name for one in iter_modules(studies.__path__)} == set(ALL), "each study needs a row in ALL"
 
 
-def test_a_comparison_starts_no_worker(asked: Asked, tmp_path: Path) -> None:
-    """What has no limits asks no adapter, and runs nothing."""
+def test_record_comparison_starts_no_worker(asked: Asked, tmp_path: Path) -> None:
+    """Comparing two record files starts no worker process."""
     compare(tmp_path, {})
     assert asked == []
 
 
 @pytest.mark.parametrize("study", [*(one for own in ALL.values() for one in own), conform])
-def test_each_worker_of_a_study_has_its_limits_and_what_is_written_down_is_not_asked_again(
+def test_workers_have_study_limits_and_journal_is_reused(
     study: Callable[[Path, How], None], asked: Asked, tmp_path: Path
 ) -> None:
-    """Whatever a study starts, to ask adapters, to run or to time, has the memory and the time that were asked for."""
+    r"""Every worker of a study has the requested limits of memory and time.
+
+    A resumed study does not repeat the tasks in its journal.
+    """
     study(tmp_path, {})
     assert {name for _, _, name in asked} - {"DescribeTask"}
     others = [one for one in asked if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]

@@ -86,14 +86,16 @@ def of_bench(where: str | None, _folder: Path) -> Any:
 
 
 @each("study", [of_run, of_cross_check, of_stress, of_advise, of_tune, of_bench])
-def test_a_cluster_changes_no_result(study: Callable[[str | None, Path], Any], address: str, tmp_path: Path) -> None:
-    """With the address of a scheduler a study returns, to the bit, what it returns without one."""
+def test_results_on_a_cluster_are_identical(
+    study: Callable[[str | None, Path], Any], address: str, tmp_path: Path
+) -> None:
+    """A study on a Dask cluster returns the same result as on this machine, bit for bit."""
     here, there = study(None, tmp_path / "here"), study(address, tmp_path / "there")
     assert digest(there) == digest(here)
 
 
-def test_a_study_on_a_cluster_is_taken_up_from_its_journal(address: str, tmp_path: Path) -> None:
-    """A journal that was begun on a cluster is continued on this machine, which runs nothing again."""
+def test_study_from_a_cluster_resumes_locally(address: str, tmp_path: Path) -> None:
+    """A study that ran on a cluster is resumed on this machine from its journal, without running anything."""
     options = StressOptions(["pit"], quick=True)
     there = run_stress_campaign(["tunnelling"], dataclasses.replace(options, scheduler=address), out=tmp_path)
     before = (tmp_path / JOURNAL).read_bytes()

@@ -42,8 +42,11 @@ def lead(results: Results) -> str:
     return " ".join(cross_check_document(results).lead)
 
 
-def test_a_certified_reference_is_not_without_a_proof() -> None:
-    """Without a known answer PIC has no proof of its own, unless it is certified to the last impact."""
+def test_certified_reference_is_reported_as_certified() -> None:
+    r"""Without a known answer, PIC is "without independent proof", unless certification is on.
+
+    Then the report states that every impact of PIC is certified.
+    """
     three = staged("three", disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(7, 0.2), duration_s=2.0)
     options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcessPool()}
     without = cross_check([three], ["pit"], certified=False, **options)  # type: ignore[arg-type] # of several kinds
@@ -59,8 +62,11 @@ def trend_said(results: Results) -> str:
     return " ".join(texts + [line for block in section.blocks if isinstance(block, Lines) for line in block.items])
 
 
-def test_a_trend_says_no_more_than_was_run() -> None:
-    """PIT's velocities of a head-on impact are right at the steps that were run; without a median there is no trend."""
+def test_trend_without_errors_has_no_medians() -> None:
+    r"""For a head-on impact, the trend states that PIT's velocities are right and that there are no medians.
+
+    For a late impact it contains a remark on methods that find no impact.
+    """
     head_on = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
     said = trend_said(checked(head_on))
     assert "PIT's velocities are right at every step" in said
@@ -83,8 +89,8 @@ def stress_lead(endings: dict[str, CellEnding]) -> str:
     return " ".join(build_stress_document(dataclasses.replace(found, cells=cells)).lead)
 
 
-def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
-    """A method that supports few scenes passes few, which is no failure, and it is named separately."""
+def test_method_with_unsupported_tests_is_not_ranked() -> None:
+    """A method that can't run every stress test is not ranked last; a sentence names it separately."""
     found = campaign_results()
     line = next(line.name for line in found.lines if line.kind == "attack")
     cells = {
@@ -101,15 +107,15 @@ def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
     assert "pymunk (tuned) passed the fewest" not in said
 
 
-def test_of_methods_that_stand_alike_none_stands_most() -> None:
-    """If all pass as many attacks, none is said to pass most."""
+def test_equal_methods_are_summarised_together() -> None:
+    """If all methods pass equally many stress tests, one sentence states this."""
     said = stress_lead({})
     attacks = sum(line.kind == "attack" for line in campaign_results().lines)
     assert f"{len(METHODS)} methods each passed {attacks} of {attacks} stress tests." in said
 
 
-def test_the_only_method_is_not_the_fastest_of_one() -> None:
-    """A single method has its cost, and no rank."""
+def test_growth_of_single_method_has_no_ranking() -> None:
+    """The growth of a single method is reported without a fastest engine; otherwise the fastest engine is named."""
     whole = growth()
     alone = dataclasses.replace(whole, curves=whole.curves[:1])
     plain, falling = build_growth_document(whole).lead
@@ -124,8 +130,11 @@ def test_the_only_method_is_not_the_fastest_of_one() -> None:
 
 
 @each("known", [True, False])
-def test_what_is_reported_twice_is_not_said_to_follow_from_errors(known: bool) -> None:
-    """An impact that the reference has once: from its own state before the bodies meet, or that state is not known."""
+def test_impact_reported_twice_is_not_attributed_to_errors(known: bool) -> None:
+    r"""The cause of an impact that is reported twice is the run's own state, or not known without that state.
+
+    It is never an earlier error.
+    """
     reference = solve_pic(LATE)
     row = next(row for row in checked(LATE).rows if row.job.engine == "pit")
     trace = sure(row.trace)
@@ -149,8 +158,11 @@ def plan_said(scene: Scene) -> str:
     return next(line for line in explain(plan) if line.strip().startswith("engines: "))
 
 
-def test_a_plan_promises_no_free_flight_that_does_not_come() -> None:
-    """Under gravity no velocity stays, at rest neither; and where nothing is met there is no last impact."""
+def test_explanation_mentions_free_flight_only_after_impacts() -> None:
+    r"""The explanation of a scene with gravity or rest does not promise free flight after the last impact.
+
+    Without impacts, it states that no discs meet.
+    """
     assert "run for all 120 steps" in plan_said(THUD)
     assert "the comparison with PIC ends at 0.553 s, when a disc comes to rest" in plan_said(THUD)
     assert "free flight" not in plan_said(find_scenes(["gravity/free-fall"])[0].scene)
@@ -209,18 +221,21 @@ UNPROVEN = "None of these scenes has a known answer: PIC is the reference, witho
         ],
     ),
 )
-def test_what_is_said_of_a_cross_check_is_in_the_table(
+def test_lead_of_cross_check_has_exactly_the_expected_sentences(
     scenes: Sequence[Scene], engines: Sequence[str], sentences: Sequence[str]
 ) -> None:
-    """The lead is these sentences, the count of runs by grade, and nothing else."""
+    """The lead of a report consists of exactly the expected sentences and a count of runs by grade."""
     said = cross_check_document(found(scenes, *engines)).lead
     assert len(said) == len(sentences) + 1
     assert sum(sentence.startswith("Of ") for sentence in said) == 1
     assert all(any(re.fullmatch(pattern, sentence) for sentence in said) for pattern in sentences)
 
 
-def test_an_engine_as_shipped_that_misses_is_said_to() -> None:
-    """As shipped, pymunk at 24 frames a second misses the impact of `paper/missed`, and not that of `paper/late`."""
+def test_lead_names_engine_that_misses_with_default_settings() -> None:
+    r"""With default settings, pymunk at 24 frames/s misses an impact in 1 of 2 scenes; the lead states this.
+
+    The tuned profile is described after it.
+    """
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     scenes = find_scenes(["paper/missed", "paper/late"])
     first = "Default settings: pymunk misses an impact in 1 of 2 scenes"
@@ -231,8 +246,11 @@ def test_an_engine_as_shipped_that_misses_is_said_to() -> None:
     assert says(both).startswith(f"{first}. Tuned: pymunk is within sampling error in 1 scene.")
 
 
-def test_where_nothing_ran_or_pic_is_off_that_is_said() -> None:
-    """No row with a score: nothing could be scored; a known answer that PIC is off by a thousandth is named."""
+def test_lead_states_missing_scores_and_wrong_known_answers() -> None:
+    r"""If PIC deviates from a known answer by 1e-3, the lead names the scene.
+
+    If nothing was scored, the lead reports this.
+    """
     one = found(find_scenes(["paper/late"]), "pit")
     known = {name: (answer, 1e-3) for name, (answer, _) in one.known.items()}
     assert "but not paper/late." in says(dataclasses.replace(one, known=known))

@@ -19,8 +19,8 @@ def trace() -> Trace:
     return replace(solve_pic(SCENE, sample_times_s=[0.0, 1.0]), effective_time_s=np.array([np.nan]))
 
 
-def test_two_traces_of_one_run_are_equal() -> None:
-    """Arrays, states for drawing and a NaN in both: all are compared without an error."""
+def test_traces_of_the_same_run_are_equal() -> None:
+    """Traces with arrays, samples and NaN at the same places are equal and are compared without an error."""
     assert trace() == trace()
 
 
@@ -51,19 +51,19 @@ def changed() -> list[Trace]:
 
 @each("k", range(len(changed())))
 def test_traces_that_differ_in_one_field_are_not_equal(k: int) -> None:
-    """By a unit in the last place of one number, by type, by shape, by the sign of a 0, or by a field that is none."""
+    """The last bit of a number, a type, a shape, the sign of a zero or a missing field makes a difference."""
     assert trace() != changed()[k]
 
 
-def test_a_trace_is_equal_to_a_trace_only() -> None:
-    """Something else is not equal, and does not fail."""
+def test_trace_differs_from_other_objects() -> None:
+    """A trace differs from the trace of another method, from a text and from None, without an error."""
     assert trace() != solve_pit(SCENE)
     assert trace() != "trace"
     assert trace() != None  # noqa: E711 - the operator is what is tried
 
 
-def test_certified_traces_are_compared_but_for_how_long_they_took() -> None:
-    """Two certified runs of a scene are equal; one to other digits is not."""
+def test_certified_traces_are_compared_without_run_time() -> None:
+    """Two certified runs of a scene are equal whatever their run time; one with other digits or radii is not."""
     pytest.importorskip("flint")
     one = certify(SCENE)
     assert one == replace(certify(SCENE), elapsed_s=one.elapsed_s + 1.0)
@@ -72,8 +72,8 @@ def test_certified_traces_are_compared_but_for_how_long_they_took() -> None:
 
 
 @each("kind", [Trace, Samples, Flight])
-def test_what_holds_arrays_has_no_hash(kind: type) -> None:
-    """An array can be changed in its place, so the refusal is Python's own, which names the type."""
+def test_objects_with_arrays_are_not_hashable(kind: type) -> None:
+    """Arrays can be changed in place, so `hash` of a trace, samples or flights raises Python's TypeError."""
     one = trace()
     result: Any = next(each for each in (one, one.samples, *free_flights(one)) if isinstance(each, kind))
     with pytest.raises(TypeError, match=f"unhashable type: '{kind.__name__}'"):

@@ -8,8 +8,8 @@ from tests.cases import each
 from carom.support.escaping import escape_controls, find_last_message, shorten
 
 
-def test_every_control_and_every_turn_of_direction_is_shown() -> None:
-    """Exactly the characters that command a terminal, turn the writing or end a line are escaped."""
+def test_only_control_and_direction_characters_are_escaped() -> None:
+    """Exactly the control characters, direction marks and line separators are escaped; visible text is not."""
     shown = []
     for number in (*range(0x3_0000), *range(0xE_0000, 0xE_1000)):  # of the rest none is in use
         sign = chr(number)
@@ -23,8 +23,8 @@ def test_every_control_and_every_turn_of_direction_is_shown() -> None:
 
 
 @given(st.text())
-def test_json_stays_the_same_json(text: str) -> None:
-    """The escapes are those of JSON: what is read back is what was written, and a second pass changes nothing."""
+def test_escaped_json_has_the_same_value(text: str) -> None:
+    """Escaped JSON is one line that reads back as the original, and a second pass changes nothing."""
     line = escape_controls(json.dumps(text, ensure_ascii=False))
     assert json.loads(line) == text
     assert escape_controls(line) == line
@@ -32,8 +32,8 @@ def test_json_stays_the_same_json(text: str) -> None:
 
 
 @each("length, shown", [(60, 60), (61, 60), (10**6, 60)])
-def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
-    """What is longer than a message shows is cut, and says so by three full stops."""
+def test_long_message_is_shortened_to_60_characters(length: int, shown: int) -> None:
+    """A message of more than 60 characters is cut to 60 and ends in three full stops."""
     text = shorten("a" * length)
     assert len(text) == shown
     assert text.endswith("...") == (length > 60)
@@ -54,6 +54,9 @@ def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
         ("x" * 300, "x" * 200),
     ],
 )
-def test_last_words_are_the_line_that_tells_the_error(printed: str, said: str) -> None:
-    """A trace of node's ends with its version after the error; if no line is an error, the last counts."""
+def test_last_message_is_the_line_with_the_error(printed: str, said: str) -> None:
+    r"""The error among the last lines of an output is found, also before Node's version, or else the last line.
+
+    A line is cut to 200 characters.
+    """
     assert find_last_message(printed) == said

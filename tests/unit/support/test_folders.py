@@ -24,8 +24,8 @@ def as_bytes(files: dict[str, str | bytes]) -> dict[str, bytes]:
     return {name: text if isinstance(text, bytes) else text.encode() for name, text in files.items()}
 
 
-def test_a_folder_of_somebody_elses_files_is_refused_untouched(tmp_path: Path) -> None:
-    """Nothing is written into a folder with files that Carom did not write, and the message names file and option."""
+def test_folder_with_other_files_is_refused_unchanged(tmp_path: Path) -> None:
+    """A folder with files that Carom did not write is refused; the message names a file and the option."""
     (tmp_path / "index.html").write_text("mine")
     with pytest.raises(InputError, match=r"did not write, such as index.html; name another folder by --report"):
         claim(tmp_path, "cross-check", "--report")
@@ -35,8 +35,8 @@ def test_a_folder_of_somebody_elses_files_is_refused_untouched(tmp_path: Path) -
     assert not (tmp_path / MARKER).exists()
 
 
-def test_a_folder_of_another_command_is_refused(tmp_path: Path) -> None:
-    """A bench does not write over a cross-check, whose files have the same names."""
+def test_folder_of_another_command_is_refused(tmp_path: Path) -> None:
+    """A bench does not overwrite a cross-check, whose files have the same names."""
     write_files(tmp_path / "out", "cross-check", OLD)
     with pytest.raises(InputError, match=r"another command's files \(cross-check, not bench\)"):
         write_files(tmp_path / "out", "bench", NEW)
@@ -44,8 +44,8 @@ def test_a_folder_of_another_command_is_refused(tmp_path: Path) -> None:
 
 
 @each("torn", ["", "b", "bench", "bench\n", "bench\nCarom replaces the fi"])
-def test_a_marker_that_was_not_finished_is_made_anew(tmp_path: Path, torn: str) -> None:
-    """Where a full disk left the beginning of a marker and nothing else, the folder can be used; else it is refused."""
+def test_incomplete_marker_is_rewritten_in_an_empty_folder(tmp_path: Path, torn: str) -> None:
+    """A folder with only an incomplete marker can be used; if it has other files, it is refused."""
     (tmp_path / MARKER).write_text(torn)
     claim(tmp_path, "cross-check")
     assert (tmp_path / MARKER).read_text().startswith("cross-check\n")
@@ -55,8 +55,8 @@ def test_a_marker_that_was_not_finished_is_made_anew(tmp_path: Path, torn: str) 
         claim(tmp_path, "cross-check")
 
 
-def test_files_of_ones_own_in_a_folder_of_caroms_stay(tmp_path: Path) -> None:
-    """Carom replaces its own files; other files next to them stay."""
+def test_other_files_in_a_folder_of_carom_are_kept(tmp_path: Path) -> None:
+    """Carom replaces its own files in a folder and keeps all others."""
     write_files(tmp_path / "out", "bench", OLD)
     (tmp_path / "out" / "notes.txt").write_text("mine")
     write_files(tmp_path / "out", "bench", NEW)
@@ -73,8 +73,8 @@ def _dangling(path: Path) -> None:
 
 
 @each("made", [_file, _dangling])
-def test_what_is_no_folder_is_refused_before_the_work(tmp_path: Path, made: Callable[[Path], None]) -> None:
-    """A file, or a link to nothing that can be made, is found before anything is run, not after."""
+def test_path_that_is_not_a_folder_is_refused_before_the_work(tmp_path: Path, made: Callable[[Path], None]) -> None:
+    """A file, or a link to a path that can't be created, is refused before anything is run."""
     made(tmp_path / "out")
     with (
         pytest.raises(InputError, match="name another folder by --out"),
@@ -84,15 +84,15 @@ def test_what_is_no_folder_is_refused_before_the_work(tmp_path: Path, made: Call
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_a_folder_without_permission_is_refused(tmp_path: Path) -> None:
-    """A folder that may not be written into is refused before the work."""
+def test_folder_without_write_permission_is_refused(tmp_path: Path) -> None:
+    """A folder that may not be written to is refused before the work."""
     (tmp_path / "out").mkdir(mode=0o500)
     with pytest.raises(InputError, match="ermission"):
         claim(tmp_path / "out", "bench")
 
 
-def test_work_that_yields_nothing_leaves_nothing(tmp_path: Path) -> None:
-    """A folder that was made for results is gone when there are none; one that was there is as it was."""
+def test_work_without_results_leaves_no_folder(tmp_path: Path) -> None:
+    """A folder that was created for results is removed if there are none; an existing one is unchanged."""
     with pytest.raises(KeyboardInterrupt), claim_while_writing(tmp_path / "new", "bench"):
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
@@ -111,8 +111,8 @@ def _kill() -> None:
     raise _Killed  # whatever would tidy up is dead as well
 
 
-def test_a_kill_at_any_moment_leaves_the_old_files_or_the_new_ones(tmp_path: Path) -> None:
-    """Killed before any call that changes the disk: the next command finds all the old files or all the new ones."""
+def test_kill_leaves_all_old_files_or_all_new_files(tmp_path: Path) -> None:
+    """After a kill before any call that changes the disk, a folder has all the old files or all the new ones."""
     found = []
     for number in range(100):
         folder = tmp_path / str(number)
@@ -133,8 +133,8 @@ def test_a_kill_at_any_moment_leaves_the_old_files_or_the_new_ones(tmp_path: Pat
     assert found[-1] == as_bytes(NEW)
 
 
-def test_a_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If a file can't be written whole, the older files stay, and no partial file remains."""
+def test_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If a file can't be written completely, the old files stay and no partial file remains."""
     write_files(tmp_path / "out", "bench", OLD)
     put = folders._put  # noqa: SLF001 - a disk that is full can't be made here
 
@@ -149,16 +149,16 @@ def test_a_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.Mo
     assert content(tmp_path / "out") == as_bytes(OLD)
 
 
-def test_one_file_is_replaced_whole(tmp_path: Path) -> None:
-    """A file that was asked for by name replaces an older one, and nothing else is left next to it."""
+def test_single_file_is_replaced_without_leftovers(tmp_path: Path) -> None:
+    """`write_file` creates the folder, replaces an older file and leaves no other file next to it."""
     path = tmp_path / "new" / "page.html"
     write_file(path, "old")
     write_file(path, "new")
     assert content(path.parent) == {"page.html": b"new"}
 
 
-def test_what_is_no_file_stays_what_it_is(tmp_path: Path) -> None:
-    """A link goes on to lead to its file, which is replaced; a pipe is written to; a folder is refused."""
+def test_links_and_pipes_are_written_through(tmp_path: Path) -> None:
+    """A link still leads to its file, which is replaced; a pipe is written to; a folder is refused."""
     link, target, pipe = tmp_path / "link.html", tmp_path / "page.html", tmp_path / "pipe"
     target.write_text("old")
     link.symlink_to(target.name)
@@ -177,14 +177,14 @@ NAMES = st.one_of(st.text(min_size=1, max_size=300), st.from_regex(r"[a-cA-C./@-
 
 
 @given(st.lists(NAMES, min_size=2, max_size=30, unique=True))
-def test_no_two_names_share_a_file(names: list[str]) -> None:
-    """Whatever the names, the files differ, also where capitals count as small letters and a full stop ends a name."""
+def test_different_names_have_different_files(names: list[str]) -> None:
+    """File names of different scenes differ even if case and final full stops are ignored."""
     assert len({build_file_name(name).casefold().rstrip(".") for name in names}) == len(names)
 
 
 @given(NAMES)
-def test_a_file_name_is_safe_everywhere(name: str) -> None:
-    """No separator, no sign that a system or a shell takes for something else, not hidden, not too long."""
+def test_file_name_is_safe_on_every_system(name: str) -> None:
+    """File names have only a-z, 0-9 and -_.@, begin with a letter or digit, and have at most 100 characters."""
     found = build_file_name(name)
     assert set(found) <= set("abcdefghijklmnopqrstuvwxyz0123456789-_.@")
     assert found[0].isalnum()
@@ -192,12 +192,12 @@ def test_a_file_name_is_safe_everywhere(name: str) -> None:
 
 
 @each("name, file", [("paper/missed", "paper.missed"), ("my-scene_2", "my-scene_2"), ("a/b", "a.b")])
-def test_an_ordinary_name_stays_readable(name: str, file: str) -> None:
-    """The names of the catalogue, and what most people write, can be read off the file."""
+def test_ordinary_name_stays_readable(name: str, file: str) -> None:
+    """Names of the catalogue and similar ones are used as file names, with a full stop for each slash."""
     assert build_file_name(name) == file
 
 
 @each("name", ["con", "nul/x", "com1", "a-b c", "A", "a.b", "..", "", "-x", "\ud800"])
-def test_a_name_that_some_system_does_not_take_gets_a_digest(name: str) -> None:
-    """Devices of Windows, capitals, full stops and empty names are distinguished by a digest."""
+def test_unsafe_name_gets_a_digest(name: str) -> None:
+    """Device names of Windows, capitals, full stops, spaces and empty names are distinguished by a digest."""
     assert "@" in build_file_name(name)

@@ -112,13 +112,13 @@ def _catalogue() -> list[Job]:
 
 
 @each("one_in", release_after(1, [8, 1]))
-def test_the_catalogue_has_the_bits_of_python(one_in: int) -> None:
-    """Every time, normal, velocity, spin, mode and final state is the same float."""
+def test_page_reproduces_the_catalogue_to_the_bit(one_in: int) -> None:
+    """Every time, normal, velocity, spin, mode and final state of PIC and PIT in the page has the bits of Python."""
     assert _unlike([job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]) == []
 
 
-def test_a_field_that_is_not_known_is_refused_by_name() -> None:
-    """No scene is run without what it has."""
+def test_page_refuses_an_unknown_field_by_name() -> None:
+    """The page refuses a scene or wall with a field that it does not support, and names it."""
     scene = {"name": "s", "discs": [{"position_m": [0.0, 0.0], "radius_m": 1.0}], "duration_s": 1.0}
     wall = {"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "bounce": 2.0}
     changes: dict[str, dict[str, Any]] = {"bounce": {"walls": [wall]}, "drag": {"drag": 0.1}}
@@ -138,8 +138,8 @@ _FAULTS = [
 
 
 @each("module, old, new", release_after(1, _FAULTS))
-def test_a_fault_in_a_row_is_found(module: str, old: str, new: str, tmp_path: Path) -> None:
-    """A number that differs by rounding does not pass as the same bits."""
+def test_comparison_finds_a_rounding_fault_in_the_page(module: str, old: str, new: str, tmp_path: Path) -> None:
+    """A rounding fault in a module of the page changes bits of a run, and the comparison finds it."""
     for source in SOURCES.iterdir():
         if source.suffix in {".js", ".wasm", ".json"}:
             shutil.copy(source, tmp_path)
@@ -223,8 +223,8 @@ def _random(seeds: range) -> list[Job]:
     return [(_drawn(kind, seed), how) for seed in seeds for kind in KINDS for how in ("pic", "pit")]
 
 
-def test_scenes_drawn_at_random_have_the_bits_of_python() -> None:
-    """No bit differs of scenes of every kind that is drawn, of tables, of extreme sizes, of what lands and glides."""
+def test_page_reproduces_random_scenes_to_the_bit() -> None:
+    """Random scenes of every kind, tables, extreme sizes, and sliding or slowed discs have the bits of Python."""
     tables = _tables(range(2, 4))  # driven, and driven and falling
     assert len(tables) == 8
     slips = [(thrown(seed, gives_back=True), "pic") for seed in range(3)]
@@ -293,28 +293,28 @@ def _gliding() -> list[Job]:
 
 
 @pytest.mark.release
-def test_rows_of_discs_that_are_crushed_have_the_bits_of_python() -> None:
-    """Between mallets and walls that close on them: every impact before the crush is named."""
+def test_page_reproduces_crushed_rows_to_the_bit() -> None:
+    """Rows of discs that are crushed between mallets and walls have the bits of Python, up to the crush."""
     assert _unlike([(scene, "pic") for scene, _ in crushed_rows()]) == []
 
 
 @pytest.mark.release
 @each("first", range(0, 200, 20))
-def test_two_thousand_scenes_have_the_bits_of_python(first: int) -> None:
-    """Two thousand of them, two hundred of each kind."""
+def test_page_reproduces_many_random_scenes_to_the_bit(first: int) -> None:
+    """200 random scenes of each kind have the bits of Python in the page."""
     assert _unlike(_random(range(first, first + 20))) == []
 
 
 @pytest.mark.release
-def test_a_hundred_slowing_tables_and_extreme_sizes_have_the_bits_of_python() -> None:
-    """Discs that a table slows, and scenes that are computed in other units."""
+def test_page_reproduces_100_slowing_and_extreme_scenes() -> None:
+    """100 scenes with table deceleration and 100 of extreme sizes have the bits of Python in the page."""
     assert _unlike([*_slowing(range(3, 103)), *_extreme(range(4, 104))]) == []
 
 
 @pytest.mark.release
 @each("first", range(4, 404, 100))
-def test_hundreds_of_tables_have_the_bits_of_python(first: int) -> None:
-    """Four hundred draws of tables, a quarter of them driven and falling."""
+def test_page_reproduces_400_tables_to_the_bit(first: int) -> None:
+    """400 draws of tables, a quarter of them both driven and falling, have the bits of Python in the page."""
     assert _unlike(_tables(range(first, first + 100))) == []
 
 
@@ -327,8 +327,8 @@ def _names(listed: str) -> set[str]:
     return {name.split(" as ")[-1].strip() for name in listed.split(",") if name.strip()}
 
 
-def test_each_module_imports_what_there_is_from_a_module_before_it() -> None:
-    """A name that no module exports, or a circle of imports, is found here and not by who opens the page."""
+def test_page_modules_import_only_from_earlier_modules() -> None:
+    """Each import in the page's scripts names an export of an earlier module, so that there are no cycles."""
     exported: dict[str, set[str]] = {}
     for module in page.MODULES:
         text = (page.SOURCES / f"{module}.js").read_text(encoding="utf-8")
@@ -343,8 +343,8 @@ def test_each_module_imports_what_there_is_from_a_module_before_it() -> None:
         exported[module] = single | listed_names | constants
 
 
-def test_no_two_modules_give_one_name_to_different_things(tmp_path: Path) -> None:
-    """The modules are one script in the page, in which a name that is declared twice is an error."""
+def test_joined_page_script_is_valid(tmp_path: Path) -> None:
+    """The page's modules are joined to one script that Node accepts, so no name is declared twice."""
     script = tmp_path / "page.mjs"
     script.write_text(page.build_page_script(), encoding="utf-8")
     node = shutil.which("node") or pytest.skip("there is no node here to read the script")
@@ -353,13 +353,13 @@ def test_no_two_modules_give_one_name_to_different_things(tmp_path: Path) -> Non
 
 
 def test_every_module_is_in_the_page() -> None:
-    """Files next to the others are loaded; the loader is separate, before them."""
+    """Each JavaScript file is in the page's list of modules, except the loader, which comes before them."""
     assert {path.stem for path in page.SOURCES.glob("*.js")} == {*page.MODULES, "loader"}
     assert all(first != second for first, second in pairwise(page.MODULES))
 
 
-def test_blocks_are_unpacked_to_what_was_packed() -> None:
-    """The page's own decoder of LZMA gives the bytes back: of the core, of what repeats, and of noise."""
+def test_packed_blocks_are_unpacked_unchanged() -> None:
+    """The page's LZMA decoder returns the original bytes of the core, of repeated text and of noise."""
     noise = random.Random("noise").randbytes(5000)
     contents = [page.CORE.read_bytes()[:20_000], b"ab" * 3000 + b"c", noise, noise[:7] * 99, b"<"]
     lines = "\n".join(page.pack_block(content) for content in contents)
@@ -369,8 +369,8 @@ def test_blocks_are_unpacked_to_what_was_packed() -> None:
 
 
 @each("change", release_after(1, ["letter", "length", "end"]))
-def test_a_damaged_block_is_refused(change: str) -> None:
-    """A block whose length, content or end is not what was written is not unpacked, and ends in bounded time."""
+def test_damaged_block_is_refused(change: str) -> None:
+    """A block with a changed length, content or end raises a RangeError that the page is damaged."""
     block = page.pack_block(b"the content of a block" * 10)
     letters = {"length": block[:2] + "}}}}" + block[6:], "letter": block[:30] + "@" + block[31:], "end": block[:40]}
     done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=f"{block}\n{letters[change]}", check=False)
@@ -380,13 +380,13 @@ def test_a_damaged_block_is_refused(change: str) -> None:
 # `core.wasm`, the core that the page contains: it is of the sources next to it, and is rebuilt to the same bytes ------
 
 
-def test_it_is_of_the_sources() -> None:
-    """The digest inside is that of the sources, flags and compiler: ``make generated`` writes the file."""
+def test_committed_wasm_matches_the_sources() -> None:
+    """The digest in core.wasm is that of the sources, flags and compiler; ``make generated`` writes the file."""
     assert core_wasm.sources_digest_of(core_wasm.CORE_WASM.read_bytes()) == core_wasm.sources_digest()
 
 
 @pytest.mark.release
-def test_a_build_in_another_folder_has_the_same_bytes(tmp_path: Path) -> None:
-    """The pinned compiler makes the committed file of the sources, wherever they are."""
+def test_wasm_build_is_reproducible(tmp_path: Path) -> None:
+    """The pinned compiler builds the committed core.wasm from the sources, in any folder."""
     shutil.copytree(core_wasm.ROOT / "src/carom/core", tmp_path / "src/carom/core")
     assert core_wasm.build(tmp_path) == core_wasm.CORE_WASM.read_bytes()

@@ -50,7 +50,7 @@ def doctored(change: Callable[[States], States], name: str) -> Score:
 
 @each("name", [*list(CONTACT)[1::3], *release_after(0, CONTACT)])
 def test_pic_is_exact_in_contact(name: str) -> None:
-    """What it is at each step is what the closed form is, to rounding."""
+    """PIC's states in contact equal the closed form to rounding: both grades are EXACT."""
     score = doctored(lambda looks: looks, name)
     assert sure(score.contact).grade is Grade.EXACT
     assert score.grade is Grade.EXACT
@@ -60,17 +60,18 @@ def test_pic_is_exact_in_contact(name: str) -> None:
 @each("dt_s", release_after(1, [1 / 60, 1 / 240]))
 @each("name", release_after(5, [*list(CONTACT)[::4], *(name for k, name in enumerate(CONTACT) if k % 4)]))
 def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
-    """It knows no contact, and hops from frame to frame: that is what checking once per step costs."""
+    """PIT, which hops from frame to frame in contact, is SAMPLED, CLOSE or EXACT."""
     sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))
     score = compare(reference(name), run_of(name, "pit", dt_s), sampling=sampling)
     assert sure(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
     assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
 
 
-def test_what_hops_in_two_steps_is_not_looked_at_in_every_other() -> None:
-    """PIT hops on an elastic floor where a ball rests, by g dt at every other frame: it is sampled, not exact.
+def test_hops_of_two_frames_are_not_hidden_by_skipped_states() -> None:
+    r"""PIT that hops at every other frame is SAMPLED, although only 150 of its 300 states are compared.
 
-    The comparison keeps 150 of the 300 states. Every second state is correct, so these alone would hide the hops.
+    PIT hops on an elastic floor where a ball rests, by g dt. Every second state is correct, so these alone would
+    hide the hops.
     """
     (entry,) = find_scenes(["issues/brax-151"])
     trace = observe_run(load_adapter("pit"), entry.scene, "tuned", 0.01)
@@ -80,8 +81,8 @@ def test_what_hops_in_two_steps_is_not_looked_at_in_every_other() -> None:
 
 
 @each("name", list(CONTACT))
-def test_the_motion_of_a_trace_is_that_of_the_run(name: str) -> None:
-    """Places, velocities and spins read off a trace at any time are those of a run that ends then."""
+def test_states_computed_from_a_trace_equal_those_of_the_run(name: str) -> None:
+    """Positions, velocities and spins computed from a trace at any time equal those of a run that ends then."""
     trace = reference(name)
     times = np.sort(np.random.default_rng(3).uniform(0.0, trace.end_time_s, 12))
     motion = compute_states_at(trace, times)
@@ -93,8 +94,8 @@ def test_the_motion_of_a_trace_is_that_of_the_run(name: str) -> None:
             assert motion.spin_rad_s[row] == pytest.approx(there.final_spin_rad_s, abs=1e-12)
 
 
-def test_places_that_are_off_by_more_than_pit_s_are_inaccurate() -> None:
-    """PIT, which takes a look to begin to rub, ends a sixth of a metre too far: a fifth is more."""
+def test_position_error_above_that_of_pit_is_inaccurate() -> None:
+    """A position error of 0.2 m in contact, above PIT's 1/6 m, is INACCURATE with the verdict CONTACT."""
     aside = np.array([0.2, 0.0])
     score = doctored(lambda looks: replace(looks, position_m=looks.position_m + aside), "contact/slide-to-roll")
     assert sure(sure(score.contact).pit).place_m == pytest.approx(1 / 6, rel=0.01)
@@ -102,8 +103,8 @@ def test_places_that_are_off_by_more_than_pit_s_are_inaccurate() -> None:
     assert Verdict.CONTACT in score.verdicts
 
 
-def test_a_disc_that_stands_still_where_it_moves_is_wrong() -> None:
-    """Frozen in its first state, it is wrong, and the reason says so."""
+def test_disc_that_is_frozen_in_contact_is_wrong() -> None:
+    """A run in which a sliding disc has no velocity is WRONG, and the reason says that it stands still."""
 
     def frozen(looks: States) -> States:
         return replace(looks, velocity_m_s=np.zeros_like(looks.velocity_m_s))
@@ -115,8 +116,8 @@ def test_a_disc_that_stands_still_where_it_moves_is_wrong() -> None:
 
 
 @each("steps, grade", [(2.0, Grade.INACCURATE), (3.0, Grade.WRONG)])
-def test_a_disc_that_does_not_come_to_rest_is_wrong(steps: float, grade: Grade) -> None:
-    """Three steps' fall of jitter is no rest any more; two are, and too much where PIT's is as much as one."""
+def test_jitter_of_a_resting_disc_is_inaccurate_or_wrong(steps: float, grade: Grade) -> None:
+    """Jitter of a disc that should rest is INACCURATE at two steps' fall, and WRONG at three."""
 
     def shaken(looks: States) -> States:
         shake = steps * 10.0 / 60.0 * (-1.0) ** np.arange(len(looks))
@@ -127,8 +128,8 @@ def test_a_disc_that_does_not_come_to_rest_is_wrong(steps: float, grade: Grade) 
     assert any("that should rest" in finding.reason for finding in score.findings)
 
 
-def test_a_spin_that_damping_eats_shows_in_the_angular_momentum() -> None:
-    """A rim that is slower by a tenth is off by half as much in ``u - k R w``, k = 1/2."""
+def test_reduced_spin_is_an_error_of_the_angular_momentum() -> None:
+    """A rim that is a tenth too slow is half as much off in the angular momentum u - k R w, for k = 1/2."""
 
     def slowed(looks: States) -> States:
         return replace(looks, spin_rad_s=0.9 * sure(looks.spin_rad_s))
@@ -153,8 +154,8 @@ def moved(looks: States, where: NDArray[np.bool_], place: float = 0.0, speed: fl
 
 
 @each("steps, grade", [(1.0, Grade.SAMPLED), (3.0, Grade.WRONG)])
-def test_a_disc_that_hops_while_it_glides_on_is_wrong(steps: float, grade: Grade) -> None:
-    """At the fall of three steps, off and into its floor, it never rests; of one step, PIT is no better."""
+def test_hopping_of_a_sliding_disc_is_sampled_or_wrong(steps: float, grade: Grade) -> None:
+    """A disc that hops on its floor is SAMPLED at the fall of one step, as PIT is, and WRONG at that of three."""
 
     def hopping(looks: States) -> States:
         shake = steps * 10.0 / 60.0 * (-1.0) ** np.arange(len(looks))
@@ -171,8 +172,8 @@ def test_a_disc_that_hops_while_it_glides_on_is_wrong(steps: float, grade: Grade
 
 
 @each("off, said", [(0.005, "held 0.005 m off its wall"), (-0.005, "held 0.005 m inside its wall")])
-def test_a_disc_that_is_held_off_its_wall_is_said_to_be(off: float, said: str) -> None:
-    """By a skin of 5 mm, or in an overlap as deep."""
+def test_constant_gap_or_overlap_in_contact_is_reported(off: float, said: str) -> None:
+    """A disc that is held 5 mm off its wall, or 5 mm inside it, is reported with that distance."""
     score = doctored(lambda looks: moved(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll")
     assert sure(score.contact).kept.gap_m == pytest.approx(off)
     assert sure(score.contact).kept.overlap_m == pytest.approx(-off)
@@ -180,8 +181,8 @@ def test_a_disc_that_is_held_off_its_wall_is_said_to_be(off: float, said: str) -
 
 
 @each("until_s, in_time", [(0.5, False), (1.25, True)])
-def test_bounces_that_end_early_are_told_beyond_what_sampling_loses(until_s: float, in_time: bool) -> None:
-    """Of bounces that end at 1.342 s, those of the last tenth are no step's; all after the first are."""
+def test_bounces_that_end_too_early_are_reported(until_s: float, in_time: bool) -> None:
+    """Bounces that should end at 1.342 s are reported if they end at 0.5 s, and not if they end at 1.25 s."""
 
     def dead(looks: States) -> States:
         return moved(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0)
@@ -192,8 +193,8 @@ def test_bounces_that_end_early_are_told_beyond_what_sampling_loses(until_s: flo
     assert ("bounces end" in reasons(score)) is not in_time
 
 
-def test_a_slip_that_ends_late_is_told() -> None:
-    """A disc that should roll from 1/2 s on still slips at 1 s."""
+def test_slip_that_ends_late_is_reported() -> None:
+    """A disc that should roll from 0.5 s on, but slips until 1 s, is reported with slip ending 0.5 s late."""
 
     def slipping(looks: States) -> States:
         late = (looks.time_s > 0.4) & (looks.time_s < 1.0)
@@ -204,8 +205,11 @@ def test_a_slip_that_ends_late_is_told() -> None:
     assert "slips end" in reasons(score)
 
 
-def test_the_half_step_of_an_integrator_is_named_and_no_fault() -> None:
-    """One that moves a disc a step at its new speed ends ``v dt / 2`` short, of 2.9 m/s that it is first seen at."""
+def test_half_step_of_an_integrator_is_explained() -> None:
+    r"""A position error of v dt / 2 is reported as an integrator's half step, and is SAMPLED.
+
+    The disc is first seen at 2.9 m/s.
+    """
 
     def integrated(looks: States) -> States:
         slower = looks.velocity_m_s - looks.velocity_m_s[0]
@@ -218,8 +222,8 @@ def test_the_half_step_of_an_integrator_is_named_and_no_fault() -> None:
     assert "an integrator's half step" in reasons(score)
 
 
-def test_a_block_that_creeps_is_told() -> None:
-    """By a centimetre a second, where friction holds it."""
+def test_creeping_of_a_resting_disc_is_reported() -> None:
+    """A disc that creeps at 0.01 m/s where friction holds it is reported with that speed."""
 
     def creeping(looks: States) -> States:
         return replace(looks, velocity_m_s=looks.velocity_m_s + np.array([0.008, -0.006]))
@@ -228,8 +232,8 @@ def test_a_block_that_creeps_is_told() -> None:
 
 
 @each("restitution", release_after(1, [0.2, 0.8, 0.95]))
-def test_pit_of_a_ball_that_comes_to_rest_is_no_worse_than_sampled(restitution: float) -> None:
-    """Whatever its floor gives back, though it hops for ever, and the higher the more."""
+def test_pit_of_a_ball_coming_to_rest_is_no_worse_than_sampled(restitution: float) -> None:
+    """PIT of a ball that should come to rest is SAMPLED, CLOSE or EXACT for any restitution of the floor."""
     for height in (1.0, 1.013):
         scene = CONTACT["contact/drop"]
         disc = scene.discs[0].model_copy(update={"position_m": (0.0, 0.5 + height), "velocity_m_s": (0.0, 0.0)})
@@ -241,13 +245,13 @@ def test_pit_of_a_ball_that_comes_to_rest_is_no_worse_than_sampled(restitution: 
         assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
 
 
-def test_a_state_that_is_no_number_is_wrong() -> None:
-    """NaN passes no comparison."""
+def test_nan_position_in_contact_is_wrong() -> None:
+    """NaN as positions in contact makes the run WRONG."""
     score = doctored(lambda looks: replace(looks, position_m=np.full_like(looks.position_m, math.nan)), "contact/stops")
     assert score.grade is Grade.WRONG
 
 
-def test_of_flight_alone_nothing_is_scored_in_contact() -> None:
+def test_no_contact_score_without_contact_or_states() -> None:
     """There is no contact score if the reference has no contact, or the trace no states."""
     (entry,) = find_scenes(["gravity/bouncing-ball"])
     trace = observe_run(load_adapter("pic"), entry.scene, "tuned", 1 / 60)
@@ -256,8 +260,8 @@ def test_of_flight_alone_nothing_is_scored_in_contact() -> None:
     assert compare(solve_pic(scene), solve_pic(scene)).contact is None
 
 
-def test_an_impact_reported_where_contact_begins_is_not_invented() -> None:
-    """An engine reports what touches: a disc that lies on the floor from the start is no impact too many."""
+def test_impact_reported_where_contact_begins_is_not_spurious() -> None:
+    """An impact reported at 0 s for a disc that lies on the floor from the start is not spurious."""
     trace = run_of("contact/stops", "pic")
     touches = reference("contact/drop").impacts[:1].copy()
     touches["time_s"] = 0.0
@@ -265,8 +269,8 @@ def test_an_impact_reported_where_contact_begins_is_not_invented() -> None:
     assert compare(reference("contact/stops"), told).spurious == ()
 
 
-def test_an_impact_before_contact_is_invented() -> None:
-    """An impact at 0.1 s is spurious for a ball that is in the air for half a second."""
+def test_impact_before_contact_is_spurious() -> None:
+    """An impact reported at 0.1 s is spurious for a ball that is in the air for half a second."""
     trace = run_of("contact/drop", "pic")
     early = np.insert(trace.impacts, 0, trace.impacts[0])
     early["time_s"][0] = 0.1
@@ -274,8 +278,11 @@ def test_an_impact_before_contact_is_invented() -> None:
     assert len(compare(reference("contact/drop"), told).spurious) == 1
 
 
-def test_contact_that_only_the_last_look_finds_is_told() -> None:
-    """A disc falls a metre at 2 m/s^2 and stays there: the second of two states, at 0.5 and 1.25 s, shows contact."""
+def test_contact_in_the_last_state_alone_is_measured() -> None:
+    r"""Contact that only the last of two states shows is measured, here with a gap of 0.25 m.
+
+    A disc falls a metre at 2 m/s^2 and stays there; the states are at 0.5 and 1.25 s.
+    """
     bodies = disc_at(0.0, 1.5), wall_at(0.0, 0.0, 0.0, 1.0)
     truth = solve_pic(staged("drop", *bodies, wall_restitution=0.0, gravity_m_s2=(0.0, -2.0), duration_s=1.25))
     places, speeds = np.array([[[0.0, 1.25]], [[0.0, 0.5]]]), np.array([[[0.0, -1.0]], [[0.0, 0.0]]])

@@ -30,8 +30,11 @@ def long_gas(duration_s: float) -> Scene:
     return gas.model_copy(update={"duration_s": duration_s})
 
 
-def test_the_reference_has_no_local_error_however_long_it_runs() -> None:
-    """Each of thousands of impacts of a gas, long past any horizon, is right from its own state before, to rounding."""
+def test_pic_has_no_local_errors_in_a_long_gas() -> None:
+    r"""Each of over 2000 impacts of PIC in a gas follows from the state before it, to 1e-9.
+
+    Median errors are below 1e-12.
+    """
     trace = solve_pic(long_gas(60.0))
     assert len(trace.impacts) > 2000
     local = measure_local_errors(trace, compute_scales(trace.scene, trace))
@@ -42,8 +45,8 @@ def test_the_reference_has_no_local_error_however_long_it_runs() -> None:
         assert local.median(name) < ROUNDING, name
 
 
-def test_a_fault_deep_in_chaos_is_found_at_its_size() -> None:
-    """In a gas far beyond the horizon, 3 % of the restitution lost in one impact is found there, at 3 %."""
+def test_local_error_of_a_fault_beyond_the_horizon_is_exact() -> None:
+    """In a gas far beyond its horizon, 3% less restitution in one impact is a local error of -0.03 there."""
     trace = solve_pic(long_gas(30.0))
     at = len(trace.impacts) - 100
     row = trace.impacts[at]
@@ -63,8 +66,8 @@ def test_a_fault_deep_in_chaos_is_found_at_its_size() -> None:
 
 
 @each("name", ["paper/late", "paper/wrong-direction", "classics/deflection", "classics/sorting"])
-def test_pit_errs_locally_by_what_sampling_costs_and_nothing_else(name: str) -> None:
-    """PIT's local error is all sampling: from its own states, the closed form of PIT gives its very velocities."""
+def test_local_errors_of_pit_are_those_of_sampling(name: str) -> None:
+    """The local errors of PIT are all due to sampling, to 1e-12, and it is late by less than one step."""
     scene = catalogue()[name].scene
     reference = solve_pic(scene)
     for pit in (solve_pit(scene), observe_run(load_adapter("pit"), scene, "tuned", 1 / scene.frame_rate_hz)):
@@ -76,24 +79,24 @@ def test_pit_errs_locally_by_what_sampling_costs_and_nothing_else(name: str) -> 
         assert np.all(local.time_s < pit.dt_s + ROUNDING)
 
 
-def test_the_local_time_of_pit_is_late_by_the_rest_of_the_frame() -> None:
-    """Contact at 9.1 frames is found at 10: late by .9 of a frame, from PIT's own state as well."""
+def test_local_lateness_of_pit_is_the_rest_of_the_frame() -> None:
+    """PIT finds a contact at 9.1 frames at frame 10, with a local lateness of 0.9 frames."""
     scene = catalogue()["paper/late"].scene
     pit = solve_pit(scene)
     local = compare(solve_pic(scene), pit).local
     assert local.time_s[0] * scene.frame_rate_hz == pytest.approx(0.9, abs=1e-12)
 
 
-def test_an_impact_that_does_not_follow_from_its_own_state_is_spurious_locally() -> None:
-    """Discs that pass each other do not collide, whatever a trace says."""
+def test_impact_of_discs_that_pass_is_locally_spurious() -> None:
+    """An impact of two discs that pass each other does not follow from their states, and is spurious."""
     scene = catalogue()["classics/miss"].scene
     hit = catalogue()["classics/graze"].scene
     invented = dataclasses.replace(solve_pic(hit), scene=scene)
     assert measure_local_errors(invented, compute_scales(scene, solve_pic(scene))).spurious == (0,)
 
 
-def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
-    """The harness's effective time, from states at step boundaries alone, is the instant that mathematics gives."""
+def test_effective_times_equal_the_known_impact_times() -> None:
+    """Effective times, from states at step boundaries alone, equal the known impact times to 32 ulp."""
     from carom.engines.api import Contact, Observation
     from carom.execution.impact_collector import ImpactCollector
 
@@ -117,8 +120,8 @@ def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
             assert found == pytest.approx(answer.time_s, abs=32 * math.ulp(1.0)), name
 
 
-def test_a_trace_without_impacts_has_nothing_to_score() -> None:
-    """No impact, no local error; medians are not numbers."""
+def test_trace_without_impacts_has_no_local_errors() -> None:
+    """A trace without impacts has no scored impact, and NaN as median error."""
     scene = catalogue()["classics/miss"].scene
     trace: Trace = solve_pic(scene)
     local = measure_local_errors(trace, compute_scales(scene, trace))
@@ -135,10 +138,10 @@ def test_a_trace_without_impacts_has_nothing_to_score() -> None:
         (Arc.on(CIRCLE, None, 0.1, inside=True), (1.75, 0.1), (1.0, 0.2)),
     ],
 )
-def test_where_an_overlap_began_the_rim_touched(
+def test_disc_touches_a_feature_at_the_start_of_its_overlap(
     feature: Feature, place: tuple[float, float], velocity: tuple[float, float]
 ) -> None:
-    """Brought back by that time along its path, a disc that overlaps a feature touches it."""
+    """A disc that is moved back to the start of its overlap with a feature touches it, to 1e-15."""
     disc, wall = Mover.at(place, velocity, 0.25), in_core(feature)
     assert wall.gap(0, disc) < -0.01
     ago = wall.overlap_start(0, disc)
@@ -151,16 +154,14 @@ def test_where_an_overlap_began_the_rim_touched(
     "feature, place",
     [(Face.between((0.0, 0.0), (2.0, 0.0)), (1.0, 0.25)), (Arc.on(CIRCLE, None, inside=True), (0.0, -1.75))],
 )
-def test_a_disc_that_touches_a_wall_and_moves_along_it_came_to_it_now(
-    feature: Feature, place: tuple[float, float]
-) -> None:
-    """No speed at which it closes divides what is no gap."""
+def test_overlap_of_a_disc_that_slides_along_a_wall_starts_now(feature: Feature, place: tuple[float, float]) -> None:
+    """The overlap of a disc that touches a wall and moves along it starts at 0 s."""
     assert in_core(feature).overlap_start(0, Mover.at(place, (1.0, 0.0), 0.25)) == 0.0
 
 
 @each("name", release_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))
-def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
-    """The closed form from its own state before each impact leaves nothing to the method but checking once per step."""
+def test_local_errors_of_pit_at_finite_walls_are_those_of_sampling(name: str) -> None:
+    """At finite walls the local errors of PIT are all due to sampling, and PIC has none, to 1e-14."""
     scene = carom.scene(f"tables/{name}")
     reference = carom.solve_pic(scene)
     scales = compute_scales(scene, reference)

@@ -39,15 +39,15 @@ def alone(run: Run) -> int:
     raise AssertionError("no impact is alone")
 
 
-def test_a_run_that_parted_and_reports_what_it_shows_is_parted() -> None:
-    """PIT in a crowd has left the reference's trajectory, and nothing is said of its reports."""
+def test_parted_run_with_correct_reports_is_parted() -> None:
+    """PIT in a crowd leaves PIC's trajectory and is PARTED, without the verdict MISREPORTED."""
     score = judged(PIT)
     assert score.grade is Grade.PARTED
     assert Verdict.MISREPORTED not in score.verdicts
 
 
-def test_an_impact_that_is_not_reported_is_said_as_that() -> None:
-    """One report taken from a run that parted makes it wrong, and nothing is called missed for it."""
+def test_unreported_impact_makes_a_parted_run_wrong() -> None:
+    """A parted run that does not report one of its impacts is WRONG and MISREPORTED, with no missed impact."""
     k = alone(PIT)
     score = reporting(PIT, np.delete(PIT.impacts, k))
     assert score.grade is Grade.WRONG
@@ -55,8 +55,8 @@ def test_an_impact_that_is_not_reported_is_said_as_that() -> None:
     assert {Verdict.PARTED} == set(score.verdicts) & {Verdict.PARTED, Verdict.MISSED, Verdict.MULTIPLE_MISSED}
 
 
-def test_an_impact_that_no_state_shows_is_said_as_that() -> None:
-    """One report of two bodies that are far apart makes a run that parted wrong, and names time and bodies."""
+def test_reported_impact_that_no_state_shows_is_wrong() -> None:
+    """A report of two distant bodies makes a parted run WRONG; the reason names the time and the bodies."""
     k = alone(PIT)
     invented = PIT.impacts[[k]].copy()
     busy = PIT.impacts[np.abs(PIT.impacts["time_s"] - invented[0]["time_s"]) <= 4 * DT]
@@ -94,16 +94,19 @@ def parting(
     return found.unshown, found.unreported
 
 
-def test_each_report_is_of_the_window_that_leaves_the_others_theirs() -> None:
-    """A crowd's window never takes the report of its neighbour, and windows in a row take theirs in order."""
+def test_each_window_gets_its_own_report() -> None:
+    """A crowd's window does not take its neighbour's report, and windows in a row take theirs in order."""
     assert parting([(91, 93, True), (94, 96, False)], [92, 95]) == (0, 0)
     assert parting([(91, 93, True), (94, 96, False)], [95]) == (0, 0)
     assert parting([(10, 11, False), (13, 14, False)], [13, 16]) == (0, 0)
     assert parting([(10, 11, False), (10, 12, True)], [11, 13]) == (0, 0)
 
 
-def test_a_report_too_many_or_too_few_is_counted() -> None:
-    """A window of one impact shows one report, up to two steps away, and needs one."""
+def test_extra_and_missing_reports_are_counted() -> None:
+    r"""A window of one impact needs exactly one report, up to two steps away.
+
+    Any other report is counted as not shown.
+    """
     assert parting([(10, 11, False)], [11, 12]) == (1, 0)
     assert parting([(10, 11, False)], [14]) == (1, 1)
     assert parting([(10, 11, False)], [13]) == (0, 0)
@@ -111,8 +114,8 @@ def test_a_report_too_many_or_too_few_is_counted() -> None:
     assert parting([], [14]) == (1, 0)
 
 
-def test_reports_of_a_pair_that_rests_are_shown_where_pushes_show() -> None:
-    """A rest shows any number of reports up to two steps away, and needs none; reports further away are not shown."""
+def test_resting_pair_can_have_any_number_of_reports() -> None:
+    """A rest shows any number of reports up to two steps away, and needs none; others are not shown."""
     assert parting([], [4, 5, 6, 7, 8], [(6, 7)]) == (0, 0)
     assert parting([], [3, 10], [(6, 7)]) == (2, 0)
     assert parting([], [10, 14], [(2, 8), (16, 20), (40, 41)]) == (0, 0)
@@ -131,8 +134,8 @@ NARROW = staged(
 )
 
 
-def test_what_hops_from_frame_to_frame_on_a_slope_reports_what_it_shows() -> None:
-    """PIT strikes the slope at each frame, as its velocities show; a report of the floor at that time is wrong."""
+def test_pit_that_hops_on_a_slope_reports_what_it_shows() -> None:
+    """PIT that hops on a slope at each frame is PARTED, not MISREPORTED; a false floor report is WRONG."""
     run = sampled(NARROW)
     hops = run.impacts[run.impacts["second"] == -2]
     assert len(hops) > 50

@@ -56,15 +56,15 @@ def price() -> float:
 
 
 @each("part", [0.0, 1e-6, 0.005, 0.3, 0.999])
-def test_the_price_paid_is_the_error_over_the_closed_form_of_the_worst_phase(part: float) -> None:
-    """Found a part of a step late, an impact costs what the line of centres makes of it, over PIT's worst so far."""
+def test_price_is_the_velocity_error_over_pits_worst_phase(part: float) -> None:
+    """The price paid is the closed-form velocity error of a late impact over PIT's largest at sixteen phases."""
     score, off = scored(late_by(REFERENCE, part * DT)), found_after(part * DT)
     assert score.total.velocity == pytest.approx(off, rel=1e-9, abs=1e-15)
     assert score.price_paid == pytest.approx(off / max(off, price()), rel=1e-9, abs=1e-12)
 
 
-def test_exact_pays_nothing_and_pit_all_of_it_at_one_phase_and_never_more() -> None:
-    """PIC pays 0; PIT pays at most 1 at any phase, and 1 at one of the eight."""
+def test_pic_pays_0_and_pit_at_most_1() -> None:
+    """PIC pays 0; PIT pays at most 1 at eight phases, 1 at one of them, and less than 0.2 at another."""
     assert scored(faithful(REFERENCE)).price_paid == 0.0
     paid = []
     for k in range(8):
@@ -76,24 +76,24 @@ def test_exact_pays_nothing_and_pit_all_of_it_at_one_phase_and_never_more() -> N
     assert min(paid) < 0.2
 
 
-def test_a_ladder_of_lateness_never_improves_the_grade() -> None:
-    """Found ever later, the impact is exact, close to a hundredth of a step, sampled to a step, then inaccurate."""
+def test_grade_never_improves_with_lateness() -> None:
+    """An impact found ever later is EXACT, then CLOSE, SAMPLED up to one step, and INACCURATE beyond."""
     pit = late_by(REFERENCE, 0.5 * DT)
     parts = [0.0, 1e-13, 1e-9, 1e-3, 0.0075, 0.02, 0.4, 0.51, 0.97, 1.0, 1.000001, 1.1, 3.0]
     grades = [scored(late_by(REFERENCE, part * DT), pit).grade for part in parts]
     assert grades == [Grade.EXACT] * 2 + [Grade.CLOSE] * 3 + [Grade.SAMPLED] * 5 + [Grade.INACCURATE] * 3
 
 
-def test_a_lucky_phase_leaves_no_grade_undefined() -> None:
-    """Where PIT happens to look at the very instant, a run is compared with the other phases, too."""
+def test_runs_are_graded_where_pit_has_a_lucky_phase() -> None:
+    """If PIT has a frame at the very instant of the impact, runs are compared with PIT's other phases."""
     lucky = dataclasses.replace(faithful(REFERENCE), method="pit")
     close, late, later = (scored(late_by(REFERENCE, part * DT), lucky) for part in (0.001, 0.3, 1.1))
     assert (close.grade, late.grade, later.grade) == (Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE)
     assert 0 < close.price_paid < 0.01 < late.price_paid < 1 < later.price_paid
 
 
-def test_an_impact_that_pit_misses_costs_it_all_that_it_changes() -> None:
-    """Where PIT sees nothing at any phase, the price is the whole change of velocity, and a run is graded as well."""
+def test_price_is_relative_to_the_whole_change_if_pit_misses() -> None:
+    """If PIT misses the impact at every phase, the price is relative to the impact's whole velocity change."""
     pit = solve_pit(OBLIQUE, frame_rate_hz=0.4)  # one frame before the impact, the next after the end
     assert len(pit.impacts) == 0
     changed = math.sqrt(1 - (OFFSET / RADII) ** 2)  # all that is along the normal, over the speed
@@ -106,8 +106,8 @@ def test_an_impact_that_pit_misses_costs_it_all_that_it_changes() -> None:
     assert nothing.grade is Grade.WRONG
 
 
-def test_an_error_where_sampling_costs_nothing_is_infinitely_worse() -> None:
-    """Head-on, PIT's velocities are right at every phase, so any velocity error is the run's own.
+def test_velocity_error_in_a_head_on_impact_costs_infinity() -> None:
+    r"""Head-on, where PIT's velocities are right at every phase, a velocity error has an infinite price.
 
     PIT is up to 15/16 of a step late at each of two impacts, so its worst lateness is between one and two steps.
     """
@@ -118,16 +118,16 @@ def test_an_error_where_sampling_costs_nothing_is_infinitely_worse() -> None:
     assert (wrong.price_paid, wrong.grade) == (math.inf, Grade.INACCURATE)
 
 
-def test_a_missed_impact_is_paid_for() -> None:
-    """Missing an impact costs what it changes, so a run that finds nothing does not look like one without error."""
+def test_missed_impact_costs_its_whole_velocity_change() -> None:
+    """A run that misses the impact pays its whole velocity change, and is WRONG."""
     score = scored(tunnelling(REFERENCE, 1))
     assert score.price_paid == pytest.approx(math.sqrt(1 - OFFSET**2) / price(), rel=1e-9)
     assert score.grade is Grade.WRONG
 
 
 @each("value", [math.nan, math.inf])
-def test_what_is_no_number_pays_more_than_any_price(value: float) -> None:
-    """NaN or infinity anywhere in a run is wrong, and its price is infinite, where the number is and where not."""
+def test_non_finite_run_has_an_infinite_price(value: float) -> None:
+    """NaN or infinity anywhere in a run makes it WRONG, with an infinite price."""
     velocity = faithful(REFERENCE).impacts.copy()
     velocity["velocity_first_after"][0, 0] = value
     elsewhere = faithful(REFERENCE).final_position_m.copy()
@@ -139,16 +139,16 @@ def test_what_is_no_number_pays_more_than_any_price(value: float) -> None:
         assert (scored(broken).price_paid, scored(broken).grade) == (math.inf, Grade.WRONG)
 
 
-def test_a_final_velocity_that_is_no_number_is_an_infinite_error_of_the_momentum() -> None:
-    """The final momentum is off by more than any number, and not by one that compares as less than everything."""
+def test_nan_final_velocity_is_an_infinite_momentum_error() -> None:
+    """NaN in a final velocity gives infinite errors of momentum and of final velocity, and not NaN."""
     velocity = faithful(REFERENCE).final_velocity_m_s.copy()
     velocity[1, 0] = math.nan
     score = scored(dataclasses.replace(faithful(REFERENCE), final_velocity_m_s=velocity))
     assert score.momentum_error == score.total.final_velocity == math.inf
 
 
-def test_an_end_of_pit_s_that_was_not_measured_excuses_no_end() -> None:
-    """PIT's run that ended early has no final state to compare; a run whose discs end a tenth of a radius aside has."""
+def test_pit_that_ended_early_excuses_no_wrong_end() -> None:
+    """If PIT has no final state, a run whose discs end a tenth of a radius aside is INACCURATE."""
     reference = solve_pic(catalogue()["classics/deflection"].scene)
     pit = solve_pit(reference.scene, frame_rate_hz=60)
     early = dataclasses.replace(pit, end_time_s=0.9 * pit.end_time_s)
@@ -157,8 +157,8 @@ def test_an_end_of_pit_s_that_was_not_measured_excuses_no_end() -> None:
 
 
 @each("outcome", [Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED])
-def test_a_run_that_ends_before_an_impact_pays_more_than_any_price(outcome: Outcome) -> None:
-    """A run that ends before the impact has an infinite cost, whatever outcome it reports."""
+def test_run_that_ends_before_an_impact_has_an_infinite_price(outcome: Outcome) -> None:
+    """A run that ends before the impact is WRONG with an infinite price, whatever outcome it reports."""
     whole = faithful(REFERENCE)
     none = {name: getattr(whole, name)[:0] for name in ("impacts", "effective_time_s", "state_before")}
     start = np.array([disc.position_m for disc in OBLIQUE.discs])
@@ -166,8 +166,8 @@ def test_a_run_that_ends_before_an_impact_pays_more_than_any_price(outcome: Outc
     assert (score.price_paid, score.grade) == (math.inf, Grade.WRONG)
 
 
-def test_without_an_impact_or_without_pit_there_is_no_price() -> None:
-    """NaN is the answer where there is nothing to pay for, or nothing to compare with."""
+def test_price_is_nan_without_an_impact_or_pit() -> None:
+    """The price is NaN if the scene has no impact, or if there is no PIT run to compare with."""
     apart = OBLIQUE.model_copy(update={"discs": (OBLIQUE.discs[0], Disc(position_m=(3, 3), radius_m=0.5))})
     reference = solve_pic(apart)
     score = compare(reference, faithful(reference), sampling=solve_pit(apart))
@@ -175,8 +175,11 @@ def test_without_an_impact_or_without_pit_there_is_no_price() -> None:
     assert math.isnan(compare(REFERENCE, late_by(REFERENCE, 1e-3)).price_paid)
 
 
-def test_a_scene_that_can_not_be_shifted_is_held_against_its_own_phase() -> None:
-    """Discs that touch at the start, and were in contact before, leave one phase; the price is PIT's there."""
+def test_scene_that_cannot_be_shifted_has_one_phase() -> None:
+    r"""If discs touch at the start, PIT is compared with its only phase: its price is 0 or 1.
+
+    They were in contact before, so the scene cannot start earlier.
+    """
     scene = OBLIQUE.model_copy(
         update={"discs": (OBLIQUE.discs[0].model_copy(update={"position_m": (START - 0.8, 0.0)}), OBLIQUE.discs[1])}
     )
@@ -186,24 +189,30 @@ def test_a_scene_that_can_not_be_shifted_is_held_against_its_own_phase() -> None
     assert score.grade in {Grade.EXACT, Grade.SAMPLED}
 
 
-def test_exact_is_exact_to_the_floats_that_are_declared() -> None:
-    """An error of 32-bit rounding is exact for who declares 32 bits, and says so; not for who declares 64."""
+def test_exact_depends_on_the_declared_width_of_floats() -> None:
+    r"""An error of 32-bit rounding is EXACT for a run that declares 32 bits, and CLOSE for one with 64.
+
+    The reason names 32-bit floats.
+    """
     narrow = dataclasses.replace(late_by(REFERENCE, 1e-6), float_bits=32)
     assert (scored(narrow).grade, scored(narrow).float_bits) == (Grade.EXACT, 32)
     assert "32-bit floats" in scored(narrow).findings[0].reason
     assert scored(dataclasses.replace(narrow, float_bits=64)).grade is Grade.CLOSE
 
 
-def test_narrow_floats_excuse_no_time_that_would_not_be_close() -> None:
-    """In a long run of short steps the rounding of 32 bits is more than a hundredth of a step, and not exact."""
+def test_32_bit_floats_excuse_no_lateness_beyond_close() -> None:
+    """In a long 32-bit run a lateness of 0.04 steps is SAMPLED, although rounding could explain it."""
     scene = ROW.model_copy(update={"duration_s": 100.0})
     late = dataclasses.replace(delayed(solve_pic(scene), 0.04), float_bits=32)
     assert THRESHOLDS.rounding_32 * scene.duration_s > 0.04 * DT
     assert scored(late).grade is Grade.SAMPLED
 
 
-def test_own_is_what_sampling_does_not_explain() -> None:
-    """Who equals PIT has no error of its own, and who beats it the one that is left, not its distance to PIT."""
+def test_own_velocity_error_excludes_what_sampling_costs() -> None:
+    r"""A run equal to PIT has no velocity error of its own; one that is better has its total error.
+
+    Without a PIT run the own error is None.
+    """
     pit = late_by(REFERENCE, 0.5 * DT)
     assert scored(pit, pit).own_velocity == 0.0
     fine = scored(late_by(REFERENCE, 1e-8), pit)
@@ -212,8 +221,8 @@ def test_own_is_what_sampling_does_not_explain() -> None:
     assert compare(REFERENCE, pit).own_velocity is None
 
 
-def test_no_number_of_a_score_stands_in_it_twice() -> None:
-    """In a run that is off in everything, the numbers of the largest errors are all different, and nowhere else."""
+def test_score_repeats_no_number_of_its_largest_errors() -> None:
+    """No number in the total, sampling and against-PIT errors is also a plain field of the score."""
     reference = solve_pic(catalogue()["classics/inelastic-oblique"].scene)
     pit = solve_pit(reference.scene, frame_rate_hz=50)
     coarse = dataclasses.replace(solve_pit(reference.scene, frame_rate_hz=17), dt_s=pit.dt_s)
@@ -227,8 +236,8 @@ def test_no_number_of_a_score_stands_in_it_twice() -> None:
 
 @each("name", release_after(len(NAMES[::4]), [*NAMES[::4], *(name for k, name in enumerate(NAMES) if k % 4)]))
 @each("finer", release_after(1, [1, 4]))
-def test_pit_is_never_worse_than_pit(name: str, finer: int) -> None:
-    """PIT compared with itself pays at most the price, and is not inaccurate in any scene at any step."""
+def test_pit_compared_with_itself_is_never_inaccurate(name: str, finer: int) -> None:
+    """PIT compared with itself pays at most 1 and is not INACCURATE, at the scene's frame rate and four times it."""
     scene = catalogue()[name].scene
     reference = solve_pic(scene)
     pit = solve_pit(scene, frame_rate_hz=finer * scene.frame_rate_hz)
@@ -237,8 +246,8 @@ def test_pit_is_never_worse_than_pit(name: str, finer: int) -> None:
     assert not score.price_paid > 1
 
 
-def test_grades_stand_from_best_to_worst() -> None:
-    """Each grade is at least as bad as itself and as those before it; what is not graded is as bad as none."""
+def test_grades_are_ordered_from_best_to_worst() -> None:
+    """Each grade is at least as bad as itself and as all better ones; UNGRADED is as bad as none."""
     order = [Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG]
     for worse, better in itertools.product(order, repeat=2):
         assert worse.is_at_least_as_bad_as(better) == (order.index(worse) >= order.index(better))

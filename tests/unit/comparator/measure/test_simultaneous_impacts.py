@@ -24,11 +24,12 @@ def cradle(discs: int, restitution: float = 1.0) -> Scene:
     )
 
 
-def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
-    """The two orders give (-1/8, -+sqrt(3)/8), mirror images; all at once, momentum and energy give -1/5.
+def test_one_disc_into_two_has_three_admissible_outcomes() -> None:
+    r"""A disc that strikes two at once has two mirrored outcomes in turn, and one symmetric outcome all at once.
 
-    All at once, by symmetry both struck discs leave along their normals, at 30 degrees, with speed u. Momentum gives
-    1 = w + 2 u cos 30. Energy gives 1 = w^2 + 2 u^2. So u = 2 sqrt(3)/5 and w = -1/5.
+    In turn the striker leaves at (-1/8, -+sqrt(3)/8). All at once, by symmetry both struck discs leave along their
+    normals, at 30 degrees, with speed u. Momentum gives 1 = w + 2 u cos 30. Energy gives 1 = w^2 + 2 u^2. So u = 2
+    sqrt(3)/5 and w = -1/5.
     """
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
     group = sure(find_first_group(reference))
@@ -41,11 +42,11 @@ def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
     assert [outcome.how for outcome in outcomes][2] == "all at once"
 
 
-def test_all_at_once_nothing_closes_that_does_not_push() -> None:
-    """A disc strikes two discs 70 degrees apart at 83 degrees: all at once, the first impulse would be negative.
+def test_simultaneous_outcome_has_no_negative_impulse() -> None:
+    r"""If one impulse of a simultaneous outcome would be negative, only the other disc gets an impulse.
 
-    So only the second disc gets an impulse. After an impulse on the first alone, the striker would still approach the
-    second: that is not an outcome.
+    A disc strikes two discs 70 degrees apart at 83 degrees: all at once, the first impulse would be negative. After
+    an impulse on the first alone, the striker would still approach the second: that is not an outcome.
     """
     way, other = (math.cos(math.radians(83)), math.sin(math.radians(83))), math.radians(70)
     discs = disc_at(-way[0], -way[1], *way), disc_at(1.0, 0.0), disc_at(math.cos(other), math.sin(other))
@@ -54,8 +55,8 @@ def test_all_at_once_nothing_closes_that_does_not_push() -> None:
     assert [outcome.how for outcome in outcomes] == ["0 on 1, then 0 on 2", "0 on 2"]
 
 
-def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
-    """A wall that is on its second leg strikes a disc as another does: every order ends at 1 and 3/2 m/s.
+def test_driven_wall_strikes_with_the_velocity_of_its_leg() -> None:
+    r"""A driven wall in a simultaneous impact has the velocity of its second leg: discs end at 1 and 3/2 m/s.
 
     In turn, with equal masses: (0, -1/2) becomes (-1/2, 0), at a wall of 1/2 m/s (3/2, 0), (0, 3/2) and (1, 3/2).
     """
@@ -68,11 +69,12 @@ def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
     assert [outcome.motion_m_s[:, :2].tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
 
 
-def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
-    """A disc falls at 2 m/s onto one on a floor, with restitution 1/2 and 0: there are two outcomes, and PIC has one.
+def test_disc_that_falls_onto_a_resting_one_has_two_outcomes() -> None:
+    r"""A disc that falls onto one on a floor stays there, in turn, or leaves at 1 m/s, all at once; PIC stays.
 
-    In turn, each impact of the discs halves their approach speed, and the floor stops the lower one: both are at rest
-    after infinitely many. All at once, the lower disc stays, and the upper one leaves at half of 2 m/s.
+    It falls at 2 m/s, with restitution 1/2 and 0 on the floor. In turn, each impact of the discs halves their
+    approach speed, and the floor stops the lower one: both are at rest after infinitely many. All at once, the
+    lower disc stays, and the upper one leaves at half of 2 m/s.
     """
     (entry,) = find_scenes(["contact/pressed"])
     reference = solve_pic(entry.scene)
@@ -87,8 +89,11 @@ def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
     assert sure(score.convention).distance < 1e-7  # PIC ends by name after a dozen of them
 
 
-def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
-    """PIC takes the lower body numbers first: outcome 1 of 3; the mirror image is outcome 2; neither is graded."""
+def test_pic_matches_the_first_admissible_outcome() -> None:
+    r"""PIC's run matches admissible outcome 1 of 3, and its mirror image matches outcome 2.
+
+    PIC takes the lower body numbers first.
+    """
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
     score = compare(reference, reference)
     assert (sure(score.convention).nearest, sure(score.convention).matches) == (0, True)
@@ -104,8 +109,8 @@ def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
     assert (sure(other.convention).nearest, sure(other.convention).matches) == (1, True)
 
 
-def test_what_no_order_gives_is_said_to_match_none() -> None:
-    """Velocities that no order of impacts gives match none of the outcomes."""
+def test_velocities_of_no_order_match_no_outcome() -> None:
+    """Velocities that no order of impacts gives match none of the three admissible outcomes."""
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
     score = compare(reference, altered(reference, 1, velocity_first_after=(0.5, 0.5)))
     assert not sure(score.convention).matches
@@ -114,8 +119,8 @@ def test_what_no_order_gives_is_said_to_match_none() -> None:
 
 
 @each("discs", [3, 4, 5])
-def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> None:
-    """One pair at a time, equal elastic discs have one outcome: the last one leaves with all the speed."""
+def test_row_of_touching_discs_passes_all_speed_to_the_last(discs: int) -> None:
+    """In the first outcome of a row of equal elastic discs, the last disc leaves with all the speed."""
     reference = solve_pic(cradle(discs))
     group = sure(find_first_group(reference))
     assert group.discs == tuple(range(discs))
@@ -123,8 +128,8 @@ def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> Non
     np.testing.assert_allclose(first.motion_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)
 
 
-def test_a_scene_with_a_unique_answer_has_no_convention() -> None:
-    """Where no impact shares an instant, there is no group and no convention."""
+def test_scene_with_a_unique_answer_has_no_convention() -> None:
+    """A scene without simultaneous impacts has no group of them, and its score no convention."""
     reference = solve_pic(catalogue()["paper/multiple"].scene)
     assert find_first_group(reference) is None
     assert compare(reference, reference).convention is None

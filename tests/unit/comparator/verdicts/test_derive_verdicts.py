@@ -36,24 +36,24 @@ def first_column(heading: str) -> list[str]:
     return [row for row in re.findall(r"^\| (.+?) \|", below, re.MULTILINE) if row not in ("verdict", "grade", "---")]
 
 
-def test_the_page_has_every_verdict_and_no_other() -> None:
-    """The table has each verdict, and no other sentence."""
+def test_scoring_page_lists_exactly_the_verdicts() -> None:
+    """The table of verdicts in scoring.md has each verdict and no other text."""
     assert sorted(first_column("6. The verdicts")) == sorted(verdict.value for verdict in Verdict)
 
 
-def test_the_page_has_every_grade_and_no_other() -> None:
-    """The table has each grade by its displayed word, from best to worst."""
+def test_scoring_page_lists_exactly_the_grades() -> None:
+    """The table of grades in scoring.md has each grade by its displayed word, from best to worst."""
     assert first_column("7. The grade") == [mark_of_grade(grade, 64).word for grade in Grade]
 
 
 @each("verdict", Verdict)
-def test_every_verdict_is_said_somewhere(verdict: Verdict) -> None:
-    """No verdict is declared that no rule can yield."""
+def test_every_verdict_is_used_by_a_rule(verdict: Verdict) -> None:
+    """Each verdict occurs in the source of a rule, so none is declared without use."""
     assert f"Verdict.{verdict.name}" in RULES
 
 
-def test_a_run_that_goes_on_where_the_reference_ends_does_not_agree_with_it() -> None:
-    """Where PIC's impacts accumulate at one instant, a run that completes is wrong, and the reason says why."""
+def test_run_that_continues_past_a_standstill_is_wrong() -> None:
+    """Where PIC ends in STANDSTILL, a run that completes is WRONG, and the reason names inelastic collapse."""
     whole = solve_pic(ROW)
     kept = whole.impacts["time_s"] <= FIRST_S
     ended = dataclasses.replace(
@@ -66,8 +66,8 @@ def test_a_run_that_goes_on_where_the_reference_ends_does_not_agree_with_it() ->
     assert "inelastic collapse" in reason(score, Verdict.WENT_ON)
 
 
-def test_agreement_is_said_up_to_the_horizon_only() -> None:
-    """With a horizon between two impacts, the verdict counts the first impact only."""
+def test_conforms_reason_counts_impacts_up_to_the_horizon() -> None:
+    """With a horizon between two impacts, the reason of CONFORMS counts only the first."""
     reference = solve_pic(ROW)
     score = compare(reference, faithful(reference), horizon=(FIRST_S + LAST_S) / 2)
     assert reason(score, Verdict.CONFORMS) == "1 of 1 impacts found up to 0.875 s"
@@ -80,8 +80,11 @@ def rebound(restitution: float) -> Trace:
     return solve_pic(scene)
 
 
-def test_more_energy_than_the_reference_is_not_called_a_gain() -> None:
-    """A disc that keeps .36 of its energy where it should keep .25 has more than the reference, and has gained none."""
+def test_energy_above_the_reference_is_not_described_as_a_gain() -> None:
+    r"""A disc that keeps .36 of its energy instead of .25 has more than the reference, but has gained none.
+
+    The text of ENERGY_GAINED compares final energies.
+    """
     reference, other = rebound(0.5), rebound(0.6)
     observed = dataclasses.replace(other, scene=reference.scene, dt_s=DT)
     assert kinetic_energy(reference.scene, observed.final_velocity_m_s) < 0.5 * 4.0**2
@@ -90,8 +93,8 @@ def test_more_energy_than_the_reference_is_not_called_a_gain() -> None:
     assert Verdict.ENERGY_GAINED.value == "discs end with more kinetic energy than the reference's"
 
 
-def test_a_late_stamp_is_no_wrong_path() -> None:
-    """If the time at which a path turned is unknown, the reported time is used; no verdict mentions the path."""
+def test_late_time_stamp_is_not_described_as_a_wrong_path() -> None:
+    """If the time of a path's turn is unknown, a late reported time gives LATE, whose text mentions no path."""
     reference = solve_pic(ROW)
     observed = faithful(reference)
     impacts = observed.impacts.copy()
@@ -102,8 +105,8 @@ def test_a_late_stamp_is_no_wrong_path() -> None:
     assert "path" not in Verdict.LATE.value
 
 
-def test_a_grade_claims_no_more_than_it_rests_on() -> None:
-    """*Inaccurate* is given where nobody can say whether every impact was found; *sampled* up to a step late."""
+def test_displayed_grades_do_not_overclaim() -> None:
+    """*Inaccurate* does not claim that every impact was found; *sampled* includes a lateness that PIT can have."""
     assert "every impact" not in Mark.INACCURATE.meaning
     late = solve_pit(staged("late", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=1.0), frame_rate_hz=70.0)
     reference = solve_pic(late.scene)
@@ -115,8 +118,8 @@ def test_a_grade_claims_no_more_than_it_rests_on() -> None:
     assert "PIT can have" in Mark.SAMPLED.meaning
 
 
-def test_how_far_straight_steps_are_off_a_parabola_is_half_of_what_is_fallen_in_one() -> None:
-    """At 2 m/s^2 and a step of a quarter of a second, half of an eighth of a metre."""
+def test_polygon_deviation_is_half_of_g_dt_squared() -> None:
+    """Straight steps of 0.25 s at 2 m/s^2 are reported to deviate from the parabola by 0.0625 m."""
     evidence: Any = SimpleNamespace(local_truth=SimpleNamespace(polygon=True), observed=SimpleNamespace(dt_s=0.25))
     evidence.reference = solve_pic(staged("falls", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -2.0), duration_s=1.0))
     (finding,) = report_polygons(evidence)

@@ -26,8 +26,11 @@ from carom.solvers.pic import solve_pic
 
 
 @each("a, b, pair", [(2, 5, (2, 5)), (5, 2, (2, 5)), (3, -1, (3, -1)), (-4, 0, (0, -4))])
-def test_a_contact_is_from_the_lower_disc_to_the_other_body(a: int, b: int, pair: tuple[int, int]) -> None:
-    """In whatever order an engine names two bodies, the disc of the lower number comes first, and a wall second."""
+def test_contact_runs_from_the_lower_disc_to_the_other_body(a: int, b: int, pair: tuple[int, int]) -> None:
+    r"""The disc of the lower number comes first and a wall second, in whichever order an engine names them.
+
+    The normal is reversed if the order is, and the tangential impulse acts on the second body.
+    """
     assert pair_of(a, b) == pair
     contact = oriented_contact(a, b, 0.25, (0.6, -0.8), 2.0, -0.5)
     assert (contact.first, contact.second) == pair
@@ -39,8 +42,8 @@ def test_a_contact_is_from_the_lower_disc_to_the_other_body(a: int, b: int, pair
     assert (-ny * rub, nx * rub) == received
 
 
-def test_a_driven_disc_is_as_fast_as_its_fastest_leg() -> None:
-    """Limits on speed and on the way of a step hold of every leg, not of the velocity that a disc has without legs."""
+def test_speed_limits_apply_to_the_fastest_leg() -> None:
+    """Limits on speed and on motion per step are compared with the fastest leg of a driven disc."""
     legs = [{"from_s": 0.0, "velocity_m_s": (1.0, 0.0)}, {"from_s": 0.5, "velocity_m_s": (0.0, 30.0)}]
     mallet = disc_at(0, 0, m=math.inf, driven=True, legs=legs)
     scene = staged("mallet", mallet, disc_at(9, 0), duration_s=1.0)
@@ -52,8 +55,11 @@ def test_a_driven_disc_is_as_fast_as_its_fastest_leg() -> None:
     assert not is_fast(scene.discs[0], 0.01)
 
 
-def test_a_clock_counts_steps_and_does_not_add_them_up() -> None:
-    """Time is the number of steps times their length, so that a thousand steps of a tenth end at a hundred exactly."""
+def test_step_clock_multiplies_steps_instead_of_adding_them() -> None:
+    r"""The time is the number of steps times their length: 1000 steps of 0.1 s end at exactly 100 s.
+
+    `cut` adds one shorter step, and `restart` sets another time.
+    """
     clock = StepClock(0.1)
     for _ in range(1000):
         clock.count(1)
@@ -67,8 +73,8 @@ def test_a_clock_counts_steps_and_does_not_add_them_up() -> None:
 
 @each("pair", [0.0, 0.25, 1.0])
 @each("wall", [0.0, 0.5, 1.0])
-def test_products_of_restitutions_are_those_asked_for(pair: float, wall: float) -> None:
-    """Disc times disc is the restitution of a pair, disc times wall that of a wall, also where one of them is zero."""
+def test_factored_restitutions_multiply_to_those_of_the_scene(pair: float, wall: float) -> None:
+    """Disc times disc is the restitution of a pair and disc times wall that of a wall, even if one is zero."""
     discs = [Disc(position_m=(0.0, 0.0), radius_m=0.5)]
     walls = [Wall(point_m=(9.0, 0.0), normal=(-1.0, 0.0))]
     scene = Scene(name="e", discs=discs, walls=walls, restitution=pair, wall_restitution=wall, duration_s=1.0)
@@ -77,8 +83,8 @@ def test_products_of_restitutions_are_those_asked_for(pair: float, wall: float) 
     assert of_disc * of_wall == pytest.approx(wall, rel=1e-15)
 
 
-def test_no_disc_gets_beyond_the_reach() -> None:
-    """A light disc that a heavy one drives away stays within the reach of their scene."""
+def test_struck_light_disc_stays_within_reach() -> None:
+    """A light disc struck by a heavy one ends within the radius that `reach` returns for the scene."""
     discs = [disc_at(0.0, 0.0, 1.0, 0.0, m=100.0), disc_at(2.0, 0.0)]
     scene = Scene(name="driven", discs=discs, duration_s=10.0)
     (x, y), radius = reach(scene, 0.0)
@@ -86,8 +92,8 @@ def test_no_disc_gets_beyond_the_reach() -> None:
     assert math.hypot(end[0] - x, end[1] - y) + 0.5 <= radius
 
 
-def test_a_spin_reaches_as_far_as_its_energy() -> None:
-    """Friction can throw a spinning disc at rest, so the reach counts the energy of turning."""
+def test_reach_includes_rotational_energy() -> None:
+    """Friction can set a spinning disc in motion, so `reach` counts the energy of rotation."""
     spinning = Disc(position_m=(0.0, 1.0), radius_m=1.0, spin_rad_s=6.0)
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
     scene = Scene(name="top", discs=[spinning], walls=[floor], wall_friction=1.0, duration_s=10.0)
@@ -95,16 +101,16 @@ def test_a_spin_reaches_as_far_as_its_energy() -> None:
     assert reach(scene, 0.0)[1] == pytest.approx(1.0 + 6.0 * math.sqrt(0.5) * 10.0, rel=1e-15)
 
 
-def test_a_push_out_of_the_plane_is_flattened() -> None:
-    """Of 10 N s along (0.48, 0.64, 0.6) a part of 8 is in the plane, along (0.6, 0.8); those along z have none."""
+def test_impulse_out_of_the_plane_is_projected() -> None:
+    """An impulse of 10 N s along (0.48, 0.64, 0.6) becomes 8 N s along (0.6, 0.8); one along z becomes 0."""
     normal, impulse = flattened((0.48, 0.64), 10.0)
     assert normal == pytest.approx((0.6, 0.8), abs=1e-15)
     assert impulse == pytest.approx(8.0, abs=1e-14)
     assert flattened((0.0, 0.0), 10.0)[1] == 0.0
 
 
-def test_frictions_are_factored_as_restitutions_are() -> None:
-    """The products of the factors are the scene's coefficients, also where discs have none and walls have."""
+def test_factored_frictions_multiply_to_those_of_the_scene() -> None:
+    """Disc times disc is the friction of a pair and disc times wall that of a wall, even if one is zero."""
     for friction, wall_friction in ((0.25, 3.0), (0.0, 0.5), (0.1, 0.0), (0.0, 0.0)):
         scene = staged("x", disc_at(0, 0, r=1), friction=friction, wall_friction=wall_friction, duration_s=1)
         disc, wall = factored_frictions(scene)

@@ -21,8 +21,8 @@ SCENE = staged(
 
 
 @each("length, time", [(2.0**10, 1.0), (1.0, 2.0**-20), (2.0**-3, 2.0**5)])
-def test_units_can_not_be_seen(length: float, time: float) -> None:
-    """Impacts and the end, solved in other units and taken back, have the same bits: powers of two round nothing."""
+def test_units_of_powers_of_two_keep_every_bit(length: float, time: float) -> None:
+    """Impact times and the final state, solved in other units and converted back, have the same bits."""
     true, found = solve_pic(SCENE), solve_pic(scaled(SCENE, length=length, time=time))
     seen = Observation(found.final_position_m, found.final_velocity_m_s, (), "", found.final_spin_rad_s)
     end = unscaled(seen, length=length, time=time)
@@ -33,8 +33,8 @@ def test_units_can_not_be_seen(length: float, time: float) -> None:
     assert sure(end.spin_rad_s).tolist() == sure(true.final_spin_rad_s).tolist()
 
 
-def test_contacts_come_back_in_seconds_and_newton_seconds() -> None:
-    """An impulse is a mass times a speed, and a missing one stays missing."""
+def test_contacts_are_converted_back_to_si_units() -> None:
+    """`unscaled` converts times to s and impulses to N s, and keeps missing impulses and the warning."""
     told = Contact(0, 1, 3.0, (1.0, 0.0), 40.0, tangential_impulse_n_s=-8.0)
     state = Observation(np.zeros((2, 2)), np.zeros((2, 2)), (told, Contact(0, -1, 3.0, (0.0, 1.0))), "hot")
     first, second = unscaled(state, length=4.0, time=0.5).contacts
@@ -44,8 +44,8 @@ def test_contacts_come_back_in_seconds_and_newton_seconds() -> None:
 
 
 @each("unit", [100.0, 0.1, 0.0, -2.0, float("inf"), float("nan")])
-def test_a_unit_that_rounds_is_refused(unit: float) -> None:
-    """Pixels of a hundred a metre are no unit: they would round every coordinate."""
+def test_units_other_than_powers_of_two_are_refused(unit: float) -> None:
+    """Units that are not positive powers of two, such as 100 pixels per metre, would round and are refused."""
     with pytest.raises(AdapterError, match="length must be a power of two"):
         scaled(SCENE, length=unit)
     with pytest.raises(AdapterError, match="time must be a power of two"):

@@ -14,8 +14,8 @@ from carom.execution.scene_import import import_scene
 DUMP = Path(__file__).parent / "data" / "planck-1.5.0.json"
 
 
-def test_a_dump_of_planck_s_becomes_the_scene_that_it_is_of() -> None:
-    """A ball of density 2, a fixed disc, an edge and a box as they were built, and what is lost by name."""
+def test_planck_dump_becomes_a_scene() -> None:
+    """A ball, a fixed disc, an edge and a box are imported, and everything else is named as dropped."""
     found = import_scene(DUMP, duration_s=3.0)
     scene = found.scene
     ball = Disc(
@@ -33,8 +33,8 @@ def test_a_dump_of_planck_s_becomes_the_scene_that_it_is_of() -> None:
     assert len(found.dropped) == 4
 
 
-def test_a_dump_in_pixels_becomes_metres() -> None:
-    """Lengths are divided by the pixels of a metre; times and masses stay."""
+def test_dump_in_pixels_is_converted_to_metres() -> None:
+    """Positions and radii are divided by the pixels per metre; masses and spins are unchanged."""
     scene, small = import_scene(DUMP).scene, import_scene(DUMP, pixels_per_metre=4.0).scene
     for disc, less in zip(scene.discs, small.discs, strict=True):
         assert less.position_m == (disc.position_m[0] / 4, disc.position_m[1] / 4)
@@ -51,8 +51,8 @@ def test_a_dump_in_pixels_becomes_metres() -> None:
         ("[" * 100000, "no dump|nested too deeply"),
     ],
 )
-def test_json_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: str, words: str) -> None:
-    """A file that is no dump, has a dangling reference, or has no disc is refused by its name."""
+def test_invalid_dump_is_refused_with_its_file_name(tmp_path: Path, content: str, words: str) -> None:
+    """A file that is not a dump, has a dangling reference, has no disc or is nested too deeply is refused."""
     path = tmp_path / "world.json"
     path.write_text(content)
     with pytest.raises(CaromError, match=words) as refused:
@@ -61,8 +61,8 @@ def test_json_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: 
 
 
 @each("part", range(1, len(json.loads(DUMP.read_text()))))
-def test_a_dump_with_a_part_that_is_none_is_refused(tmp_path: Path, part: int) -> None:
-    """Whichever entry of the list is no object, the file is refused in a sentence, or is about what is dropped."""
+def test_dump_with_an_invalid_entry_is_refused(tmp_path: Path, part: int) -> None:
+    """A dump in which any entry after the first is a number instead of an object is refused."""
     entries = json.loads(DUMP.read_text())
     entries[part] = 7
     path = tmp_path / "world.json"
@@ -71,8 +71,8 @@ def test_a_dump_with_a_part_that_is_none_is_refused(tmp_path: Path, part: int) -
         import_scene(path)
 
 
-def test_a_coefficient_that_is_no_number_is_refused_in_a_sentence(tmp_path: Path) -> None:
-    """The message names the file and the value."""
+def test_dump_with_a_non_numeric_coefficient_is_refused(tmp_path: Path) -> None:
+    """The error message names the file and the value 'rough' that it has for the friction."""
     path = tmp_path / "world.json"
     path.write_text(DUMP.read_text().replace('"friction":0.25', '"friction":"rough"'))
     with pytest.raises(InputError, match=r"world\.json: it is not a dump .* 'rough'"):

@@ -54,8 +54,8 @@ def world_of(folder: Path, instead: str = "") -> ProgramWorld:
     return program_adapter(manifest_of(folder, instead)).prepare(still(), {"dt_s": 0.5})
 
 
-def test_every_request_has_its_answer(tmp_path: Path) -> None:
-    """A world steps, is looked at, cut, saved and restored, and tells the seconds that the program measured."""
+def test_program_answers_every_request(tmp_path: Path) -> None:
+    """A program's world steps, is observed, cut, saved and restored, and reports the seconds that it measured."""
     world = world_of(tmp_path)
     assert isinstance(world, CuttableWorld)
     assert world.settings == {"dt_s": 0.5}
@@ -109,8 +109,8 @@ def test_every_request_has_its_answer(tmp_path: Path) -> None:
         ("if do == 'step': sys.stdout.write('{\"seconds\": '); sys.exit(4)", "exit code 4"),
     ],
 )
-def test_what_goes_wrong_is_said(instead: str, told: str, tmp_path: Path) -> None:
-    """A refusal, an answer of another shape and an end are each an AdapterError that says what was asked, and why."""
+def test_program_error_names_the_engine_and_the_cause(instead: str, told: str, tmp_path: Path) -> None:
+    """A refusal, an answer of the wrong form and an exit each raise an AdapterError with engine and cause."""
     world = world_of(tmp_path, instead)
     with pytest.raises(AdapterError) as caught:
         world.advance(1)
@@ -127,10 +127,10 @@ def test_what_goes_wrong_is_said(instead: str, told: str, tmp_path: Path) -> Non
         ("if do == 'step': import os, time; os.close(1); time.sleep(3600)", "closed its output"),
     ],
 )
-def test_a_program_that_had_to_be_killed_is_told_for_what(
+def test_killed_program_is_reported_with_the_reason_for_the_kill(
     instead: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """That it was killed is no news, and not the program's doing."""
+    """If Carom kills a program, the error names the reason for it and not the signal."""
     monkeypatch.setattr(process, "MOST_ANSWER_BYTES", 2**20)
     monkeypatch.setattr(process, "GRACE_S", 0.02)  # neither ends by itself
     with pytest.raises(AdapterError, match=told) as caught:
@@ -139,8 +139,8 @@ def test_a_program_that_had_to_be_killed_is_told_for_what(
 
 
 @each("value", [math.inf, -math.inf, math.nan])
-def test_a_setting_without_a_number_in_json_is_refused(value: float, tmp_path: Path) -> None:
-    """No program is sent a text for a number: infinity is refused by the setting's name, from Python too."""
+def test_setting_that_json_cannot_express_is_refused(value: float, tmp_path: Path) -> None:
+    """Infinity and NaN are refused with the setting's name before the program is called."""
     path = manifest_of(tmp_path)
     path.write_text(path.read_text() + "[profiles.default.settings]\nslop = 0.1\n")
     adapter = program_adapter(path)
@@ -148,16 +148,16 @@ def test_a_setting_without_a_number_in_json_is_refused(value: float, tmp_path: P
         adapter.prepare(still(), {"dt_s": 0.5, "slop": value})
 
 
-def test_a_program_that_has_ended_is_asked_nothing(tmp_path: Path) -> None:
-    """A request to a program that has ended raises that."""
+def test_request_to_an_exited_program_raises(tmp_path: Path) -> None:
+    """The first request to an exited program reports the exit code, and the next one that it has ended."""
     world = world_of(tmp_path, "if do == 'step': sys.exit(3)")
     for told in ("exit code 3", "has ended"):
         with pytest.raises(AdapterError, match=told):
             world.advance(1)
 
 
-def test_the_next_world_gets_a_new_program(tmp_path: Path) -> None:
-    """A program that has ended is started again by the next world."""
+def test_exited_program_is_restarted_for_the_next_world(tmp_path: Path) -> None:
+    """An adapter starts its program again for the next world after the program has exited."""
     adapter = program_adapter(manifest_of(tmp_path, "if do == 'step': sys.exit(1)"))
     for _ in range(2):
         world = adapter.prepare(still(), {"dt_s": 0.5})
@@ -165,16 +165,19 @@ def test_the_next_world_gets_a_new_program(tmp_path: Path) -> None:
             world.advance(1)
 
 
-def test_another_protocol_and_a_program_that_is_not_there_are_refused(tmp_path: Path) -> None:
-    """A program that speaks another version, and one that does not start, are each a sentence."""
+def test_other_protocol_version_and_missing_program_are_refused(tmp_path: Path) -> None:
+    """A program of another protocol version, and a command that can't be started, raise an AdapterError."""
     with pytest.raises(AdapterError, match="version 2 of the protocol"):
         world_of(tmp_path, "answer['protocol'] = 2")
     with pytest.raises(AdapterError, match="can't be started"):
         program_adapter(manifest_of(tmp_path, command=["./none"])).prepare(still(), {"dt_s": 0.5})
 
 
-def test_a_file_that_is_not_found_from_an_empty_folder_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file next to the manifest, written without ./, is named with a correction and the program's own message."""
+def test_file_without_dot_slash_in_a_command_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""For a file next to the manifest that lacks ./ in the command, the error shows the correct spelling.
+
+    The message repeats the program's own error, without the worker's folder.
+    """
     path = manifest_of(tmp_path, command=[sys.executable, "program.py"])
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
@@ -185,8 +188,8 @@ def test_a_file_that_is_not_found_from_an_empty_folder_is_told(tmp_path: Path, m
     assert str(tmp_path / "empty") not in str(caught.value)  # a worker's folder, another one each time
 
 
-def test_a_program_that_prints_much_is_not_waited_for(tmp_path: Path) -> None:
-    """A program may print megabytes on standard error, where nobody waits for them."""
+def test_large_standard_error_does_not_block_a_program(tmp_path: Path) -> None:
+    """A program that prints 4 MB on standard error still answers its requests."""
     world = world_of(tmp_path, "sys.stderr.write('chatter ' * 500_000)")
     world.advance(1)
     world.close()
@@ -217,8 +220,11 @@ def echoing(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
 
 
 @given(told=st.data())
-def test_any_answer_is_a_value_or_a_sentence(told: st.DataObject, echoing: ProgramWorld) -> None:
-    """Whatever line a program answers with, the harness gets a value of the right kind or an AdapterError."""
+def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing: ProgramWorld) -> None:
+    r"""For any line that a program answers with, a request returns or raises an AdapterError.
+
+    A sound answer after that is read as usual.
+    """
     keys = st.sampled_from(["seconds", "world", "settings", "position_m", "velocity_m_s", "contacts", "pairs", "error"])
     lines = st.dictionaries(keys, ANYTHING).map(json.dumps).map(str.encode) | st.binary(max_size=40)
     asked: tuple[Callable[[], object], ...] = (
@@ -239,8 +245,8 @@ def test_any_answer_is_a_value_or_a_sentence(told: st.DataObject, echoing: Progr
 @each(
     "language", [pytest.param(one, marks=[pytest.mark.long] * (one != "javascript")) for one in BUILDS]
 )  # the others are compiled first
-def test_the_templates_are_pit(language: str, tmp_path: Path) -> None:
-    """A template, built as its manifest says, finds the impacts of PIT, which is what its toy engine does."""
+def test_templates_reproduce_pit(language: str, tmp_path: Path) -> None:
+    """Each template, built as its manifest describes, finds the impacts of PIT and its final state within 1e-12."""
     needed, command = BUILDS[language]
     if shutil.which(needed) is None:
         pytest.skip(f"{needed} is not on the PATH")
@@ -259,26 +265,26 @@ def test_the_templates_are_pit(language: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(found.final_velocity_m_s, pit.final_velocity_m_s, rtol=0, atol=1e-12)
 
 
-def test_the_templates_are_short() -> None:
-    """Each template, its toy engine within, has less than 150 lines."""
+def test_templates_have_fewer_than_150_lines() -> None:
+    """Each template, including its toy engine, has fewer than 150 lines."""
     for path in TEMPLATES.glob("*/engine.*"):
         assert len(path.read_text(encoding="utf-8").splitlines()) < 150, path
 
 
-def test_the_published_schema_is_that_of_the_messages() -> None:
-    """docs/reference/engine-protocol.schema.json is made of the messages."""
+def test_published_schema_matches_the_messages() -> None:
+    """docs/reference/engine-protocol.schema.json equals the schema generated from the message classes."""
     published = json.loads((TEMPLATES.parent / "reference" / "engine-protocol.schema.json").read_text(encoding="utf-8"))
     assert published == build_protocol_schema()
 
 
-def test_a_world_with_a_clock_of_its_own_is_timed_by_it(tmp_path: Path) -> None:
-    """What a bench counts is what the program measured: a quarter of a second a request, whatever the pipes take."""
+def test_program_is_timed_by_its_own_clock(tmp_path: Path) -> None:
+    """A timing uses the 0.25 s that the program measured, and not the time that the pipes take."""
     adapter = program_adapter(manifest_of(tmp_path))
     assert time_run(adapter, still(), "tuned", 0.5, runs=1).advance_s == 0.25
 
 
-def test_a_recorded_session_is_understood(tmp_path: Path) -> None:
-    """What a program once answered to the requests of today gives the same run: version 1 stays as it is."""
+def test_recorded_session_of_version_1_is_replayed(tmp_path: Path) -> None:
+    """Today's requests equal those of a recorded session, and its answers give the impacts and end of PIT."""
     player = (
         "import json, sys\n"
         f"with open({str(SESSION)!r}) as session:\n"

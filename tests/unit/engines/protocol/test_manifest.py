@@ -55,8 +55,11 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def test_every_field_is_taken_over(tmp_path: Path) -> None:
-    """Capabilities, accuracy and settings arrive as what an adapter in Python declares, enumerations by their names."""
+def test_manifest_fields_are_loaded(tmp_path: Path) -> None:
+    r"""Capabilities, accuracy, settings and profiles of a manifest are loaded as typed declarations.
+
+    A profile's own capabilities complete those of the engine.
+    """
     found = load_manifest(written(tmp_path, WHOLE))
     assert (found.name, found.engine, found.version) == ("toy", "Toy engine", "1.2")
     assert found.capabilities.contact_times is ContactTimes.SOLVED
@@ -74,22 +77,22 @@ def test_every_field_is_taken_over(tmp_path: Path) -> None:
     assert tuned.capabilities.max_speed_m_s == 400.0  # what it leaves out is the engine's
 
 
-def test_files_beside_the_manifest_are_found_from_anywhere(tmp_path: Path) -> None:
-    """A word of the command that begins with a dot and a slash is a file next to the manifest, unlike others."""
+def test_relative_files_of_a_command_are_resolved_by_the_manifest(tmp_path: Path) -> None:
+    """Words of the command that begin with ./ or ../ are resolved relative to the manifest's folder."""
     command = load_manifest(written(tmp_path, WHOLE)).resolve_command(tmp_path)
     assert command == (str(tmp_path / "toy"), "--quiet", str(tmp_path.parent / "shared.js"))
 
 
-def test_a_program_that_is_not_there_is_a_reason(tmp_path: Path) -> None:
-    """What is missing is named, with the command that installs it."""
+def test_missing_program_makes_the_engine_unavailable(tmp_path: Path) -> None:
+    """The reason names the missing program and the command that installs it."""
     found = load_manifest(written(tmp_path, WHOLE))
     assert found.explain_unavailable(tmp_path) == f"there is no program {tmp_path / 'toy'}; make toy"
     other = load_manifest(written(tmp_path, WHOLE.replace('"./toy"', '"no-such-program-of-carom"')))
     assert other.explain_unavailable(tmp_path) == "no-such-program-of-carom is not on the PATH; make toy"
 
 
-def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_version(tmp_path: Path) -> None:
-    """Without its package an engine is unavailable, with the command that brings it; the package has the version."""
+def test_npm_package_decides_availability_and_version(tmp_path: Path) -> None:
+    """A missing npm package makes the engine unavailable; an installed one provides its version."""
     whole = WHOLE.replace('version = "1.2"', 'package = "../packages/toys/package.json"')
     whole = whole.replace('"./toy"', f'"{Path(sys.executable).as_posix()}"').replace(
         '"make toy"', '"npm --prefix ../p"'
@@ -125,8 +128,8 @@ def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_
         ("name = ", "nam = ", "nam"),
     ],
 )
-def test_what_is_wrong_is_named(old: str, new: str, told: str, tmp_path: Path) -> None:
-    """A manifest with a slip is refused with the file, the field or its value, and where to read on."""
+def test_manifest_error_names_the_file_and_the_field(old: str, new: str, told: str, tmp_path: Path) -> None:
+    """An invalid manifest is refused with its file, the field or value, and a link to the documentation."""
     path = written(tmp_path, WHOLE.replace(old, new, 1))
     with pytest.raises(AdapterError) as caught:
         load_manifest(path)
@@ -135,8 +138,8 @@ def test_what_is_wrong_is_named(old: str, new: str, told: str, tmp_path: Path) -
     assert "see docs/reference/engine-protocol.md#the-manifest" in str(caught.value)
 
 
-def test_a_manifest_that_is_not_there_or_no_text_is_refused(tmp_path: Path) -> None:
-    """A missing file, a folder, bytes that are no UTF-8, and a file of megabytes are each a sentence."""
+def test_unreadable_manifest_is_refused(tmp_path: Path) -> None:
+    """A missing file, a folder, bytes that are not UTF-8, invalid TOML and a file of 2 MiB raise an AdapterError."""
     for data in (None, b"\xff\xfe", b"[capabilities", b"#" * 2**21):
         path = tmp_path / "other.toml"
         if data is not None:
@@ -156,8 +159,11 @@ def _environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     list_adapter_points.cache_clear()
 
 
-def test_a_manifest_makes_its_engine_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A manifest, or its folder, is its engine's name from then on, for worker processes too; a name stays as it is."""
+def test_manifest_path_registers_its_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""The path of a manifest or of its folder resolves to the engine's name, also for worker processes.
+
+    The name of an installed engine is returned unchanged.
+    """
     path = manifest_of(tmp_path)
     assert resolve_engine("pit") == "pit"
     assert resolve_engine(str(path)) == "toy"
@@ -168,14 +174,14 @@ def test_a_manifest_makes_its_engine_known(tmp_path: Path, monkeypatch: pytest.M
     assert (format_engine_argument("toy"), format_engine_argument("pit")) == (str(path), "pit")
 
 
-def test_one_program_serves_whoever_loads_its_adapter(tmp_path: Path) -> None:
-    """Each run of a worker loads the adapter by its name, and none but the first starts the program."""
+def test_manifest_adapter_is_loaded_once(tmp_path: Path) -> None:
+    """Loading an engine by name twice returns the same adapter, so that its program is started only once."""
     name = resolve_engine(str(manifest_of(tmp_path)))
     assert load_adapter(name) is load_adapter(name)
 
 
-def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The version and the profiles are the manifest's; a program that is missing is a reason, with what installs it."""
+def test_engine_list_uses_the_manifest_without_starting_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Version and profiles come from the manifest; a missing program or an invalid manifest is a reason."""
     for name, command in (("there", [sys.executable, "-c", "raise SystemExit(1)"]), ("gone", ["./gone"])):
         (tmp_path / name).mkdir()
         manifest_of(tmp_path / name, name=name, command=command, version="3.2", install="make it")
@@ -189,8 +195,8 @@ def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypat
     assert f"{tmp_path / 'broken.toml'}: name" in infos["broken"].unavailable
 
 
-def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A manifest that is not there, one with the name of another engine, and a relative path are each a sentence."""
+def test_invalid_manifest_path_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A missing manifest, one with the name of an installed engine, and a relative path raise an AdapterError."""
     with pytest.raises(AdapterError, match=r"none\.toml"):
         resolve_engine(str(tmp_path / "none.toml"))
     with pytest.raises(AdapterError, match="'pit', like"):
@@ -202,8 +208,8 @@ def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.long
-def test_a_program_that_is_not_there_is_unavailable_to_the_command_line(tmp_path: Path) -> None:
-    """The exit code is that of an engine that is missing, and no crash; what installs it is said."""
+def test_run_with_a_missing_program_has_exit_code_3(tmp_path: Path) -> None:
+    """The command ends as for an engine that is not installed and prints the install command."""
     path = manifest_of(tmp_path, command=["./gone"], install="make it")
     result = carom_command("run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60")
     assert result.exit_code == 3, result.output
@@ -211,8 +217,8 @@ def test_a_program_that_is_not_there_is_unavailable_to_the_command_line(tmp_path
 
 
 @pytest.mark.long
-def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run that gives no answer in time is a row, and its program is gone with the worker that started it."""
+def test_hanging_program_is_killed_with_its_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run without an answer in time is reported as timed out, and its program has ended."""
     pid = tmp_path / "pid"
     hangs = f"if do == 'step': import os, time; print(os.getpid(), file=open({str(pid)!r}, 'w')); time.sleep(3600)"
     name = resolve_engine(str(manifest_of(tmp_path, hangs)))
@@ -226,8 +232,11 @@ def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.long
-def test_the_command_line_takes_a_manifest(tmp_path: Path) -> None:
-    """`carom run -e engine.toml` runs the program: here one that misses every impact. Also by `carom.run`."""
+def test_manifest_path_is_accepted_as_an_engine(tmp_path: Path) -> None:
+    r"""`carom run -e engine.toml` and `carom.run` run the program of a manifest.
+
+    A path without a file gives exit code 2.
+    """
     path = manifest_of(tmp_path)
     arguments = ["-p", "tuned", "--dt", "1/60", "--no-timing"]
     result = carom_command("run", "paper/missed", "-e", str(path), *arguments)

@@ -51,8 +51,8 @@ def physics(trace: Trace) -> Trace:
 
 
 @each("name", long_until(1, ["pymunk", "mujoco"]))
-def test_a_served_adapter_gives_the_digits_of_the_adapter(name: str, tmp_path: Path) -> None:
-    """Impacts, states, settings read back and local truth are equal to the bit, also where steps are cut."""
+def test_served_adapter_gives_bit_identical_runs(name: str, tmp_path: Path) -> None:
+    """A run through `carom serve` equals the adapter's own run to the bit, including cut steps and settings."""
     adapter, behind = available(name), served(tmp_path, name)
     for profile in (name for name in ("default", "tuned", "located") if name in adapter.profiles):
         here, there = (observe_run(one, SCENE, profile, 1 / 60) for one in (adapter, behind))
@@ -62,8 +62,8 @@ def test_a_served_adapter_gives_the_digits_of_the_adapter(name: str, tmp_path: P
 
 
 @each("name", PYTHON)
-def test_its_manifest_declares_what_the_adapter_declares(name: str, tmp_path: Path) -> None:
-    """Capabilities, of each profile too, accuracies, knobs and what is not as shipped are read back as they were."""
+def test_served_manifest_has_the_adapters_declarations(name: str, tmp_path: Path) -> None:
+    """Capabilities, profiles, accuracies, changes, knobs and the oldest release equal those of the adapter."""
     adapter, behind = load_adapter(name), served(tmp_path, name)
     assert behind.capabilities == adapter.capabilities
     assert dict(behind.knobs) == dict(getattr(adapter, "knobs", {}))
@@ -93,8 +93,8 @@ def ask(server: Server, **request: object) -> dict[str, object]:
         ('{"do": "observe", "world": 5}', "failed", "there is no world 5"),
     ],
 )
-def test_an_odd_line_is_answered_with_an_error(line: str, kind: str, told: str) -> None:
-    """What is no request ends nothing: the next one is answered."""
+def test_invalid_request_is_answered_with_an_error(line: str, kind: str, told: str) -> None:
+    """A line that is not a valid request gets an error, and the server answers the next request."""
     server = Server(load_adapter("pit"), "1.0")
     error = server.answer(line)["error"]
     assert error["kind"] == kind
@@ -102,8 +102,8 @@ def test_an_odd_line_is_answered_with_an_error(line: str, kind: str, told: str) 
     assert ask(server, do="hello") == {"protocol": 1, "version": "1.0"}
 
 
-def test_what_the_protocol_has_no_field_for_is_refused() -> None:
-    """A method that knows the velocities around a contact would lose them: it says so, and gives no other digits."""
+def test_contacts_with_velocities_cannot_be_served() -> None:
+    """An observation whose contacts have velocities gets an error, since the protocol has no field for them."""
     server = Server(load_adapter("pit"), "1.0")
     told = ask(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "tuned", "dt_s": 0.5})
     assert "error" not in told
@@ -116,8 +116,8 @@ def test_what_the_protocol_has_no_field_for_is_refused() -> None:
     assert all("error" in one or one["contacts"] == [] for one in seen)
 
 
-def test_a_profile_or_setting_that_the_adapter_lacks_is_refused() -> None:
-    """The message names the profile, and a world that was not made is no world."""
+def test_unknown_profile_is_refused_by_the_server() -> None:
+    """A request to prepare a world with an unknown profile is refused with the profile's name."""
     server = Server(load_adapter("pit"), "1.0")
     told = ask(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "best", "dt_s": 0.5})
     assert told == {"error": {"kind": "refused", "message": "pit has no profile 'best'"}}
@@ -153,8 +153,8 @@ def talkative(site: Path, version: str, *asked: str) -> subprocess.CompletedProc
     )
 
 
-def test_what_an_engine_prints_stands_not_among_the_answers(tmp_path: Path) -> None:
-    """Standard output holds an answer a line; what the engine prints, from its import on, goes to standard error."""
+def test_engine_output_goes_to_standard_error(tmp_path: Path) -> None:
+    """Standard output contains only answers; whatever the engine prints goes to standard error."""
     done = talkative(tmp_path, "2.5")
     answers = [json.loads(line) for line in done.stdout.splitlines()]
     assert answers == [{"protocol": 1, "version": "2.5"}, {"error": {"kind": "failed", "message": "RuntimeError: no"}}]
@@ -163,8 +163,8 @@ def test_what_an_engine_prints_stands_not_among_the_answers(tmp_path: Path) -> N
 
 
 @pytest.mark.long
-def test_a_release_that_is_too_old_is_not_served_and_its_manifest_says_so(tmp_path: Path) -> None:
-    """The command ends with the reason; the manifest's engine is unavailable for the same reason."""
+def test_too_old_release_is_not_served(tmp_path: Path) -> None:
+    """`carom serve` ends with exit code 2 and the reason, and its manifest makes the engine unavailable."""
     done = talkative(tmp_path / "site", "1.5")
     assert done.returncode == 2
     reason = "Talkative 1.5 is older than 2.0, the oldest release that its adapter drives"
@@ -179,15 +179,15 @@ def test_a_release_that_is_too_old_is_not_served_and_its_manifest_says_so(tmp_pa
 
 
 @pytest.mark.long
-def test_another_release_comes_from_its_folder(tmp_path: Path) -> None:
-    """`--path` is looked in first: the version is that of the release there."""
+def test_path_option_serves_another_release(tmp_path: Path) -> None:
+    """`carom serve --path` searches that folder first and serves the release that it contains."""
     write_distribution(tmp_path / "other", "talkative", {}, version="3.0")
     done = talkative(tmp_path / "site", "2.5", "--path", str(tmp_path / "other"))
     assert json.loads(done.stdout.splitlines()[0])["version"] == "3.0"
 
 
-def test_every_adapter_of_a_python_package_is_served() -> None:
-    """The list of this file is that of the entry points that are no program and no method of Carom's."""
+def test_python_list_contains_every_python_adapter() -> None:
+    """`PYTHON` lists all of Carom's adapters except PIC, PIT and those that are programs."""
     ours = {name for name, point in list_adapter_points().items() if point.distribution == "carom"}
     own = {"pic", "pit"}
     programs = {name for name in ours - own if isinstance(load_adapter(name), ProgramAdapter)}

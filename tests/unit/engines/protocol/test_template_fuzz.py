@@ -124,14 +124,14 @@ def mutated(chance: random.Random) -> bytes:
 
 @pytest.mark.long
 @pytest.mark.parametrize("talk", ["cpp", "rust"], indirect=True)
-def test_a_field_that_a_template_looks_for_and_does_not_find_is_named(talk: Talk) -> None:
-    """Its author asks for a setting by a wrong name as the harness might leave one out: the answer says which."""
+def test_template_names_a_missing_setting(talk: Talk) -> None:
+    """If a request lacks the setting `dt_s`, the template's error message names it."""
     prepare = next(request for request in REQUESTS if request["do"] == "prepare")
     assert "there is no dt_s" in talk.ask(json.dumps(prepare | {"settings": {}}).encode())["error"]["message"]
 
 
-def test_whatever_a_template_is_sent_it_answers(talk: Talk) -> None:
-    """A line that is no request, or one with a field missing or odd, is answered once; a sound session then runs."""
+def test_template_answers_every_invalid_request(talk: Talk) -> None:
+    """A template answers each of 250 invalid or altered requests once, and then a sound session as recorded."""
     chance = random.Random(18)
     for _ in range(LINES):
         line = mutated(chance)

@@ -54,10 +54,10 @@ def found(
     size=st.sampled_from([-1e-9, 0.0, 1e-9, 0.1, 0.5, 3.0]),
     immovable=st.sampled_from([0.0, 0.3, 1.0]),
 )
-def test_the_near_pairs_are_those_of_all_pairs(
+def test_near_pairs_equal_those_of_all_pairs(
     seed: int, n: int, arrangement: str, octaves: float, size: float, immovable: float
 ) -> None:
-    """Every near pair comes once, and no other, for reaches of any sizes (below 0 too), movable discs and others."""
+    """Every near pair with a movable disc is returned exactly once, for reaches of any size, also below 0."""
     rng = np.random.default_rng(seed)
     position = arranged(arrangement, n, rng)
     reach = size * 2.0 ** -rng.uniform(0, octaves, n)
@@ -67,8 +67,8 @@ def test_the_near_pairs_are_those_of_all_pairs(
     assert set(pairs) == all_pairs(position, reach, movable)
 
 
-def test_blocks_come_in_the_order_of_their_second_discs() -> None:
-    """If there are many blocks of pairs, none has a lower second disc than the block before."""
+def test_blocks_are_ordered_by_their_second_discs() -> None:
+    """If there are several blocks of pairs, all second discs of a block are below those of the next block."""
     n = 600
     blocks = found(np.zeros((n, 2)), np.full(n, 0.5), np.ones(n, np.bool_))
     assert len(blocks) > 1
@@ -77,8 +77,8 @@ def test_blocks_come_in_the_order_of_their_second_discs() -> None:
     assert sum(map(len, blocks)) == n * (n - 1) // 2
 
 
-def test_immovable_discs_upon_one_another_are_not_paired() -> None:
-    """With many immovable discs at one place and two movable ones, only pairs with the near one are returned."""
+def test_immovable_discs_at_one_place_are_not_paired() -> None:
+    """Near 20,000 immovable discs at one place, only pairs with one of two movable discs are returned."""
     n = 20_000
     position = np.zeros((n + 2, 2))
     position[[7, n]] = (0.8, 0.0), (0.8, 0.8)
@@ -90,15 +90,15 @@ def test_immovable_discs_upon_one_another_are_not_paired() -> None:
     assert set(pairs) == {(min(7, k), max(7, k)) for k in others} | {(7, n)}
 
 
-def test_nothing_is_near_nothing() -> None:
-    """No discs, and a single one, have no pairs."""
+def test_fewer_than_two_discs_have_no_pairs() -> None:
+    """No near pairs are returned for no disc and for a single one."""
     for n in (0, 1):
         assert not any(found(np.zeros((n, 2)), np.ones(n), np.ones(n, np.bool_)))
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(0, 12))
-def test_discs_near_walls_are_those_of_all_pairs(seed: int, discs: int, walls: int) -> None:
-    """Each movable disc within its reach of a wall, or behind it, comes with that wall, in the order of the discs."""
+def test_near_walls_equal_those_of_all_pairs(seed: int, discs: int, walls: int) -> None:
+    """Each movable disc within its reach of a wall, or behind it, is returned with the wall, ordered by disc."""
     rng = np.random.default_rng(seed)
     position, reach, movable = rng.uniform(-5, 5, (discs, 2)), rng.uniform(0, 2, discs), rng.random(discs) < 0.7
     angle = rng.uniform(0, 2 * np.pi, walls)

@@ -57,15 +57,15 @@ def too_late(kind: str, seeds: range, length: float = 1.0, speed: float = 1.0) -
 
 @each("numbers", release_after(1, [range(2), range(2, 20)]))
 @each("kind", KINDS)
-def test_no_bound_is_above_the_time_of_impact(kind: str, numbers: range) -> None:
-    """Wherever in their balls the true discs are, by rational arithmetic they do not touch before their bound."""
+def test_no_lower_bound_exceeds_the_time_of_impact(kind: str, numbers: range) -> None:
+    """No lower bound exceeds the exact impact time of true states within their balls."""
     assert too_late(kind, numbers) == []
 
 
 @pytest.mark.release
 @each("kind", KINDS)
-def test_no_bound_in_any_unit_is_above_the_time_of_impact(kind: str) -> None:
-    """The same of 290,000 bounds, in units of any size: such that their quotient, a time, is no larger than 2^500."""
+def test_no_lower_bound_in_any_unit_exceeds_the_time_of_impact(kind: str) -> None:
+    """No lower bound exceeds the impact time in units of 2^-250 to 2^250 m and m/s, for 290,000 bounds."""
     powers = (-250, -166, 0, 125, 250)
     for number, (a, b) in enumerate(itertools.product(powers, powers)):
         begin = 1000 + 20 * number
@@ -73,8 +73,8 @@ def test_no_bound_in_any_unit_is_above_the_time_of_impact(kind: str) -> None:
 
 
 @pytest.mark.release
-def test_the_attack_notices_a_bound_that_is_hardly_too_late() -> None:
-    """Most bounds that are moved 1e-5 of their wait later are found to be above the time of impact."""
+def test_check_of_bounds_detects_slightly_late_bounds() -> None:
+    """Over 90% of the bounds that are moved later by a factor of 1 + 1e-5 are found to be too late."""
     noticed = hits = 0
     for seed in range(60):
         bodies, states = attack("far", seed)
@@ -87,8 +87,8 @@ def test_the_attack_notices_a_bound_that_is_hardly_too_late() -> None:
 
 
 @each("power", [-500, -300, -256, 0, 256, 300, 500])
-def test_units_change_no_bit_of_a_bound(power: int) -> None:
-    """Lengths and speeds of any unit: each bound is that of the same discs in metres, times the unit of time."""
+def test_units_change_no_bit_of_a_lower_bound(power: int) -> None:
+    """Lower bounds in any unit of length and speed are those in metres, scaled exactly by the unit of time."""
     for seed, kind in enumerate(("any", "graze", "old", "heavy")):
         plain, _ = attack(kind, seed)
         scaled, _ = attack(kind, seed, length=2.0**power, speed=2.0 ** (power // 2))
@@ -107,16 +107,16 @@ def two_that_meet_after_a_second() -> BallBodies:
 
 @each("ball", [arb("nan"), arb("inf"), arb("-inf"), arb(0, "inf"), arb(2) ** 5000, -(arb(2) ** 5000), arb(1, 1e300)])
 @each("field", ["x", "y", "vx", "vy"])
-def test_what_is_no_number_has_no_bound(field: str, ball: arb) -> None:
-    """Where a state is no number, or none that float64 or the balls can hold, the bound is the start: balls decide."""
+def test_state_without_a_usable_value_has_the_start_as_bound(field: str, ball: arb) -> None:
+    """A state that is not finite, too large or too uncertain gets the start of its path as lower bound."""
     bodies = two_that_meet_after_a_second()
     bodies.time = [0.25, 0.5]
     getattr(bodies, field)[1] = ball
     assert entries_of(bodies) == {(0, 1): 0.5}
 
 
-def test_after_impacts_the_table_is_as_if_made_anew() -> None:
-    """Through two hundred impacts, on balls that grow, a table that only follows has the bounds of a new one."""
+def test_updated_bounds_equal_those_of_a_new_table() -> None:
+    """After each of 200 impacts, with growing balls, the updated bounds equal those of a new table."""
     scene = build_gas_scene(9, 0.4)
     wide = False
     with ctx.workprec(110):
@@ -142,8 +142,8 @@ def test_after_impacts_the_table_is_as_if_made_anew() -> None:
     assert wide
 
 
-def test_under_gravity_a_wall_has_no_bound_but_the_start_of_the_path() -> None:
-    """Pairs keep the bounds of the falling frame, in which they move straight; walls are for the balls, all of them."""
+def test_wall_bound_under_gravity_is_the_start_of_the_path() -> None:
+    """Under gravity pairs keep the bounds of straight motion, and walls have the start of the path as bound."""
     straight = build_gas_scene(9, 0.3, duration_s=10.0)
     falling = straight.model_copy(update={"gravity_m_s2": (0.5, -9.81)})
     one, other = (entries_of(BallBodies(scene)) for scene in (straight, falling))
@@ -154,8 +154,8 @@ def test_under_gravity_a_wall_has_no_bound_but_the_start_of_the_path() -> None:
 
 
 @each("until", [-math.inf, 0.5, 1.0, math.inf, math.nan])
-def test_rivals_are_those_that_are_not_above_a_time(until: float) -> None:
-    """The bounds up to a time are listed row by row; of a time that is no number none is certainly above."""
+def test_bounds_up_to_a_time_are_listed_row_by_row(until: float) -> None:
+    """`up_to` lists the bounds that are not above a time, row by row, and all bounds for NaN."""
     table = bounds.LowerBounds(BallBodies(build_gas_scene(9, 0.4)))
     every = table.up_to(math.inf)
     assert [entry[1:] for entry in every] == [(i, body) for i in range(9) for body in (*range(9), -1, -2, -3, -4)]
@@ -177,15 +177,15 @@ def told(certified: CertifiedTrace) -> tuple[object, ...]:
 
 
 @each("scene", SCENES)
-def test_the_digits_are_the_same_without_bounds(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Balls alone certify the same impacts, with the same digits, and stop at the same event."""
+def test_certified_digits_do_not_depend_on_lower_bounds(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A certified run without lower bounds has the same impacts, digits and ending."""
     bounded = certify(scene, max_impacts=40, digits=20)
     monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
     assert told(certify(scene, max_impacts=40, digits=20)) == told(bounded)
 
 
-def test_a_bound_says_nothing_until_it_is_raised() -> None:
-    """Each pair that may meet is bounded by the start of both paths; a raised bound takes its place in the order."""
+def test_start_bounds_are_the_path_start_until_raised() -> None:
+    """StartBounds lists each pair that may meet at the path's start; a raised bound takes its place in order."""
     bounds = StartBounds(BallBodies(build_gas_scene(4, 0.1)))
     pairs = [(i, j) for i in range(4) for j in range(i + 1, 4)]
     expected = sorted([*pairs, *((i, -1 - k) for i in range(4) for k in range(4))], key=lambda p: (p[0], p[1] < 0))
@@ -200,8 +200,8 @@ def test_a_bound_says_nothing_until_it_is_raised() -> None:
     assert bounds.earliest()[0] == math.inf
 
 
-def test_what_has_changed_is_bounded_anew() -> None:
-    """After an impact the two that met have bounds with all others, none with each other; other bounds stay."""
+def test_start_bounds_are_renewed_for_changed_discs() -> None:
+    """After an impact both discs get new bounds with all others and none with each other; other bounds stay."""
     bodies = BallBodies(
         Scene(name="row", discs=[Disc(position_m=(3.0 * k, 0.0), radius_m=1.0) for k in range(4)], duration_s=1.0)
     )

@@ -15,8 +15,8 @@ from carom.studies.bench.gas import build_gas_scene
 SCENE = build_gas_scene(9, 0.3, duration_s=1000.0)
 
 
-def test_a_limit_on_impacts() -> None:
-    """The requested impacts are certified, and the final state is that at the last of them."""
+def test_max_impacts_ends_a_certified_run_at_the_last_one() -> None:
+    """A limit of 40 impacts certifies 40, and the run ends at the time of the last one."""
     certified = certify(SCENE, max_impacts=40)
     assert certified.ending is Ending.MAX_IMPACTS
     assert certified.trace.outcome is Outcome.MAX_IMPACTS
@@ -24,8 +24,8 @@ def test_a_limit_on_impacts() -> None:
     assert certified.trace.end_time_s == certified.trace.impacts["time_s"][-1]
 
 
-def test_a_precision_cap_keeps_what_it_allows() -> None:
-    """At 96 bits some dozens of impacts are known to 15 digits; they are those of a run with more bits."""
+def test_precision_cap_keeps_the_certified_impacts() -> None:
+    """At 96 bits a run ends with PRECISION_CAP, and its impacts agree with those of a more precise run."""
     capped = certify(SCENE, max_precision_bits=96)
     assert capped.ending is Ending.PRECISION_CAP
     assert capped.trace.outcome is Outcome.STOPPED
@@ -36,15 +36,15 @@ def test_a_precision_cap_keeps_what_it_allows() -> None:
     assert np.all(apart <= capped.radii["time_s"] + more.radii["time_s"])
 
 
-def test_a_time_budget_keeps_what_was_reached() -> None:
-    """A budget that is used up at once still ends at a certified impact."""
+def test_time_budget_keeps_the_certified_impacts() -> None:
+    """A time budget of 1 ns ends the run after at least one and fewer than 100 certified impacts."""
     certified = certify(SCENE, time_budget_s=1e-9)
     assert certified.ending is Ending.TIME_BUDGET
     assert 0 < len(certified) < 100
 
 
-def test_an_interrupt_keeps_the_prefix() -> None:
-    """Ctrl-C in the middle returns what was certified before it, with a final state that belongs to it."""
+def test_interrupt_keeps_the_certified_impacts() -> None:
+    """Ctrl-C after 64 impacts returns these impacts and the state that belongs to them."""
 
     def interrupt(impacts: int, _time_s: float, _bits: int) -> None:
         if impacts >= 64:
@@ -58,8 +58,8 @@ def test_an_interrupt_keeps_the_prefix() -> None:
     assert certified.trace.final_position_m.tobytes() == whole.trace.final_position_m.tobytes()
 
 
-def test_an_interrupt_in_a_replay_keeps_what_was_certified_before_it() -> None:
-    """The replay at a higher precision is not worth less than the attempt before it."""
+def test_interrupt_in_a_replay_keeps_earlier_impacts() -> None:
+    """Ctrl-C in a replay at higher precision returns at least the impacts certified before the replay."""
     reached = [0]
 
     def interrupt(impacts: int, _time_s: float, bits: int) -> None:
@@ -72,8 +72,8 @@ def test_an_interrupt_in_a_replay_keeps_what_was_certified_before_it() -> None:
     assert len(certified) >= reached[0] > 64
 
 
-def test_the_precision_of_python_flint_is_left_as_it_was() -> None:
-    """The global precision is restored, whatever happens."""
+def test_global_flint_precision_is_restored() -> None:
+    """`certify` leaves the global precision of python-flint unchanged."""
     from flint import ctx
 
     before = ctx.prec
@@ -91,14 +91,14 @@ def test_the_precision_of_python_flint_is_left_as_it_was() -> None:
         ({"tie_bits": 3}, "tie_bits must be a whole number from 64 to 1048576, got 3"),
     ],
 )
-def test_bad_options_are_refused(option: dict[str, Any], words: str) -> None:
-    """The message names the option and its value."""
+def test_invalid_option_is_refused_with_name_and_value(option: dict[str, Any], words: str) -> None:
+    """An option out of range raises an InputError with its name, range and value."""
     with pytest.raises(InputError, match=words):
         certify(SCENE, **option)
 
 
-def test_without_python_flint_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The message holds the command that installs it."""
+def test_missing_python_flint_error_has_the_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without python-flint, `certify` raises a MissingExtraError with the pip command."""
     monkeypatch.setitem(sys.modules, "flint", None)
     with pytest.raises(MissingExtraError, match=r"certify needs python-flint; pip install 'carom\[certify\]'"):
         certify(SCENE)

@@ -36,8 +36,8 @@ def stopped_at(found: Scene, **more: Any) -> Degeneracy:
     return sure(certified.degeneracy)
 
 
-def test_a_disc_that_meets_two_at_one_instant_is_a_shared_instant() -> None:
-    """3-4-5: a disc coming down the axis reaches contact, 5 apart, with both others at t = 6 exactly."""
+def test_disc_that_meets_two_discs_at_once_is_a_shared_instant() -> None:
+    """A disc that reaches two others at exactly 6 s stops the run with a proven SHARED_INSTANT."""
     found = stopped_at(scene(disc(-3, 0), disc(3, 0), disc(0, 10, 0, -1)))
     assert found.kind is Degenerate.SHARED_INSTANT
     assert found.bodies == (0, 1, 2)
@@ -46,8 +46,8 @@ def test_a_disc_that_meets_two_at_one_instant_is_a_shared_instant() -> None:
     assert found.latest_s - found.earliest_s < 1e-14
 
 
-def test_a_tie_of_disjoint_pairs_commutes() -> None:
-    """Two pairs that meet at t = 2 exactly, far apart, are both certified, and their order is said not to matter."""
+def test_tie_of_disjoint_pairs_commutes() -> None:
+    """Two distant pairs that meet at exactly 2 s are both certified and reported to commute."""
     pairs = [disc(0, y, 1) for y in (0, 100)] + [disc(7, y) for y in (0, 100)]
     certified = certify(scene(*pairs))
     assert certified.ending is Ending.COMPLETED
@@ -60,16 +60,19 @@ def in_line_struck_from_both_ends(right: float) -> Scene:
     return scene(disc(-10, 0, 1), disc(0, 0), disc(right, 0), disc(right + 10, 0, -1))
 
 
-def test_a_tie_of_disjoint_pairs_that_touch_is_one_of_neighbours() -> None:
-    """Struck at one instant, each of two touching discs is driven into the other: the third has no answer."""
+def test_tie_of_touching_pairs_is_simultaneous_neighbours() -> None:
+    """Two touching discs struck from both sides at exactly 5 s stop with a proven SIMULTANEOUS_NEIGHBOURS."""
     found = stopped_at(in_line_struck_from_both_ends(5.0))
     assert (found.kind, found.bodies) == (Degenerate.SIMULTANEOUS_NEIGHBOURS, (0, 1, 2, 3))
     assert found.proven
     assert found.earliest_s <= 5.0 <= found.latest_s
 
 
-def test_the_same_neighbours_an_ulp_apart_commute_and_then_meet() -> None:
-    """Apart by a unit in the last place of the outer disc, two impacts are independent; a third is half of it later."""
+def test_neighbours_one_ulp_apart_commute_and_then_meet() -> None:
+    r"""Two discs 1 ulp apart that are struck from both sides have commuting impacts, and then meet.
+
+    They meet after half of the time that the gap takes at 1 m/s.
+    """
     right = 5.0 + math.ulp(15.0)
     certified = certify(in_line_struck_from_both_ends(right), max_impacts=3, digits=30)
     assert certified.commuted == ((0, 1),)
@@ -79,23 +82,23 @@ def test_the_same_neighbours_an_ulp_apart_commute_and_then_meet() -> None:
     assert Decimal(certified.decimals[2][0]) - 5 == pytest.approx(Decimal((right - 5.0) / 2), rel=Decimal("1e-12"))
 
 
-def test_a_tie_with_an_immovable_disc_in_common_commutes() -> None:
-    """An immovable disc is not changed by an impact, so two discs may strike it at once."""
+def test_tie_that_shares_an_immovable_disc_is_certified() -> None:
+    """Two discs that strike an immovable one at exactly 5 s are both certified."""
     certified = certify(scene(disc(0, 0, m=math.inf), disc(-10, 0, 1), disc(10, 0, -1)))
     assert certified.ending is Ending.COMPLETED
     assert certified.trace.impacts["time_s"].tolist() == [5.0, 5.0]
 
 
-def test_orthogonal_walls_commute_in_their_corner() -> None:
-    """A disc that reaches both walls of a corner at one instant is turned back by both."""
+def test_impacts_in_a_right_angled_corner_are_certified() -> None:
+    """A disc that reaches both walls of a right-angled corner at 4 s is turned back by both."""
     certified = certify(scene(disc(6, 6, -1, -1, r=2.0), walls=AXIS_BOX))
     assert certified.ending is Ending.COMPLETED
     assert certified.trace.impacts["time_s"].tolist() == [4.0, 4.0]
     assert certified.trace.final_velocity_m_s.tolist() == [[1.0, 1.0]]
 
 
-def test_walls_at_any_other_angle_do_not_commute() -> None:
-    """Two walls of 3-4-5 met at one instant: the order of the impacts would decide."""
+def test_impacts_in_an_oblique_corner_are_a_shared_instant() -> None:
+    """A disc that reaches both walls of an oblique corner at once stops the run with a proven SHARED_INSTANT."""
     walls = [Wall(point_m=(0.0, 0.0), normal=(0.6, 0.8)), Wall(point_m=(0.0, 0.0), normal=(-0.6, 0.8))]
     found = stopped_at(scene(disc(0, 20, 0, -1, r=4.0), walls=walls))
     assert found.kind is Degenerate.SHARED_INSTANT
@@ -104,16 +107,19 @@ def test_walls_at_any_other_angle_do_not_commute() -> None:
 
 
 @each("x, y, vx, vy", [(-20, 5, 1, 0), (-20.0, 0.0, 4.0, 3.0), (12.0, -16.0, 0.0, 1.0)])
-def test_an_exact_graze_on_first_paths_is_no_impact(x: float, y: float, vx: float, vy: float) -> None:
-    """Passing at exactly the contact distance of 5 (or 12) changes nothing, whatever the direction; D = 0 exactly."""
+def test_exact_graze_on_initial_paths_is_no_impact(x: float, y: float, vx: float, vy: float) -> None:
+    """Discs that pass at exactly the contact distance have no impact, in any direction."""
     distance = abs(x * vy - y * vx) / math.hypot(vx, vy)
     certified = certify(scene(disc(x, y, vx, vy, r=distance / 2), disc(0, 0, r=distance / 2)))
     assert certified.ending is Ending.COMPLETED
     assert len(certified) == 0
 
 
-def test_a_graze_of_a_ceiling_is_told_where_no_ball_has_the_bits() -> None:
-    """Thrown up by v^2 / 2 g with v = 1 + 2^-40 and g = v / 2: the square of v has 81 bits, of 64 that are allowed."""
+def test_exact_graze_of_a_ceiling_is_decided_with_64_bits() -> None:
+    r"""A disc that is thrown exactly as high as a ceiling has no impact, though 64 bits cannot hold v^2.
+
+    It is thrown up by v^2 / 2 g with v = 1 + 2^-40 and g = v / 2: the square of v has 81 bits.
+    """
     v = 1 + 2.0**-40
     ceiling = Wall(point_m=(0.0, v + 2.5), normal=(0.0, -1.0))
     found = scene(disc(0, 0, 0, v), walls=[ceiling], gravity_m_s2=(0.0, -v / 2), duration_s=4.0)
@@ -121,8 +127,11 @@ def test_a_graze_of_a_ceiling_is_told_where_no_ball_has_the_bits() -> None:
     assert (certified.ending, len(certified)) == (Ending.COMPLETED, 0)
 
 
-def test_a_graze_that_no_precision_decides_is_reported_with_what_came_before() -> None:
-    """Struck by a disc of half its mass, a disc leaves at 2/3 m/s, no dyadic number, and grazes a third one exactly."""
+def test_undecidable_graze_is_reported_with_earlier_impacts() -> None:
+    r"""An exact graze at 2/3 m/s stops the run with an unproven GRAZE from 35 s on, and keeps earlier impacts.
+
+    Struck by a disc of half its mass, a disc moves at 2/3 m/s, no dyadic number. At least 1024 bits are tried.
+    """
     certified = certify(scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, 5)), tie_bits=1024)
     assert certified.trace.impacts["time_s"].tolist() == [5.0]
     assert certified.ending is Ending.DEGENERATE
@@ -134,16 +143,19 @@ def test_a_graze_that_no_precision_decides_is_reported_with_what_came_before() -
     assert found.latest_s == math.inf
 
 
-def test_a_touching_start_in_motion_is_named() -> None:
-    """Two discs at exactly the contact distance that approach: the state has no past, so it is reported."""
+def test_approaching_bodies_that_touch_at_the_start_are_reported() -> None:
+    """Discs, or a disc and a wall, that touch at the start and approach stop the run with TOUCHING_START."""
     found = stopped_at(scene(disc(0, 0, 1), disc(3, 4)))
     assert (found.kind, found.bodies, found.earliest_s) == (Degenerate.TOUCHING_START, (0, 1), 0.0)
     wall = stopped_at(scene(disc(2.5, 5, -1), walls=AXIS_BOX))
     assert (wall.kind, wall.bodies) == (Degenerate.TOUCHING_START, (-1, 0))
 
 
-def test_a_start_that_overlaps_by_rounding_is_named() -> None:
-    """Touching in decimal numbers, overlapping in binary ones: said to be so."""
+def test_start_that_overlaps_by_rounding_is_reported() -> None:
+    r"""Discs that overlap by 1 ulp at the start stop the run with OVERLAPPING_START.
+
+    Discs that touch in decimal numbers are reported as touching or overlapping.
+    """
     left, right = disc(0.1, 0, 1, r=0.1), disc(0.3, 0, r=0.1)
     overlap = scene(left, right)
     assert stopped_at(overlap).kind in (Degenerate.OVERLAPPING_START, Degenerate.TOUCHING_START)
@@ -151,8 +163,11 @@ def test_a_start_that_overlaps_by_rounding_is_named() -> None:
     assert stopped_at(below).kind is Degenerate.OVERLAPPING_START
 
 
-def test_a_disc_driven_into_its_neighbour_is_resting_contact() -> None:
-    """The first of two touching discs is struck: that pair's impact has no unique answer, and the first is kept."""
+def test_struck_disc_that_touches_another_is_resting_contact() -> None:
+    r"""A strike on the first of two touching discs stops the run with a proven RESTING_CONTACT.
+
+    The impact at 5 s is kept.
+    """
     certified = certify(scene(disc(-10, 0, 1), disc(0, 0), disc(5, 0)))
     assert certified.trace.impacts["time_s"].tolist() == [5.0]
     assert sure(certified.degeneracy).kind is Degenerate.RESTING_CONTACT
@@ -160,8 +175,11 @@ def test_a_disc_driven_into_its_neighbour_is_resting_contact() -> None:
     assert sure(certified.degeneracy).proven
 
 
-def test_inelastic_collapse_is_named_and_does_not_hang() -> None:
-    """Three equal discs below e = 7 - 4 sqrt(3) collide without end (McNamara and Young, 1992)."""
+def test_inelastic_collapse_is_reported() -> None:
+    r"""Three equal discs with e below 7 - 4 sqrt(3) stop the run with COLLAPSE, within 2 ulp of its time.
+
+    They collide infinitely often (McNamara and Young, 1992).
+    """
     found = stopped_at(scene(disc(-12, 0, 1), disc(0, 0), disc(13, 0, -1), restitution=0.0625), time_budget_s=120.0)
     assert found.kind is Degenerate.COLLAPSE
     assert found.bodies == (0, 1, 2)
@@ -189,8 +207,8 @@ def collapse_of(*times_s: float) -> Degeneracy | None:
     return _find_collapse(log, Known(found))  # type: ignore[arg-type] # all that is asked of bodies
 
 
-def test_a_collapse_is_twenty_impacts_for_each_pair_of_bodies_within_two_units_of_the_clock() -> None:
-    """Of two discs 80: one less, or one that is three units in the last place earlier, is no collapse yet."""
+def test_collapse_of_two_discs_needs_80_impacts_within_2_ulp() -> None:
+    """Two discs collapse after 80 impacts within 2 ulp of time; 79 impacts, or 3 ulp, are no collapse yet."""
     last = 1.5
     one, two, three = (last - k * math.ulp(last) for k in (1, 2, 3))
     for early in (one, two):
@@ -211,8 +229,11 @@ def arriving_at_35_s(duration_s: float) -> Scene:
     return scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(25, 0), duration_s=duration_s)
 
 
-def test_an_impact_that_no_precision_tells_from_the_end_is_reported() -> None:
-    """The second impact is at exactly the scene's duration, which balls around 2/3 can't show: the first is kept."""
+def test_undecidable_impact_at_the_end_is_reported() -> None:
+    r"""An impact at exactly the scene's end that balls cannot prove stops the run with AT_THE_END.
+
+    The earlier impact at 5 s is kept. The second is due at 35 s, at 2/3 m/s, no dyadic number.
+    """
     certified = certify(arriving_at_35_s(35.0))
     assert certified.trace.impacts["time_s"].tolist() == [5.0]
     assert certified.ending is Ending.DEGENERATE
@@ -222,8 +243,8 @@ def test_an_impact_that_no_precision_tells_from_the_end_is_reported() -> None:
     assert found.earliest_s <= 35.0 <= found.latest_s
 
 
-def test_what_comes_to_rest_in_a_corner_is_reported_and_kept() -> None:
-    """Both walls of a turned corner of restitution 0 take all speed: the balls around it hold both signs."""
+def test_rest_in_an_inelastic_corner_is_resting_contact() -> None:
+    """A disc that loses all speed in a turned corner with e = 0 has two impacts, then RESTING_CONTACT."""
     walls = [Wall(point_m=(0.0, 0.0), normal=(3.0, 4.0)), Wall(point_m=(0.0, 0.0), normal=(-4.0, 3.0))]
     certified = certify(scene(disc(0.2, 3, 0.3, -1, r=0.5), walls=walls, wall_restitution=0.0))
     assert len(certified) == 2
@@ -232,8 +253,8 @@ def test_what_comes_to_rest_in_a_corner_is_reported_and_kept() -> None:
 
 
 @each("scale", [2.0**-500, 1.0, 2.0**500])
-def test_no_size_is_too_small_or_too_large(scale: float) -> None:
-    """Lengths and speeds may be near the ends of float64's range: what overflows there is left to the balls."""
+def test_lengths_and_speeds_of_any_size_are_certified(scale: float) -> None:
+    """Scenes with lengths and speeds of 2^-500, 1 and 2^500 are certified with the same impact time."""
     discs = (disc(0, 0, 3 * scale, 0, r=scale), disc(10 * scale, scale, r=scale))
     certified = certify(scene(*discs))
     assert certified.ending is Ending.COMPLETED
@@ -277,15 +298,19 @@ DECIDED: dict[str, tuple[Scene, list[int]]] = {
 
 
 @each("case, expected", [(name, expected) for name, (_, expected) in DECIDED.items()])
-def test_beside_what_no_precision_decides_all_is_decided(case: str, expected: list[int]) -> None:
-    """A unit in the last place away on either side, or where discs part or rest, the run is certified to its end."""
+def test_scenes_one_ulp_from_undecidable_ones_are_certified(case: str, expected: list[int]) -> None:
+    """Scenes next to undecidable ones, often by 1 ulp, are certified to their end with the expected impacts."""
     certified = certify(DECIDED[case][0])
     assert certified.ending is Ending.COMPLETED
     assert certified.trace.impacts["first"].tolist() == expected
 
 
-def test_disc_that_spins_in_place_comes_to_rest_when_rolling_resistance_has_stopped_its_spin() -> None:
-    """Slip and rim speed are equal, so they end at the same instant: after omega r k / (c g), k the inertia factor."""
+def test_disc_that_spins_in_place_rests_when_its_spin_has_stopped() -> None:
+    r"""A disc that spins in place rests after exactly w r k / (c g), in certified runs and in PIC.
+
+    Its slip and its rim speed are equal, so they end at the same instant. k is the inertia factor, c the rolling
+    resistance.
+    """
     scene = Scene(
         name="spinning in place",
         discs=[Disc(position_m=(0.0, 0.5), radius_m=0.5, inertia_factor=0.25, spin_rad_s=3.0)],
@@ -300,8 +325,11 @@ def test_disc_that_spins_in_place_comes_to_rest_when_rolling_resistance_has_stop
         assert trace.modes["time_s"].tolist() == [0.0, 3.0 * 0.5 * 0.25 / (0.125 * 2.0)]
 
 
-def test_an_undecidable_end_of_a_contact_mode_ends_the_run_only_when_it_comes() -> None:
-    """A disc slides at 2 m/s, is slowed by 1 m/s2, and stops exactly over the end of its wall, after 2 s and 2 m."""
+def test_undecidable_end_of_a_contact_mode_stops_the_run_only_then() -> None:
+    r"""An undecidable end of a contact mode at 2 s stops a certified run there; a run to 1 s completes.
+
+    A disc slides at 2 m/s, is slowed by 1 m/s^2, and stops exactly over the end of its wall, after 2 m.
+    """
     scene = Scene(
         name="stops over the end",
         discs=[Disc(position_m=(0.0, 0.5), velocity_m_s=(2.0, 0.0), radius_m=0.5, inertia_factor=math.inf)],

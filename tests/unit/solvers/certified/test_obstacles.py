@@ -23,8 +23,8 @@ def obstacles(*walls: object) -> tuple[Obstacle, ...]:
 
 
 @pytest.mark.long
-def test_they_are_the_features_that_pic_has() -> None:
-    """Of random tables: as many of each kind, on the same edges, in the order of the walls."""
+def test_certified_obstacles_equal_the_wall_features_of_pic() -> None:
+    """On random tables certified obstacles have the walls, kinds and edges of PIC's wall features."""
     compared = 0
     for number in range(10):
         if (drawn := draw(number)) is None:
@@ -39,15 +39,15 @@ def test_they_are_the_features_that_pic_has() -> None:
     assert compared > 150
 
 
-def test_half_planes_are_obstacles_of_their_own_numbers() -> None:
-    """Where all walls are half-planes, each is one obstacle, exactly."""
+def test_each_half_plane_is_one_exact_obstacle() -> None:
+    """Each half-plane is one obstacle with the number of its wall and exact coordinates."""
     walls = (Wall(point_m=(0, -3), normal=(0, 1)), Wall(point_m=(0.1, 3), normal=(0, -1)))
     assert [one.wall for one in obstacles(*walls)] == [0, 1]
     assert obstacles(*walls)[1].shape == Plane((Fraction(0.1), Fraction(3)), (Fraction(0), Fraction(-1)))
 
 
-def test_sides_that_go_on_without_a_kink_name_each_other() -> None:
-    """Round a stadium each side of an edge goes on in the same side of the next, whichever way it runs."""
+def test_smoothly_joined_sides_are_neighbours() -> None:
+    """In a stadium of either direction, each side has neighbours on the same side of the chain."""
     for chain, inner in ((STADIUM, 0), (CLOCKWISE, 1)):
         found = obstacles(chain)
         assert len(found) == 8
@@ -60,8 +60,8 @@ def test_sides_that_go_on_without_a_kink_name_each_other() -> None:
                 assert {wall_index(sure(begin)), wall_index(sure(end))} <= set(ring) - {number}
 
 
-def test_the_begin_of_a_sector_goes_on_where_the_arc_begins_counterclockwise() -> None:
-    """The right arc of a stadium begins at the floor, counterclockwise, whichever way the chain runs round."""
+def test_sector_of_an_arc_begins_counterclockwise() -> None:
+    """The sector of a stadium's right arc begins at the floor, whichever way the chain runs."""
     for chain, floor, inner in ((STADIUM, 0, 0), (CLOCKWISE, 2, 1)):
         arc = obstacles(chain)[2 + inner]  # edge 1, of the side inside
         begin, _ = arc.neighbours
@@ -70,8 +70,8 @@ def test_the_begin_of_a_sector_goes_on_where_the_arc_begins_counterclockwise() -
         assert wall_index(sure(begin)) == 2 * floor + inner
 
 
-def test_ends_and_corners_go_on_in_a_vertex() -> None:
-    """An open chain of two edges has three vertices, which both sides of each edge know; a circle has none."""
+def test_ends_and_corners_of_a_chain_have_vertex_neighbours() -> None:
+    """Both sides of an open chain's two edges have its three vertices as neighbours; a circle has none."""
     found = obstacles(Chain(points_m=[(2, 0), (3, 0), (3, 1)]), Ring(centre_m=(-3, 0), radius_m=1))
     assert [one.kind for one in found] == [EdgeKind.FACE] * 4 + [EdgeKind.VERTEX] * 3 + [EdgeKind.ARC] * 2
     assert [tuple(None if n is None else wall_index(n) for n in one.neighbours) for one in found] == [

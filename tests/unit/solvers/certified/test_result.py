@@ -14,8 +14,8 @@ from carom.solvers.certified.result import proven_decimal
 
 
 @given(st.floats(-1e20, 1e20), st.floats(1e-300, 1e3), st.floats(-1, 1))
-def test_each_digit_shown_is_right_to_one_unit_in_the_last(value: float, radius: float, where: float) -> None:
-    """Wherever in the ball the truth is, what is shown differs from it by no more than a unit in the last digit."""
+def test_displayed_digits_are_right_to_one_unit_in_the_last(value: float, radius: float, where: float) -> None:
+    """A displayed number is within one unit in its last digit of every value in its ball."""
     text = proven_decimal(value, radius)
     assume("within" not in text)
     digits, _, exponent = text.partition("e")
@@ -38,8 +38,11 @@ def test_each_digit_shown_is_right_to_one_unit_in_the_last(value: float, radius:
         (1e-9, 1e-8, "0 (within 1.1e-08)"),
     ],
 )
-def test_known_decimals(value: float, radius: float, text: str) -> None:
-    """A radius of up to half a unit proves a digit; below 1e-4 an exponent is used; nothing proven is a bound."""
+def test_proven_decimal_shows_only_proven_digits(value: float, radius: float, text: str) -> None:
+    r"""`proven_decimal` shows the digits that a radius proves, or a bound if it proves none.
+
+    A radius of up to half a unit proves a digit. Below 1e-4 an exponent is used.
+    """
     assert proven_decimal(value, radius) == text
 
 
@@ -50,8 +53,11 @@ EXACT = tuple(map(arb, (0, 0, 1, 0)))
 
 
 @each("radius, known", [(1e-5, False), (2e-6, False), (1e-6, True), (0.0, True)])
-def test_an_instant_is_recorded_where_its_digits_are_known(radius: float, known: bool) -> None:
-    """Six digits need an instant of 1.5 s to 1.5 us; exact velocities do not make up for it."""
+def test_impact_is_recorded_only_if_its_digits_are_known(radius: float, known: bool) -> None:
+    r"""With six digits, an impact at 1.5 s is recorded with a time error of 1 us, but not with 2 us.
+
+    Exact velocities do not make up for an uncertain time.
+    """
     log = Recording(line(0.0, 4.0, velocities=(1.0, 0.0)), 6)
     log.add(BallEvent(BallImpact(0, 1, arb(1.5, radius), arb(1), arb(0), arb(1), EXACT)))  # type: ignore[arg-type] # four
     assert log.convert() is known

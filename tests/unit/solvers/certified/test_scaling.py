@@ -70,8 +70,8 @@ DRIFTS = st.integers(-250, 250)
 
 @each("scene", SCENES)
 @given(length=POWERS, drift=DRIFTS)
-def test_powers_of_two_change_no_digit(scene: Scene, length: int, drift: int) -> None:
-    """From 2^-500 to 2^500, lengths and speeds each: the same digits, order, ending, and precision."""
+def test_scaling_by_powers_of_two_changes_no_digit(scene: Scene, length: int, drift: int) -> None:
+    """Scaling lengths and speeds by 2^-500 to 2^500 changes no digit, order, ending or precision."""
     speed = max(-500, min(500, length - drift))
     if scene.gravity_m_s2 != (0.0, 0.0) and abs(2 * speed - length) > 500:
         return  # such a gravity is refused
@@ -80,16 +80,18 @@ def test_powers_of_two_change_no_digit(scene: Scene, length: int, drift: int) ->
 
 
 @each("length, speed", [(256, 256), (-300, -300), (500, 250)])
-def test_powers_of_two_change_no_digit_without_bounds(length: int, speed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same with balls alone."""
+def test_scaling_without_lower_bounds_changes_no_digit(
+    length: int, speed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Scaling lengths and speeds by powers of two changes no digit of a run with balls alone."""
     monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
     found = certify(scaled(SCENES[0], length, speed), max_impacts=MOST)
     assert numbers(found, length, speed) == numbers(certify(SCENES[0], max_impacts=MOST))
 
 
 @each("power", [-500, 500])
-def test_radii_are_scaled_too(power: int) -> None:
-    """What is proven of a number is scaled with it, as long as it is no subnormal number itself."""
+def test_scaling_scales_the_proven_errors_too(power: int) -> None:
+    """Scaling lengths and speeds by 2^500 scales the proven errors of velocities exactly; those of times stay."""
     plain = certify(SCENES[0], max_impacts=MOST)
     found = certify(scaled(SCENES[0], power, power), max_impacts=MOST)
     assert found.radii["time_s"].tobytes() == plain.radii["time_s"].tobytes()

@@ -31,15 +31,15 @@ def selection(bodies: BallBodies) -> Selection:
     return found
 
 
-def test_an_impact_behind_the_first_ball_but_within_a_rivals_is_a_rival() -> None:
-    """Neither row is decided: the exact time is after all of row 0's, but within the wide ball next to it."""
+def test_impact_within_the_time_ball_of_a_rival_is_undecided() -> None:
+    """The next impact is undecided (SHARED_INSTANT) if an exact time is within the wide ball of a rival."""
     with ctx.workprec(128), pytest.raises(Undecided) as caught:
         selection(in_two_rows(last_speed=1 - 5e-7)).next_impact()
     assert caught.value.degeneracy.kind is Degenerate.SHARED_INSTANT
 
 
-def test_the_same_rival_certainly_later_leaves_the_wide_ball_next() -> None:
-    """With the exact time after the wide ball, this is next, and may as well come after those of the other row."""
+def test_certainly_later_rival_leaves_the_next_impact_decided() -> None:
+    """If the rival is certainly later, the impact with the wide ball is next, and commutes with the other row."""
     with ctx.workprec(128):
         choice = selection(in_two_rows(last_speed=0.5)).next_impact()
     assert choice is not None
@@ -50,7 +50,10 @@ def test_the_same_rival_certainly_later_leaves_the_wide_ball_next() -> None:
 
 
 @each("speed", [2.0, 0.125])
-def test_two_discs_that_touch_and_part_never_meet(speed: float) -> None:
-    """3-4-5: however slowly they part, that the root of D is as large as b changes nothing."""
+def test_touching_discs_that_part_never_meet(speed: float) -> None:
+    r"""Touching discs that part at 2 m/s or 0.125 m/s never meet.
+
+    The root of D is as large as b here (3-4-5).
+    """
     discs = disc_at(0.0, 0.0, r=2.5), disc_at(3.0, 4.0, speed, 0.0, r=2.5)
     assert meet(BallBodies(staged("parting", *discs, duration_s=1.0)), 0, 1, 0.0) is None

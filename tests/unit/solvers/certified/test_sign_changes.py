@@ -27,8 +27,8 @@ def powers_of(roots: list[Fraction], leading: int = 1) -> list[arb]:
 
 
 @each("seed", release_after(50, range(200)))
-def test_each_fall_is_found_in_order_and_holds_its_root(seed: int) -> None:
-    """The falls of a quartic of four real roots, some past or nearly equal, are those ahead where it decreases."""
+def test_falls_of_a_quartic_contain_their_roots(seed: int) -> None:
+    """The falls of a quartic are found in order, as certain, and each contains its root to 2^-60."""
     rng = random.Random(seed)
     roots = [Fraction(rng.gauss(0.5, 1.0)) for _ in range(3)]
     roots.append(roots[0] + Fraction(rng.choice((1e-12, -1e-6, 1.0))))
@@ -43,8 +43,8 @@ def test_each_fall_is_found_in_order_and_holds_its_root(seed: int) -> None:
         assert fall.time.rad() < arb(2) ** -60
 
 
-def test_a_parabola_falls_where_its_roots_say() -> None:
-    """In 300 parabolas with two real roots, nearly equal or not, at most one is a fall ahead; also in 100 lines."""
+def test_falls_of_parabolas_and_lines_contain_their_roots() -> None:
+    """The falls of 300 parabolas and 100 lines are certain and contain their positive falling roots."""
     for seed in range(400):
         rng = random.Random(seed)
         roots = [Fraction(rng.gauss(0.5, 1.0))]
@@ -56,8 +56,8 @@ def test_a_parabola_falls_where_its_roots_say() -> None:
         assert all(fall.time.overlaps(ball(root)) for fall, root in zip(falls, ahead, strict=True))
 
 
-def test_a_touch_of_zero_is_not_called_certain_and_what_follows_it_is() -> None:
-    """(t - 1)^2 (t - 3) (t - 4): open about 1, a fall at 3."""
+def test_touch_of_zero_is_uncertain_and_a_later_fall_is_certain() -> None:
+    """For (t - 1)^2 (t - 3) (t - 4), the touch at 1 is uncertain and the fall at 3 is certain."""
     first, second = find_falls(powers_of([Fraction(1), Fraction(1), Fraction(3), Fraction(4)]))
     assert not first.certain
     assert first.time.overlaps(arb(1))
@@ -66,8 +66,8 @@ def test_a_touch_of_zero_is_not_called_certain_and_what_follows_it_is() -> None:
     assert second.time.overlaps(arb(3))
 
 
-def test_what_begins_at_zero_is_told_by_its_next_power() -> None:
-    """One that opens falls later; one that closes is in contact already, and that is no certain impact."""
+def test_zero_gap_at_the_start_is_decided_by_the_next_power() -> None:
+    """A gap that is 0 at the start and opens has only later falls; one that closes has an uncertain fall at 0."""
     roots = [Fraction(0), Fraction(2), Fraction(3), Fraction(4)]
     opens = list(find_falls(powers_of(roots, -1)))
     assert [(float(fall.time), fall.certain) for fall in opens] == [(2.0, True), (4.0, True)]
@@ -75,29 +75,35 @@ def test_what_begins_at_zero_is_told_by_its_next_power() -> None:
     assert [(float(fall.time), fall.certain) for fall in closes] == [(0.0, False), (3.0, True)]
 
 
-def test_a_quartic_without_a_linear_power_is_decided() -> None:
-    """Of a disc at rest under gravity: t^4 + 3 t^2 + 2 has no zero, and t^4 - 5 t^2 + 4 falls at 1 alone."""
+def test_quartic_without_a_linear_term_is_decided() -> None:
+    r"""t^4 + 3 t^2 + 2 has no fall, and t^4 - 5 t^2 + 4 has one certain fall, at 1.
+
+    Such quartics belong to discs at rest under gravity.
+    """
     assert list(find_falls([arb(2), arb(0), arb(3), arb(0), arb(1)])) == []
     (fall,) = find_falls([arb(4), arb(0), arb(-5), arb(0), arb(1)])
     assert fall.certain
     assert fall.time.overlaps(arb(1))
 
 
-def test_a_fall_of_a_parabola_that_opens_almost_flat_is_narrow() -> None:
-    """Of a disc that has bounced so often on a circle that its gap and speed are 1e-25 and 1e-11 of those to come."""
+def test_fall_of_an_almost_flat_gap_is_narrow() -> None:
+    r"""The fall of a gap with tiny lowest powers is certain and known to 2^-60 of its time.
+
+    It is that of a disc whose bounces on a circle have left a gap of 1e-25 and a speed of 1e-11 of those to come.
+    """
     (fall,) = find_falls([arb(2.4e-32), arb(-4.7e-17), arb(-2.2e-7), arb(2.2e-8), arb(-1.3e-8)])
     assert fall.certain
     assert fall.time.rad() < fall.time * arb(2) ** -60
 
 
-def test_nothing_is_told_beyond_the_time_asked_for() -> None:
-    """A leg's end cuts the search: the fall before it is found, the one after it is not."""
+def test_falls_after_the_given_time_are_not_returned() -> None:
+    """With an end at 2.5 s, the fall at 1 s is found and the one at 3 s is not."""
     powers = powers_of([Fraction(1), Fraction(2), Fraction(3), Fraction(4)])
     assert [float(fall.time) for fall in find_falls(powers, 2.5)] == [1.0]
 
 
-def test_wide_balls_end_the_search_soon() -> None:
-    """Where the balls decide nothing, one open stretch is returned instead of many pieces."""
+def test_wide_balls_give_few_uncertain_falls() -> None:
+    """Where balls decide nothing, fewer than ten falls are returned, and the first is uncertain."""
     wide = arb(0, 1e-3)
     falls = list(
         find_falls(

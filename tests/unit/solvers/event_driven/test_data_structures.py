@@ -18,8 +18,8 @@ core_functions = pytest.importorskip("tests.core_functions")
 
 
 @each("name, dtype", [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)])
-def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
-    """The structs that the kernel writes have the fields of the trace's arrays: their order, places and types."""
+def test_kernel_structs_match_the_dtypes_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
+    """The kernel's structs have the fields of the trace's arrays, with the same order, offsets and types."""
     struct = core_functions.layouts()[name]
     assert struct.itemsize == dtype.itemsize
     kinds = [(kind.base, kind.shape, place) for kind, place in (struct.fields[name] for name in struct.names)]
@@ -28,8 +28,8 @@ def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void
 
 
 @each("name, size", [("Disc", 64), ("Prediction", 32), ("Cell", 8)])
-def test_rows_fill_lines_of_a_cache(name: str, size: int) -> None:
-    """A disc fills a cache line of 64 bytes, and of smaller rows a whole number does, without gaps."""
+def test_kernel_rows_fill_cache_lines_without_gaps(name: str, size: int) -> None:
+    """A disc takes 64 bytes, a prediction 32 and a cell 8, without gaps, so that they fill cache lines."""
     struct = core_functions.layouts()[name]
     assert struct.itemsize == size
     bit_fields = 4 if name == "Prediction" else 0
@@ -47,8 +47,8 @@ changes = st.lists(st.tuples(st.integers(0, DISCS - 1), TIMES), min_size=1, max_
 
 
 @given(changes)
-def test_the_queue_knows_the_earliest_of_all_and_of_the_others(given_times: list[tuple[int, float]]) -> None:
-    """After any changes it names a disc of the least time, the least of all but one or two, and every disc as early."""
+def test_event_queue_finds_the_earliest_times(given_times: list[tuple[int, float]]) -> None:
+    """After any changes the queue finds the earliest disc, the earliest time of the others, and all discs due."""
     queue = core_functions.EventQueue(DISCS)
     times = [math.inf] * DISCS
     for disc, time in given_times:
@@ -68,8 +68,8 @@ def test_the_queue_knows_the_earliest_of_all_and_of_the_others(given_times: list
 
 
 @each("discs", [1, 2, 7, 8, 9, 64, 65, 512, 513])
-def test_a_queue_of_any_length_names_each_disc_in_its_turn(discs: int) -> None:
-    """Discs whose times are set in any order and taken off one by one come in the order of their times."""
+def test_event_queue_of_any_length_returns_discs_in_order(discs: int) -> None:
+    """Queues of 1 to 513 discs return the discs in the order of their times."""
     queue = core_functions.EventQueue(discs)
     order = sorted(range(discs), key=lambda disc: (disc * 37) % 541)
     for disc in range(discs):
@@ -103,8 +103,8 @@ def discs_around(grid: Any, row: int, column: int) -> list[int]:
 
 
 @given(st.data())
-def test_discs_are_found_in_the_cells_that_they_were_put_into(data: st.DataObject) -> None:
-    """Discs put into a few cells and taken out again in any order are there exactly as long as they should be."""
+def test_discs_are_found_in_their_cells_until_removed(data: st.DataObject) -> None:
+    """Discs that are added to cells and removed in any order are found exactly while they are there."""
     grid = cells()
     inside: dict[int, tuple[int, int]] = {}
     for disc in data.draw(st.lists(st.integers(0, 99), max_size=60)):
@@ -117,8 +117,8 @@ def test_discs_are_found_in_the_cells_that_they_were_put_into(data: st.DataObjec
     assert discs_around(grid, 1, 1) == sorted(disc for disc, cell in inside.items() if cell == (2, 2))
 
 
-def test_a_cell_holds_any_number_of_discs() -> None:
-    """Far more discs than a scan looks at in one go are all found, and none once they are taken out."""
+def test_cells_hold_any_number_of_discs() -> None:
+    """All of 200 discs in two cells are found, and none after they were removed."""
     grid = cells()
     for disc in range(200):
         grid.add(disc, 2, 2 + disc % 2)
@@ -130,8 +130,8 @@ def test_a_cell_holds_any_number_of_discs() -> None:
 
 @each("distance", [0.0, 1e9, 1e17])
 @each("angle", release_after(1, [0.3, 0.0, 1.0, 2.5]))
-def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: float) -> None:
-    """A wall through the gas, given by a point however far along it, is near each cell in which a disc touches it."""
+def test_wall_is_listed_in_each_cell_where_a_disc_touches_it(angle: float, distance: float) -> None:
+    """A wall is listed in each cell in which a disc touches it, also if its point is 1e17 m away."""
     from fractions import Fraction
 
     nx, ny = math.cos(angle), math.sin(angle)
@@ -151,8 +151,8 @@ def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: flo
         assert touched
 
 
-def test_each_of_many_walls_is_known_to_the_cells_in_which_a_disc_touches_it_and_to_few_others() -> None:
-    """Of 300 walls around the gas a cell knows all that a disc in it touches; most cells in the middle know none."""
+def test_cells_list_the_walls_that_discs_touch_and_few_others() -> None:
+    """A cell lists all of 300 walls that a disc in it touches; over a third of the cells list none."""
     turned = [complex(math.cos(k), math.sin(k)) for k in range(300)]
     middle, side = np.mean(GAS.position_m, axis=0), max(x for x, _, _, _ in GAS.half_planes())
     walls = np.array(

@@ -49,8 +49,11 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
 
 
 @each("name", AT_ONCE)
-def test_what_happens_at_one_instant_has_the_order_of_all_pairs(name: str) -> None:
-    """Ties of features, walls, discs and mallets, and impacts at the very instant at which a leg begins."""
+def test_simultaneous_events_match_all_pairs_to_the_bit(name: str) -> None:
+    r"""Simultaneous impacts with edges, walls, discs and mallets have the order and bits of all pairs.
+
+    Some are at the very instant at which a leg begins.
+    """
     discs, walls, impacts = AT_ONCE[name]
     plain = assert_same(staged("at once", *discs, *walls, duration_s=2.0))
     assert plain.impacts == impacts
@@ -72,15 +75,15 @@ def pinched(half: float) -> Scene:
 
 
 @each("half, outcome", [(3.0, Outcome.CRUSHED), (0.5, Outcome.COMPLETED)])
-def test_a_disc_between_edges_is_crushed_at_the_same_impact(half: float, outcome: Outcome) -> None:
-    """Or gets out sideways, where they are too short."""
+def test_disc_between_closing_edges_is_crushed_or_escapes(half: float, outcome: Outcome) -> None:
+    """A disc between long closing edges is crushed, and escapes short ones, with the bits of all pairs."""
     assert_same(pinched(half), 10**6)
     assert EventDrivenRun(pinched(half)).advance_to(20.0) is outcome
 
 
 @each("discs", [1, *release_after(0, [2, 3])])
-def test_a_row_is_crushed_at_the_same_impact(discs: int) -> None:
-    """By a mallet and a wall, of one disc and of more in a row, in either loop."""
+def test_row_of_discs_is_crushed_as_by_all_pairs(discs: int) -> None:
+    """A row of discs between a mallet and a wall ends with a note, with the bits of all pairs."""
     assert assert_same(row(discs, 0.25, 0.125), 10**6).notes
 
 
@@ -88,8 +91,11 @@ def test_a_row_is_crushed_at_the_same_impact(discs: int) -> None:
     "scene, between, time_s",
     [(row(1, 0.25, 0.125), "wall 0 and disc 1", 8.0), (pinched(3.0), "wall 0 and wall 1", 6.0)],
 )
-def test_the_instant_of_a_crush_is_that_at_which_no_space_is_left(scene: Scene, between: str, time_s: float) -> None:
-    """The mallet's rim is 1 m further than the disc is wide, at 1/8 m/s; the piston 3/2 m, at 1/4 m/s."""
+def test_crush_note_has_the_time_at_which_no_space_is_left(scene: Scene, between: str, time_s: float) -> None:
+    r"""The note of a crush names the bodies and the time at which no space is left, to 1e-14.
+
+    The mallet's rim is 1 m further than the disc is wide, at 1/8 m/s; the piston 3/2 m, at 1/4 m/s.
+    """
     run = EventDrivenRun(scene)
     assert run.advance_to(20.0) is Outcome.CRUSHED
     begin, _, at = run.notes[0].removesuffix(" s").rpartition(" at ")
@@ -99,23 +105,26 @@ def test_the_instant_of_a_crush_is_that_at_which_no_space_is_left(scene: Scene, 
 
 
 @each("across", [0.0, -0.5])
-def test_under_gravity_a_disc_is_crushed_only_if_it_stays_before_the_edges(across: float) -> None:
-    """Gravity along two short edges pulls the disc out before they meet; gravity along the normal does not."""
+def test_gravity_along_closing_edges_prevents_a_crush(across: float) -> None:
+    """Gravity along two short closing edges pulls a disc out in time; gravity along their normal does not."""
     scene = pinched(0.5).model_copy(update={"gravity_m_s2": (across, -0.5 - across)})
     scene = scene.model_copy(update={"discs": [disc_at(0.0, 1.0, 0.0, 0.5, r=0.25)]})
     expected = Outcome.COMPLETED if across else Outcome.CRUSHED
     assert EventDrivenRun(scene).advance_to(20.0) is expected
 
 
-def test_what_is_crushed_after_the_requested_end_does_not_end_the_run() -> None:
-    """A run of arrays has no end of its own. The rule decides after 400 impacts, at 7.96 s; the crush is at 8 s."""
+def test_crush_after_the_requested_end_does_not_end_the_run() -> None:
+    r"""A run to 7.99 s completes, and one to 8.01 s ends with CRUSHED, for a crush at 8 s.
+
+    The rule decides after 400 impacts, at 7.96 s.
+    """
     start = row(1, 0.25, 0.125).arrays
     assert EventDrivenRun(start).advance_to(7.99) is Outcome.COMPLETED
     assert EventDrivenRun(start).advance_to(8.01) is Outcome.CRUSHED
 
 
-def test_a_disc_that_meets_another_one_before_is_not_crushed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No space is left at 2 s; a disc 2.4 m on, at 1 m/s along the walls, is met at some 1.9 s, after seven bounces."""
+def test_disc_that_hits_another_before_a_crush_is_not_crushed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A disc that would be crushed at 2 s hits another disc first, at about 1.9 s, after seven bounces."""
     walls = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.5, 0.0, -1.0, 0.0, velocity_m_s=(-1.0, 0.0))
     discs = disc_at(1.0, -1.9, 0.0, 1.0, r=0.25), disc_at(0.25, 0.5, r=0.25, m=math.inf)
     monkeypatch.setattr(event_driven, "compute_standstill_limit", lambda _: 3)  # after this number the rule decides
@@ -124,8 +133,8 @@ def test_a_disc_that_meets_another_one_before_is_not_crushed(monkeypatch: pytest
     assert run.log.array()["second"].tolist() == [-2, -1, -2, -1, -2, -1, -2, 1]
 
 
-def test_a_leg_that_has_ended_by_a_new_epoch_lets_a_disc_be_struck_again() -> None:
-    """An edge strikes a disc, turns to go after it, and strikes it again; other impacts begin an epoch between."""
+def test_edge_on_a_new_leg_strikes_a_disc_again_after_an_epoch() -> None:
+    """An edge strikes a disc at 0.75 s, follows it on its next leg, and strikes it again in a new epoch."""
     edge = Chain(points_m=[(-1, -1), (-1, 1)], legs=legs((0, 0.5), (2, 3)))
     busy = [Chain(points_m=[(9, y), (11, y)]) for y in (0.0, 1.0)]
     slow = disc_at(0, 0, -0.5, r=0.25)
@@ -137,8 +146,8 @@ def test_a_leg_that_has_ended_by_a_new_epoch_lets_a_disc_be_struck_again() -> No
     assert np.count_nonzero(struck["time_s"] < 2.0) < 64 < np.count_nonzero(struck["time_s"] < times_s[1])
 
 
-def test_legs_are_counted_from_each_epoch() -> None:
-    """Two discs in a box of which one wall turns back every tenth of a second, over several epochs."""
+def test_legs_of_a_shaken_wall_are_right_across_epochs() -> None:
+    """Two discs in a box with a shaken wall have the bits of all pairs over at least four epochs."""
     turns = legs(*((0.1 * k, 0.4 * (-1) ** k) for k in range(60)))
     walls = [
         wall_at(0, 0, 1, 0.01, legs=turns),

@@ -34,8 +34,8 @@ def gas_among(segments: int) -> Scene:
 
 
 @each("segments, most, cells", release_after(1, [(25, 50, 1.0), (25, 200, 1.0), (12, 100, 2.5)]))
-def test_a_gas_among_segments_has_the_bits_of_all_pairs(segments: int, most: int, cells: float) -> None:
-    """Many cells, each of which knows a few of the walls, and none of which may know too few."""
+def test_gas_among_segments_matches_all_pairs_to_the_bit(segments: int, most: int, cells: float) -> None:
+    """A gas among short segments, few of which each cell lists, has the bits of all pairs."""
     assert_same(gas_among(segments), most, cells=cells)
 
 
@@ -52,8 +52,8 @@ def gas_in_a_polygon(edges: int, radius: float) -> Scene:
 
 
 @each("options", release_after(1, [{"cells": 3.0}, {"contact_s": 0.01}, {"cells": math.inf}, {}]))
-def test_cells_chosen_anew_keep_the_bits_of_all_pairs(options: dict[str, float]) -> None:
-    """A gas that leaves the box in which it began gets other cells, in which discs meet what they would have met."""
+def test_newly_chosen_cells_match_all_pairs_to_the_bit(options: dict[str, float]) -> None:
+    """A gas that leaves its first box gets new cells and keeps the bits of all pairs."""
     scene = gas_in_a_polygon(12, 8.0)
     assert_same(scene, 200, **options)
     run = EventDrivenRun(scene)
@@ -62,8 +62,8 @@ def test_cells_chosen_anew_keep_the_bits_of_all_pairs(options: dict[str, float])
 
 
 @each("radius", release_after(1, [60.0, 6.0]))
-def test_a_gas_that_fills_a_polygon_looks_at_all_of_it_at_first_alone(radius: float) -> None:
-    """Once discs have been at the walls, few of a hundred predictions look at all sides and vertices."""
+def test_few_predictions_test_all_walls_once_cells_are_chosen(radius: float) -> None:
+    """Once a gas has reached the walls of a polygon, under 5% of the predictions test all sides and vertices."""
     run = EventDrivenRun(gas_in_a_polygon(100, radius))
     run.advance_to(math.inf, 500)
     begun = run.counts
@@ -73,8 +73,11 @@ def test_a_gas_that_fills_a_polygon_looks_at_all_of_it_at_first_alone(radius: fl
     assert done["beyond"] < 0.05 * done["predictions"]
 
 
-def test_cells_that_would_crowd_the_discs_are_not_chosen() -> None:
-    """One disc that goes to and fro to a wall far off does not put a gas into a single cell."""
+def test_cells_that_would_crowd_discs_are_not_chosen() -> None:
+    r"""One disc that flies to a distant wall does not make the kernel choose cells that crowd the gas.
+
+    The bits are those of all pairs.
+    """
     box = Chain(points_m=[(-4, -4), (4, -4), (4, 4), (-4, 4)], closed=True)
     far = Chain(points_m=[(5e4, -9), (5e4, 9)])
     gas = gas_in_a_polygon(3, 9.0).discs
@@ -87,8 +90,8 @@ def test_cells_that_would_crowd_the_discs_are_not_chosen() -> None:
     assert run.counts["choices"] == 0
 
 
-def test_a_run_that_ended_in_gliding_stays_ended() -> None:
-    """Whatever it is asked for later, it says the same again, by either loop."""
+def test_run_that_ended_in_gliding_stays_ended() -> None:
+    """A run that ended with GLIDES returns the same outcome, time and state for any later request."""
     disc = Disc(position_m=(0, -1.5), velocity_m_s=(1, 0), radius_m=0.5)
     stadium = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
     scene = Scene(name="stadium", discs=[disc], walls=[stadium], duration_s=10.0)
@@ -100,8 +103,8 @@ def test_a_run_that_ended_in_gliding_stays_ended() -> None:
         assert run.notes == ("disc 0 glides along wall 0 from 2 s on",)
 
 
-def test_more_sides_than_can_be_numbered_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By their number, whether they are given as a scene or as arrays."""
+def test_too_many_wall_features_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """More sides and vertices than can be numbered raise an InputError with their number."""
     triangle = Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True)
     disc = Disc(position_m=(0, 4), velocity_m_s=(1, 0), radius_m=0.5)
     scene = Scene(name="triangle", discs=[disc], walls=[triangle], duration_s=10.0)
@@ -112,8 +115,8 @@ def test_more_sides_than_can_be_numbered_are_refused(monkeypatch: pytest.MonkeyP
         EventDrivenRun(replace(scene.arrays, walls=((0.0, 0.0, 0.0, 1.0),) * 9))
 
 
-def test_finite_walls_may_be_given_as_arrays() -> None:
-    """A start of arrays takes outlines and half-planes, and refuses a disc that overlaps one."""
+def test_finite_walls_can_be_given_as_arrays() -> None:
+    """DiscArrays accept outlines and half-planes as walls; a disc that overlaps one raises an InputError."""
     line = Outline(((2.0, -1.0), (2.0, 1.0)), (0.0,), 0.25)
     fields = (np.array([[1.0, 0.0]]), np.array([0.5]), np.ones(1))
     start = DiscArrays(np.zeros((1, 2)), *fields, walls=(line, (-2.0, 0.0, 1.0, 0.0)))

@@ -41,8 +41,8 @@ STARTS = {
 
 
 @each("name", long_until(2, STARTS))
-def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) -> None:
-    """Wider cells, one cell for all, or a run taken up from its state amid an epoch: the same outcome."""
+def test_cells_and_resuming_change_no_bit_of_a_long_run(name: str) -> None:
+    """Wider cells, or resuming from a state in the middle of an epoch, change no bit of 20,000 impacts or more."""
     start, (impacts, wide) = STARTS[name], (100_000, 3.0) if name == "large" else (20_000, math.inf)
     narrow, wider, first = (
         run_for(start, n, cell_factor=factor)
@@ -57,8 +57,8 @@ def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) 
 
 @each("room", [1.0, 8.0])
 @each("sides", release_after(1, [8, 3, 60]))
-def test_cells_miss_none_of_many_walls(sides: int, room: float) -> None:
-    """In polygons, tight and so wide that discs leave all cells far behind, the bits are those of all pairs."""
+def test_cells_in_polygons_match_all_pairs_to_the_bit(sides: int, room: float) -> None:
+    """Discs in polygons of 3 to 60 half-planes, tight or wide, have the bits of all pairs over 300 impacts."""
     rng = np.random.default_rng(sides)
     start = jittered(rng, 12, walls=False)
     middle = start.position_m.mean(axis=0)
@@ -77,8 +77,8 @@ def test_cells_miss_none_of_many_walls(sides: int, room: float) -> None:
 
 
 @each("cell_factor", [1.0, 1.7, math.inf])
-def test_simultaneous_impacts_come_in_the_order_of_their_bodies(cell_factor: float) -> None:
-    """A lattice of discs that all meet at once, each in a pair of its own, does so in the order of the disc numbers."""
+def test_simultaneous_impacts_are_ordered_by_disc_number(cell_factor: float) -> None:
+    """Twelve pairs that all meet at 0.5 s are recorded in the order of their disc numbers, for any cell size."""
     pairs = 12
     x = np.array([[4.0 * k, 4.0 * k + 2.0] for k in range(pairs)])
     order = np.random.default_rng(0).permutation(2 * pairs)
@@ -93,8 +93,8 @@ def test_simultaneous_impacts_come_in_the_order_of_their_bodies(cell_factor: flo
     assert impacts["first"].tolist() == sorted(impacts["first"].tolist())
 
 
-def test_recording_can_be_narrowed_and_nothing_else_changes() -> None:
-    """Keeping a window of impacts, or none, keeps just that, and leaves the run and the counts as they are."""
+def test_recording_options_change_only_the_recorded_impacts() -> None:
+    """Recording a window of impacts, or none, changes only the log, not the positions and the counts."""
     start = jittered(np.random.default_rng(11), 40)
     whole, window, none = (
         EventDrivenRun(start),
@@ -114,8 +114,8 @@ def test_recording_can_be_narrowed_and_nothing_else_changes() -> None:
 
 @each("gravity", [(0.0, 0.0), (0.0, -1.0)])
 @each("discs", [2, 5])
-def test_impacts_are_counted_disc_by_disc_whatever_is_kept(gravity: tuple[float, float], discs: int) -> None:
-    """A trace says how many impacts each disc had, by every solver, also where it keeps no impact."""
+def test_impacts_per_disc_do_not_depend_on_recording(gravity: tuple[float, float], discs: int) -> None:
+    """A trace counts each disc's impacts, by every solver, also if it records no impact."""
     scene = scene_of(jittered(np.random.default_rng(5), discs, walls=discs > 2), 3.0)
     scene = scene.model_copy(update={"gravity_m_s2": gravity})
     kept = solve_pic(scene)
@@ -125,8 +125,8 @@ def test_impacts_are_counted_disc_by_disc_whatever_is_kept(gravity: tuple[float,
         assert sure(trace.impacts_per_disc).tolist() == expected.tolist()
 
 
-def test_progress_samples_and_stops() -> None:
-    """Progress is reported, positions are sampled only when asked for, and a run stops at a time or a count."""
+def test_run_reports_progress_samples_positions_and_stops() -> None:
+    """Progress is reported, positions are sampled only on request, and a run stops at a given time or count."""
     scene = scene_of(jittered(np.random.default_rng(11), 40), 4.0)
     seen: list[tuple[int, float]] = []
     trace = solve_pic(scene, sample_times_s=[0.0, 1.0, 2.0], progress=lambda count, time: seen.append((count, time)))
@@ -143,8 +143,8 @@ def test_progress_samples_and_stops() -> None:
 
 
 @each("form", [EventDrivenRun, all_pairs])
-def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run(form: Callable[[Scene], EventDrivenRun]) -> None:
-    """Two discs that meet after 1.8e16 m, where floats are 2 m apart, have no normal: an error says so."""
+def test_impact_without_a_representable_distance_is_an_error(form: Callable[[Scene], EventDrivenRun]) -> None:
+    """Discs that meet after 1.8e16 m, where floats are 2 m apart, raise an InputError on their distance."""
     discs = [
         Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
         Disc(position_m=(3.0, 0.0), velocity_m_s=(1.0 - 2.0**-53, 0.0), radius_m=0.5),
@@ -159,10 +159,10 @@ def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run(form: Callable
 
 @each("friction, ambiguous", [(0.0, ()), (0.25, (1,))])
 @each("by_all_pairs", [True, False])
-def test_two_impacts_at_right_angles_are_unique_without_friction_only(
+def test_perpendicular_impacts_are_ambiguous_only_with_friction(
     friction: float, ambiguous: tuple[int, ...], by_all_pairs: bool
 ) -> None:
-    """Struck at once from the left and from below, a disc takes both impulses; with friction each changes both."""
+    """Two simultaneous, perpendicular impacts of a disc are ambiguous with friction, and not without."""
     discs = [
         Disc(position_m=(0.0, 0.0), radius_m=0.5),
         Disc(position_m=(-2.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
@@ -174,16 +174,16 @@ def test_two_impacts_at_right_angles_are_unique_without_friction_only(
     assert run.log.ambiguous() == ambiguous
 
 
-def test_a_run_without_an_end_stays_where_the_last_impact_was() -> None:
-    """A run up to its last impact ends there, with finite positions."""
+def test_run_to_infinity_ends_at_the_last_impact() -> None:
+    """A run that is advanced to infinity ends at its last impact, with finite positions."""
     for run in (all_pairs(line(0.0, 3.0, velocities=(1.0, 0.0))), start_pic_run(line(0.0, 3.0, velocities=(1.0, 0.0)))):
         run.advance_to(math.inf)
         assert run.time_s == 2.0
         np.testing.assert_array_equal(run.positions(), [[2.0, 0.0], [3.0, 0.0]])
 
 
-def test_a_wall_so_far_off_in_time_that_floats_overflow_is_never_met() -> None:
-    """A disc that creeps at 1e-300 m/s to a wall 4 m away does not meet it in a second, nor ever."""
+def test_wall_that_is_reached_after_1e300_s_is_never_met() -> None:
+    """A disc that moves at 1e-300 m/s towards a wall 4.5 m away has no impact, even if advanced to infinity."""
     discs = (disc_at(5, 0, -1e-300, 0), disc_at(9, 9, 1, 0))
     run = all_pairs(staged("creep", *discs, wall_at(0, 0, 1, 0), duration_s=1))
     assert run.advance_to(1.0) is Outcome.COMPLETED

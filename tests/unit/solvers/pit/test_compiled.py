@@ -25,8 +25,8 @@ def crowd(seed: int, *, ratio: float, speed: float) -> Scene:
 
 @each("ratio", release_after(1, [3.0, 1.0, 100.0]))
 @each("speed", release_after(1, [1.0, 0.1, 10.0]))
-def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: float) -> None:
-    """Discs in many cells, of one size or many, have the result of the compiled plain loop."""
+def test_skipping_in_crowds_matches_the_plain_loop_to_the_bit(ratio: float, speed: float) -> None:
+    """A crowd of 150 discs has the same bits with frame skipping as with the plain loop, at any size ratio."""
     forms = compiled_forms()
     for seed in range(2):
         scene, clock = crowd(seed, ratio=ratio, speed=speed), FrameClock(rate_hz=30.0)
@@ -35,14 +35,14 @@ def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: floa
         assert len(plain.log) > 30
 
 
-def test_a_crowd_in_cells_has_the_bits_of_the_plain_loop() -> None:
-    """A crowd in many cells equals the plain loop, too."""
+def test_all_forms_agree_on_a_crowd_to_the_bit() -> None:
+    """All forms of a PIT run give a fast crowd, with over 100 impacts in half a second, the same bits."""
     scene = crowd(0, ratio=3.0, speed=3.0).model_copy(update={"duration_s": 0.5})
     assert len(assert_identical(scene, FrameClock(rate_hz=30.0)).log) > 100
 
 
-def test_one_large_disc_among_many_small_ones_has_the_bits_of_the_plain_loop() -> None:
-    """So it is where a disc is larger than all cells of the small ones together."""
+def test_all_forms_agree_on_a_large_disc_among_small_ones() -> None:
+    """All forms give the same bits for a disc that is larger than all cells of the small discs together."""
     small = [
         disc_at(3.0 * k, 103.0 + 3.0 * row, (-1) ** k, -9.0, r=1.0, m=0.1) for k in range(-20, 20) for row in range(3)
     ]
@@ -52,18 +52,18 @@ def test_one_large_disc_among_many_small_ones_has_the_bits_of_the_plain_loop() -
 
 
 @each("velocity, expected", [(0.0, 0), (2.0**-30, 1)])
-def test_touching_or_nearly_so_is_decided_by_the_plain_test(velocity: float, expected: int) -> None:
-    """Discs that touch exactly collide at the first frame if they approach at all, and never if they do not."""
+def test_touching_discs_collide_only_if_they_approach(velocity: float, expected: int) -> None:
+    """Touching discs collide at the first frame at an approach of 2^-30 m/s, and never at rest, in all forms."""
     scene = line(0.0, 1.0, velocities=(velocity, 0.0), duration_s=1.0)
     run = assert_identical(scene, FrameClock(rate_hz=8.0))
     assert run.log.array()["time_s"].tolist() == [0.0] * expected
 
 
-def test_what_rounding_makes_of_a_parting_is_seen() -> None:
-    """Two discs in contact that part, but whose rounded moves bring them nearer, collide after some frames.
+def test_parting_discs_that_rounding_brings_together_collide() -> None:
+    r"""Discs in contact that part, but that rounding moves towards each other, collide after some frames.
 
-    The coordinates straddle 2^30, beyond which floats are `unit` apart, and before it half as much. By .45 of a unit a
-    frame the second disc stays where it is; by .4, the first moves by half a unit. All of y stays.
+    The coordinates straddle 2^30, beyond which floats are `unit` apart, and before it half as much. At .45 of a
+    unit per frame the second disc does not move; at .4, the first moves by half a unit. No y coordinate changes.
     """
     unit, far = 2.0**-22, 2.0**30
     slide = 0.05 * unit * 0.6 / 0.8 * (1 - 2.0**-20)  # a little less than what would cancel the parting along x
@@ -79,8 +79,11 @@ def test_what_rounding_makes_of_a_parting_is_seen() -> None:
 
 
 @pytest.mark.long
-def test_bounds_are_found_anew_before_rounding_could_use_up_their_margin() -> None:
-    """Discs that meet after 150,000 frames are looked at now and then before, with the same result."""
+def test_skipping_bounds_are_renewed_over_150000_frames() -> None:
+    r"""Discs that meet after 150,000 frames are tested in 2 to 20 frames, with the bits of the plain loop.
+
+    Bounds on skipping are renewed before rounding can exceed their margin.
+    """
     scene = line(0.0, 1000.0, velocities=(0.4, -0.26), restitution=0.5, duration_s=1600.0)
     clock = FrameClock(rate_hz=100.0)
     assert len(assert_identical(scene, clock).log) == 1
@@ -89,8 +92,8 @@ def test_bounds_are_found_anew_before_rounding_could_use_up_their_margin() -> No
 
 
 @pytest.mark.long
-def test_a_million_frames_have_the_bits_of_the_plain_loop() -> None:
-    """So it is over a million frames, every one of which rounds every coordinate."""
+def test_all_forms_agree_over_a_million_frames() -> None:
+    """All forms give the same bits after a million frames of three discs in a box, with over 1000 impacts."""
     scene = staged(
         "long",
         disc_at(0.1, 0.2, 0.7, 0.3, r=0.3),
@@ -102,8 +105,8 @@ def test_a_million_frames_have_the_bits_of_the_plain_loop() -> None:
     assert len(assert_identical(scene, FrameClock(rate_hz=97.0)).log) > 1000
 
 
-def test_two_discs_far_apart_are_looked_at_a_handful_of_times() -> None:
-    """Of 6,000 frames of two discs that meet once, all but a handful are skipped."""
+def test_distant_discs_are_tested_in_at_most_5_of_6000_frames() -> None:
+    """Two discs that meet once in 6000 frames are tested in at most 5 of them; the others are skipped."""
     scene = line(0.0, 60.5, velocities=(1.0, 0.0), duration_s=100.0)
     counts = finished(scene, FrameClock(rate_hz=60.0), compiled_forms()["default"]).counts
     assert counts["frames"] == 6000
@@ -111,14 +114,14 @@ def test_two_discs_far_apart_are_looked_at_a_handful_of_times() -> None:
     assert counts["frames_looked_at"] + counts["frames_skipped"] == 6000
 
 
-def test_separating_discs_are_looked_at_once() -> None:
-    """Discs that fly apart are looked at once, each at both of the others, and never again."""
+def test_separating_discs_are_tested_in_one_frame() -> None:
+    """Three discs that separate are tested in one frame, with six pair tests, and never again."""
     scene = line(0.0, 1.0, 2.0, velocities=(-1.0, 0.5, 3.0), duration_s=50.0)
     counts = finished(scene, FrameClock(rate_hz=60.0), compiled_forms()["default"]).counts
     assert (counts["frames_looked_at"], counts["pair_tests"]) == (1, 6)
 
 
-def test_plain_looping_looks_at_every_frame_and_makes_every_test() -> None:
+def test_plain_loop_makes_every_test_at_every_frame() -> None:
     """At each frame the plain loop tests all pairs of 20 discs, and each disc with each wall. Skipping tests fewer."""
     scene = build_gas_scene(20, 0.3, duration_s=1.0)
     clock = FrameClock(rate_hz=60.0)
@@ -128,8 +131,11 @@ def test_plain_looping_looks_at_every_frame_and_makes_every_test() -> None:
     assert fewer["pair_tests"] < counts["pair_tests"]
 
 
-def test_a_thousand_discs_take_a_hundredth_of_the_pair_tests() -> None:
-    """At 1,000 discs, packing .3, 60 frames a second: at most a hundredth of plain looping's tests."""
+def test_skipping_saves_99_percent_of_the_pair_tests() -> None:
+    r"""For 1000 discs at packing 0.3 and 60 Hz, the default run makes at most 1% of the plain loop's pair tests.
+
+    Its bits are those of the plain loop.
+    """
     scene = build_gas_scene(1000, 0.3, duration_s=0.5)
     clock = FrameClock(rate_hz=60.0)
     fast, plain = (finished(scene, clock, compiled_forms()[name]) for name in ("default", "plain"))
@@ -138,8 +144,11 @@ def test_a_thousand_discs_take_a_hundredth_of_the_pair_tests() -> None:
     assert fast.counts["pair_tests"] * 100 <= plain.counts["pair_tests"]
 
 
-def test_where_skipping_does_not_pay_most_frames_are_looped_plainly() -> None:
-    """Discs that lie on one another without end, all due at every frame, are soon tested as the plain loop does."""
+def test_default_run_stops_skipping_where_it_does_not_pay() -> None:
+    r"""Where all discs are due at every frame, the default run makes at most 10% more tests than the plain loop.
+
+    The form that always skips makes over 50% more. The bits are those of the plain loop.
+    """
     discs = [disc_at(k, 0.0, 50.0 * (-1) ** k) for k in range(12)]
     walls = [wall_at(-0.5, 0, 1, 0), wall_at(11.5, 0, -1, 0)]
     scene = staged("crush", *discs, *walls, duration_s=40.0)
@@ -151,8 +160,8 @@ def test_where_skipping_does_not_pay_most_frames_are_looped_plainly() -> None:
     assert finished(scene, clock, compiled_forms()["always skipping"]).counts["pair_tests"] > 1.5 * tests
 
 
-def test_the_record_is_handed_out_as_it_grows() -> None:
-    """Arrays asked for in between stay as they were, none can be written to, and the last one holds all impacts."""
+def test_log_arrays_are_read_only_and_do_not_change() -> None:
+    """Arrays read from the log during a run are read-only, do not change later, and are prefixes of the last one."""
     scene = build_gas_scene(50, 0.5, duration_s=2.0)
     clock = FrameClock(rate_hz=60.0)
     whole = finished(scene, clock, compiled_forms()["default"]).log.array()
@@ -168,16 +177,16 @@ def test_the_record_is_handed_out_as_it_grows() -> None:
 
 
 @each("count", [1, 36, 37])
-def test_any_number_of_discs_runs(count: int) -> None:
-    """One disc alone has only walls to meet; from some number on discs are kept in cells."""
+def test_all_forms_agree_with_and_without_cells(count: int) -> None:
+    """All forms give the same bits for 1, 36 and 37 discs; from 37 discs on, cells are used."""
     discs = [disc_at(2.0 * (k % 7), 2.0 * (k // 7), k % 5 - 2.5, k % 3 - 1.5, r=0.75) for k in range(count)]
     walls = [Wall(point_m=(p, p), normal=normal) for p, normal in ((-1, (1, 0)), (-1, (0, 1)), (13, (-1, -1)))]
     scene = staged("some", *discs, *walls, duration_s=5.0)
     assert len(assert_identical(scene, FrameClock(rate_hz=24.0)).log) > 0
 
 
-def test_negative_zeros_are_those_of_the_plain_loop() -> None:
-    """Signs of zeros are those of the plain loop for discs at rest, immovable discs, and moving discs."""
+def test_signs_of_zeros_match_the_plain_loop() -> None:
+    """All forms give the same signs of zeros for resting, immovable and moving discs, also at the start."""
     discs = [
         disc_at(-0.0, 0.0, -0.0),
         disc_at(-0.0, 3.0, 0.0, -1.0),
@@ -201,14 +210,20 @@ def met_s(*bulges: float) -> float:
 
 
 @each("bulge", [1e-3, -1e-6, 1e-15, 1e-9, -1e-12])
-def test_a_nearly_flat_arc_is_met_as_a_segment_is(bulge: float) -> None:
-    """In all forms, at the frame at which a disc overlaps the segment from end to end."""
+def test_nearly_flat_arc_is_met_like_a_segment(bulge: float) -> None:
+    r"""A disc at 1 m/s meets an arc with a bulge of 1e-15 to 1e-3 like a segment, within the arc's height.
+
+    For the bulge of 1e-3, frames of 1 ms add up to 1.5 ms.
+    """
     # The arc's middle is off the segment by the bulge, in metres, at a metre a second; and a frame more or less.
     assert abs(met_s(bulge) - met_s()) <= abs(bulge) + 1.5e-3 * (abs(bulge) > 1e-4)
 
 
-def test_discs_that_rounding_may_take_out_of_their_cells_at_once_are_looked_at_in_time() -> None:
-    """At 2^37 m 24 pairs, 24 m apart, close at 64 m/s: all meet at 23/64 s, though none is near another before."""
+def test_distant_pairs_at_coarse_coordinates_all_collide() -> None:
+    r"""At 2^37 m, 24 pairs that start 24 m apart and close at 64 m/s all collide at 23/64 s.
+
+    There rounding can move discs out of their cells at once.
+    """
     discs = [
         disc_at(2.0**37 + 96 * (k % 8) + 24 * side, 48 * (k // 8), 32 - 64 * side) for k in range(24) for side in (0, 1)
     ]
@@ -216,8 +231,11 @@ def test_discs_that_rounding_may_take_out_of_their_cells_at_once_are_looked_at_i
     assert trace.impacts["time_s"].tolist() == [23 / 64] * 24
 
 
-def test_a_disc_far_from_a_wall_is_looked_at_a_handful_of_times() -> None:
-    """No test is made before it can be there, and none at all for a disc at rest."""
+def test_distant_wall_is_tested_in_few_frames() -> None:
+    r"""A disc 10 m from a wall is tested in at most 20 of 9000 frames, and in at most one if it is at rest.
+
+    The plain loop tests all of them.
+    """
     line = Chain(points_m=[(10, -1), (10, 1)])
     for velocity, most in (((1.0, 0.0), 20), ((0.0, 0.0), 1)):
         disc = Disc(position_m=(0, 0), velocity_m_s=velocity, radius_m=0.5)

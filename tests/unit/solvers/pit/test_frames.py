@@ -18,11 +18,11 @@ from carom.solvers.pit.solve import solve_pit
 U = 2.0**-53
 
 
-def test_algorithm_1_by_hand_with_its_wrong_normal() -> None:
-    """Contact is at .325 s on (.8, .6); PIT finds it at .5 s on (.6, .8), and both velocities come out wrong.
+def test_pit_impact_matches_the_hand_calculation() -> None:
+    r"""PIT finds the contact of 0.325 s at the frame of 0.5 s, with a wrong normal and wrong velocities.
 
-    By hand: at .5 s the centres are (.45, .6) apart, so the approach speed is 2 * .6 = 1.2 and equal masses exchange it
-    along (.6, .8). None of these numbers is above 2, and it takes fewer than 20 roundings to get to any of them.
+    At .5 s the centres are (.45, .6) apart, so the approach speed is 2 * .6 = 1.2 and equal masses exchange it
+    along (.6, .8). None of these numbers is above 2, and each takes fewer than 20 roundings to compute.
     """
     scene = staged("3-4-5", disc_at(0, 0, 2, 0), disc_at(1.45, 0.6), duration_s=1, frame_rate_hz=2)
     trace = solve_pit(scene)
@@ -36,8 +36,8 @@ def test_algorithm_1_by_hand_with_its_wrong_normal() -> None:
     assert abs(solve_pic(scene).impacts[0]["time_s"] - 0.325) <= 128 * U  # as derived in the tests of PIC
 
 
-def test_positions_are_not_corrected() -> None:
-    """PIT leaves the discs overlapping where it found them: they part from there, at most a frame's way too deep."""
+def test_pit_does_not_correct_positions() -> None:
+    """PIT leaves discs overlapping at the frame of the impact; they separate from those positions."""
     trace = solve_pit(line(0.0, 2.75, velocities=(1.0, 0.0), duration_s=2.5), frame_rate_hz=1.0)
     # Contact is at 1.75 s; at the frame of 2 s the discs overlap by 1/4; then disc 1 moves on alone for half a second.
     assert trace.impacts["time_s"].tolist() == [2.0]
@@ -54,7 +54,7 @@ def test_positions_are_not_corrected() -> None:
 def test_pit_finds_the_first_frame_between_entry_and_closest_approach(
     contact: int, aside: int, ahead: int, speed: int, rate: float
 ) -> None:
-    """Two discs collide in PIT at the first frame in [t_enter, t_closest), and not at all where no frame is there.
+    r"""Two discs collide at the first frame in [t_enter, t_closest), and not at all if no frame is there.
 
     All numbers are multiples of 1/64 of at most 20 bits, so that frames, positions and the overlap test are exact.
     """
@@ -76,8 +76,11 @@ def test_pit_finds_the_first_frame_between_entry_and_closest_approach(
     assert solve_pit(scene).impacts["time_s"].tolist() == expected
 
 
-def test_several_impacts_of_one_frame_are_taken_in_the_order_of_indices() -> None:
-    """In one frame the pairs are tested by index, each with the velocities that the earlier ones left."""
+def test_impacts_of_one_frame_are_ordered_by_disc_index() -> None:
+    r"""In one frame pairs are tested by disc index, each with the velocities after the earlier impacts.
+
+    The impacts after the first are reported as ambiguous.
+    """
     trace = solve_pit(line(0.0, 1.75, 3.0, velocities=(4.0, 0.0, -4.0), duration_s=1.0), frame_rate_hz=4.0)
     # At .25 s: 1.0, 1.75, 2.0, so that (0, 1), (0, 2) and (1, 2) overlap; 0 and 1 exchange, then 1 meets 2.
     now = trace.impacts[trace.impacts["time_s"] == 0.25]
@@ -90,8 +93,8 @@ def test_several_impacts_of_one_frame_are_taken_in_the_order_of_indices() -> Non
     assert trace.ambiguous == (1, 2)
 
 
-def test_discs_come_before_walls_in_a_frame() -> None:
-    """Discs that overlap a wall and each other at one frame meet each other first, then each the wall."""
+def test_disc_pairs_are_tested_before_walls_in_a_frame() -> None:
+    """Discs that overlap each other and a wall at one frame collide with each other first, then with the wall."""
     scene = staged(
         "wall", disc_at(1, 0, -2, 0), disc_at(2.5, 0, -4, 0), wall_at(0, 0, 1, 0), duration_s=1, frame_rate_hz=2
     )
@@ -100,16 +103,16 @@ def test_discs_come_before_walls_in_a_frame() -> None:
     np.testing.assert_array_equal(trace.impacts[1]["velocity_first_after"], [4, 0])
 
 
-def test_overlapping_discs_that_separate_are_left_alone() -> None:
-    """After a late impact the discs still overlap at the next frames, but separate, and are not pushed again."""
+def test_overlapping_discs_that_separate_do_not_collide_again() -> None:
+    """Discs that still overlap at the frames after a late impact, but separate, do not collide again."""
     trace = solve_pit(line(0.0, 1.5, velocities=(1.0, 0.0), duration_s=2.0), frame_rate_hz=4.0)
     assert trace.impacts["time_s"].tolist() == [0.5]
     late = solve_pit(line(0.0, 1.9375, velocities=(1.0, 0.0), duration_s=4.0, restitution=0.25), frame_rate_hz=1.0)
     assert len(late.impacts) == 1
 
 
-def test_the_last_frame_before_the_end_is_tested_and_the_end_itself_is_not() -> None:
-    """Frames are at k/rate from 0 to the last one before the duration; the state is brought to the duration."""
+def test_last_frame_before_the_end_is_tested_but_not_the_end() -> None:
+    """Frames are tested from 0 s to the last one before the duration; the final state is that at the duration."""
     scene = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0)
     assert len(solve_pit(scene, frame_rate_hz=4.0).impacts) == 0
     longer = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.125)
@@ -121,15 +124,18 @@ def test_the_last_frame_before_the_end_is_tested_and_the_end_itself_is_not() -> 
 
 
 @each("rate", [0.0, -60.0, math.nan, math.inf])
-def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
-    """A frame rate of zero, less, infinity or NaN is refused by name and value."""
+def test_frame_rate_that_is_not_positive_is_refused(rate: float) -> None:
+    """A frame rate that is 0, negative, infinite or NaN raises an InputError with its name and value."""
     with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
         solve_pit(line(0.0, velocities=(1.0,)), frame_rate_hz=rate)
 
 
 @each("against", ["wall", "disc", "immovable"])
-def test_an_impact_that_leaves_no_approach_is_reported_once(against: str) -> None:
-    """At e = 0, at any tilt, rounding leaves some 1e-17 m/s of approach, which is no impact: a pair has one."""
+def test_inelastic_impact_is_reported_once(against: str) -> None:
+    r"""An impact with restitution 0 is reported once, though rounding leaves an approach of about 1e-17 m/s.
+
+    This is tested at 64 angles, with a wall, a movable and an immovable disc.
+    """
     rng, clock = np.random.default_rng(3), FrameClock(rate_hz=60.0)
     for _ in range(64):
         angle = float(rng.uniform(0.0, math.tau))

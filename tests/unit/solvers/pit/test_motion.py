@@ -37,16 +37,16 @@ DRAWN: dict[str, Callable[[int], Scene]] = {
 
 @each("kind", DRAWN)
 @each("numbers", release_after(1, [range(4), range(4, 60)]))
-def test_drawn_scenes_have_the_bits_of_the_plain_loop(kind: str, numbers: range) -> None:
-    """Few discs, drawn at random, at a frame rate that is not round."""
+def test_random_scenes_match_the_plain_loop_to_the_bit(kind: str, numbers: range) -> None:
+    """Random damped, driven, falling and slowed scenes have the same bits in all forms, at 37 Hz."""
     for number in numbers:
         scene = DRAWN[kind](number)
         frames = min(100, 20_000 // len(scene.discs) ** 2)
         assert_identical(scene.model_copy(update={"duration_s": frames / 37.0}), FrameClock(rate_hz=37.0))
 
 
-def test_damped_discs_that_have_come_to_rest_cost_no_tests() -> None:
-    """When undamped time stands still, frames are skipped."""
+def test_frames_are_skipped_once_damped_discs_rest() -> None:
+    """Over 30 frames are skipped once damping has stopped all discs; all forms have the same bits."""
     scene, clock = crowd(damping_per_s=40.0, duration_s=3.0), FrameClock(rate_hz=30.0)
     assert assert_identical(scene, clock).velocities().max() < 1e-30
     assert finished(scene, clock, compiled_forms()["always skipping"]).counts["frames_skipped"] > 30
@@ -103,8 +103,8 @@ CROWDS: dict[str, Callable[[], Scene]] = {
 
 @each("kind", CROWDS)
 @each("rate_hz", long_until(1, [30.0, 7.0, 240.0]))
-def test_crowds_are_plain_loopings_to_the_bit(kind: str, rate_hz: float) -> None:
-    """Skipping, and sweeping where that costs less, find what a loop over all pairs finds."""
+def test_crowds_in_any_motion_match_the_plain_loop_to_the_bit(kind: str, rate_hz: float) -> None:
+    """Default, skipping and sweeping runs of 100 discs have the plain loop's bits, for every kind of motion."""
     scene, clock, forms = CROWDS[kind](), FrameClock(rate_hz=rate_hz), compiled_forms()
     plain = finished(scene, clock, forms["plain"])
     assert len(plain.log) > 50

@@ -42,16 +42,16 @@ def billiard() -> Scene:
     )
 
 
-def test_a_state_between_frames_is_that_of_free_flight(form: Form) -> None:
-    """Between two frames discs are where their velocities take them from the frame before."""
+def test_state_between_frames_is_free_flight(form: Form) -> None:
+    """Between two frames discs move on with their velocities from the frame before."""
     run = form(line(0.0, 9.0, velocities=(1.0, -2.0)), FrameClock(rate_hz=4.0))
     run.advance_to(0.625)
     assert run.time_s == 0.625
     assert run.positions()[:, 0].tolist() == [0.625, 7.75]
 
 
-def test_frames_and_times_come_to_the_same(form: Form) -> None:
-    """The frames lead to the instant of the next one, which has not been tested yet."""
+def test_advancing_by_frames_equals_advancing_to_a_time(form: Form) -> None:
+    """Advancing by 8 frames of 0.25 s equals advancing to 2 s; the frame at 2 s is tested by the next advance."""
     scene = line(0.0, 3.0, velocities=(1.0, 0.0))
     by_frames, by_time = form(scene, FrameClock(step_s=0.25)), form(scene, FrameClock(step_s=0.25))
     by_frames.advance_frames(8)
@@ -63,8 +63,8 @@ def test_frames_and_times_come_to_the_same(form: Form) -> None:
     assert by_frames.log.array()["time_s"].tolist() == [2.0]
 
 
-def test_no_frames_change_nothing(form: Form) -> None:
-    """A run is not taken back, neither by no frames nor by an earlier time."""
+def test_advancing_by_no_frames_or_to_the_past_changes_nothing(form: Form) -> None:
+    """Advancing by no frames, or to an earlier time, leaves the run unchanged."""
     run = form(billiard(), CLOCK)
     run.advance_to(1.0)
     before = bits(run)
@@ -74,8 +74,8 @@ def test_no_frames_change_nothing(form: Form) -> None:
     assert bits(run) == before
 
 
-def test_a_limit_ends_the_run_after_the_frame_that_reaches_it(form: Form) -> None:
-    """Frames are taken whole, up to the first that reaches the number of impacts; the rest goes on from there."""
+def test_impact_limit_ends_the_run_after_a_whole_frame(form: Form) -> None:
+    """An impact limit ends the run after the whole frame that reaches it; the run then continues with equal bits."""
     scene = billiard()
     whole = finished(scene, CLOCK, form).log.array()
     shared = next(k for k in range(10, len(whole)) if whole["time_s"][k] == whole["time_s"][k - 1])
@@ -87,16 +87,16 @@ def test_a_limit_ends_the_run_after_the_frame_that_reaches_it(form: Form) -> Non
     assert bits(run) == bits(finished(scene, CLOCK, form))
 
 
-def test_a_limit_that_is_reached_already_passes_no_frame(form: Form) -> None:
-    """With no impacts to be had no frame is passed; where none is left the run is complete whatever the limit."""
+def test_impact_limit_of_zero_runs_no_frame(form: Form) -> None:
+    """With a limit of 0 impacts no frame is run; a run without remaining frames completes at any limit."""
     run = form(billiard(), CLOCK)
     assert run.advance_to(10.0, max_impacts=0) is Outcome.MAX_IMPACTS
     assert (run.time_s, run.frames) == (0.0, 0)
     assert run.advance_to(0.0, max_impacts=0) is Outcome.COMPLETED
 
 
-def test_progress_is_told_impacts_and_time(form: Form) -> None:
-    """Impacts and times never fall, and the last are those of the last frame."""
+def test_progress_reports_impacts_and_time(form: Form) -> None:
+    """Progress reports impacts and times that never decrease and end with those of the last frame."""
     seen: list[tuple[int, float]] = []
     run = form(billiard(), CLOCK)
     run.advance_to(10.0, progress=lambda impacts, time_s: seen.append((impacts, time_s)))
@@ -105,8 +105,8 @@ def test_progress_is_told_impacts_and_time(form: Form) -> None:
 
 
 @each("time_s", [-1.0, float("nan"), float("inf")])
-def test_a_time_that_is_none_is_refused(form: Form, time_s: float) -> None:
-    """There is no end to frames before infinity."""
+def test_negative_or_non_finite_time_is_refused(form: Form, time_s: float) -> None:
+    """Advancing to a negative, infinite or NaN time raises an InputError."""
     with pytest.raises(InputError, match="time_s must be"):
         form(billiard(), CLOCK).advance_to(time_s)
 
@@ -133,8 +133,8 @@ def interrupted_soon() -> Iterator[None]:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no timer that signals")
-def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
-    """What would take a minute ends soon after the signal; afterwards the run ends as if nothing had happened."""
+def test_interrupted_run_continues_with_the_same_bits(form: Form) -> None:
+    """A signal stops a run of 2,000,000 frames before its end; the run then continues with equal bits."""
     scene = build_gas_scene(300, 0.3)
     run = form(scene, CLOCK)
     with pytest.raises(StopError), interrupted_soon():
@@ -150,8 +150,8 @@ def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
 
 
 @pytest.mark.long
-def test_other_threads_run_meanwhile() -> None:
-    """While compiled code passes frames, another thread sees how many it has passed."""
+def test_other_threads_run_during_compiled_frames() -> None:
+    """While compiled code runs 200 frames, another thread can read how many are done."""
     from carom.core.pit import FrameLoop
 
     loop = FrameLoop(build_gas_scene(300, 0.3), CLOCK, False, 0.0)

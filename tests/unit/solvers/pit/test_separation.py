@@ -25,8 +25,11 @@ def turned(angle: float) -> tuple[tuple[float, float], tuple[float, float]]:
     return (math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))
 
 
-def test_sliding_along_a_driven_wall_into_another_at_a_right_angle_is_two_impacts() -> None:
-    """The impact on the second wall changes nothing along the normal of the first, which moves on with the disc."""
+def test_sliding_into_a_perpendicular_wall_adds_one_impact() -> None:
+    r"""A disc that slides along a driven wall into a perpendicular one has one impact with each wall.
+
+    The second impact changes nothing along the normal of the first wall.
+    """
     walls = [
         Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, 0.1)),
         Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(0.3, 0.0)),
@@ -39,7 +42,10 @@ def test_sliding_along_a_driven_wall_into_another_at_a_right_angle_is_two_impact
 
 @each("angle", np.linspace(0.1, 6.1, 25).tolist())
 def test_sliding_along_an_edge_is_one_impact(angle: float) -> None:
-    """Its normal is that from the nearest point, which is rounded in another way at each place."""
+    r"""A disc that slides along an edge after an inelastic impact has no second one, at any angle of the edge.
+
+    The normal from the nearest point is rounded differently at each place.
+    """
     (ux, uy), (nx, ny) = turned(angle)
     edge = Chain(points_m=[(-9.0 * ux, -9.0 * uy), (9.0 * ux, 9.0 * uy)])
     disc = disc_at(-3.0 * ux + 2.0 * nx, -3.0 * uy + 2.0 * ny, 1.3 * ux - 2.0 * nx, 1.3 * uy - 2.0 * ny, r=0.5)
@@ -47,16 +53,16 @@ def test_sliding_along_an_edge_is_one_impact(angle: float) -> None:
     assert bodies(scene) == [-1]
 
 
-def test_an_edge_that_a_disc_has_left_is_met_again_from_its_other_side() -> None:
-    """A path leads from a vertex to the edge behind it, and from the inside of an arc back to it."""
+def test_disc_meets_the_inside_of_an_arc_repeatedly() -> None:
+    """A disc in a half-circle bowl with restitution 0 has over 20 impacts with it in 2 s."""
     bowl = Chain(points_m=[(-2.0, 0.0), (2.0, 0.0)], bulges=[1.0])
     disc = disc_at(0.3, 0.0, 0.7, -1.0, r=0.25)
     scene = Scene(name="bowl", discs=[disc], walls=[bowl], wall_restitution=0.0, duration_s=2.0)
     assert len(bodies(scene)) > 20
 
 
-def test_discs_that_stick_are_not_struck_again_after_a_wall_at_a_right_angle() -> None:
-    """Two discs come to rest on a floor side by side: their impacts there change nothing along their normal."""
+def test_joined_discs_do_not_collide_again_on_a_floor() -> None:
+    """Two discs that move together after an inelastic impact do not collide again when both land on a floor."""
     for k in range(20):
         first, second = (
             disc_at(0.0, 1.0, 1.1 + 0.0137 * k, -0.3, r=0.5, m=1.3),
@@ -67,16 +73,16 @@ def test_discs_that_stick_are_not_struck_again_after_a_wall_at_a_right_angle() -
         assert bodies(scene) == [1, -1, -1]
 
 
-def test_a_disc_that_a_wall_sends_back_past_another_strikes_it_again() -> None:
-    """PIT finds the first impact late, with the discs overlapping: so the way back leads into the other."""
+def test_disc_sent_back_by_a_wall_strikes_an_overlapped_disc_again() -> None:
+    """A disc that PIT lets overlap an immovable one strikes it again after a ceiling has sent it back."""
     first, second = disc_at(-1.3, -4.0 / 60.0, 30.0, 4.0, r=0.5), disc_at(0.0, 0.0, r=0.5, m=math.inf)
     ceiling = wall_at(0.0, 1.0, 0.0, -1.0)
     scene = staged("back", first, second, ceiling, restitution=0.0, wall_restitution=1.0, duration_s=1.0)
     assert bodies(scene) == [1, -1, 1]
 
 
-def test_a_wall_on_another_leg_strikes_again() -> None:
-    """A shaken wall pushes the disc that lies on it once for each leg on which it comes nearer."""
+def test_shaken_wall_strikes_a_disc_on_each_approaching_leg() -> None:
+    """A shaken wall strikes the disc on it once for each leg on which it approaches: three times in all."""
     legs = [Leg(from_s=0.5 * k, velocity_m_s=(0.0, speed)) for k, speed in enumerate((0.0, 0.1, 0.3, 0.2))]
     wall = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), legs=legs)
     disc = Disc(position_m=(0.0, 0.6), velocity_m_s=(0.3, -1.0), radius_m=0.5)
@@ -84,8 +90,8 @@ def test_a_wall_on_another_leg_strikes_again() -> None:
     assert bodies(scene) == [-1, -1, -1]
 
 
-def test_discs_of_one_velocity_on_a_table_stay_together() -> None:
-    """A head-on impact with restitution 0 leaves both with one velocity, and the table slows both alike."""
+def test_discs_of_equal_velocity_on_a_table_collide_once() -> None:
+    """Two discs that move together after an inelastic impact on a decelerating table do not collide again."""
     for k in range(20):
         first, second = disc_at(0.0, 0.0, 1.3 + 0.0113 * k, 0.0, r=0.5, m=1.7), disc_at(1.5, 0.0, r=0.5)
         scene = staged("together", first, second, restitution=0.0, table_deceleration_m_s2=0.2, duration_s=3.0)

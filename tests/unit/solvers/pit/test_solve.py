@@ -22,8 +22,11 @@ def falling(**changes: Any) -> Scene:
     return Scene(**{**line(0.0, 3.0, velocities=(1.0, 0.0)).model_dump(), **fields})
 
 
-def test_compiled_code_runs_every_kind_of_motion() -> None:
-    """So it does for plain looping, too; there is nothing to note."""
+def test_every_kind_of_motion_runs_compiled() -> None:
+    r"""Straight, falling, rough, damped, slowed and driven scenes run in compiled code, without notes.
+
+    This holds with and without frame skipping.
+    """
     still = {"gravity_m_s2": (0.0, 0.0)}
     for scene in (
         line(0.0, velocities=(1.0,)),
@@ -39,8 +42,8 @@ def test_compiled_code_runs_every_kind_of_motion() -> None:
             assert run.notes == ()
 
 
-def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -> None:
-    """Discs that have fallen for 5e8 s meet at 1e18 m, where floats cannot represent the distance of their centres."""
+def test_impact_without_a_representable_normal_raises_an_error() -> None:
+    """Discs that meet at 1e18 m, where floats cannot represent their distance, raise an InputError in all forms."""
     scene = falling(duration_s=1e9, frame_rate_hz=1e-7)
     discs = [disc.model_copy(update={"velocity_m_s": (4e-9 * (k == 0), 0.0)}) for k, disc in enumerate(scene.discs)]
     scene = scene.model_copy(update={"discs": tuple(discs)})
@@ -50,8 +53,11 @@ def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -
 
 
 @each("rate", [None, 10.0])
-def test_a_trace_tells_how_it_was_made(rate: float | None) -> None:
-    """Method, frame length, end and counts are the run's; the frame rate is the scene's own unless one is given."""
+def test_pit_trace_has_method_frame_length_and_counts(rate: float | None) -> None:
+    r"""A PIT trace has the method, outcome, end time, frame length and frame counts of its run.
+
+    The frame rate is the scene's own unless one is given. The impacts are read-only.
+    """
     scene = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=4.0)
     trace = solve_pit(scene, frame_rate_hz=rate)
     assert (trace.method, trace.outcome, trace.end_time_s) == ("pit", Outcome.COMPLETED, 4.0)

@@ -20,8 +20,8 @@ MOST_TESTS = 1e6
 
 @each("kind", KINDS)
 @each("numbers", release_after(1, [range(3), range(3, 40)]))
-def test_solve_pit_gives_the_bits_of_the_definition(kind: str, numbers: range) -> None:
-    """Skipping of frames, cells and sweeps change no bit."""
+def test_solve_pit_matches_algorithm_1_to_the_bit(kind: str, numbers: range) -> None:
+    """`solve_pit` gives the impacts and final states of Algorithm 1 on random scenes, to the bit."""
     for number in numbers:
         scene = drawn(kind, number)
         if scene.duration_s * scene.frame_rate_hz * len(scene.discs) ** 2 > MOST_TESTS:
@@ -41,8 +41,8 @@ def test_solve_pit_gives_the_bits_of_the_definition(kind: str, numbers: range) -
         {"walls": [Chain(points_m=[(-5, -5), (5, -5)])]},
     ],
 )
-def test_what_it_has_no_part_for_is_refused(fields: dict[str, object]) -> None:
-    """Algorithm 1 of the paper has no gravity, damping, friction or finite walls."""
+def test_algorithm_1_refuses_unsupported_scenes(fields: dict[str, object]) -> None:
+    """Algorithm 1 raises an InputError for gravity, damping, friction and finite walls."""
     scene = line(0.0, 3.0, velocities=(1.0, 0.0))
     with pytest.raises(InputError, match="Algorithm 1 is for discs and half-planes"):
         run_algorithm_1(type(scene)(**{**dict(scene), **fields}))
@@ -51,8 +51,8 @@ def test_what_it_has_no_part_for_is_refused(fields: dict[str, object]) -> None:
 # Algorithm 2: PIC from frame to frame ---------------------------------------------------------------------------------
 
 
-def test_all_impacts_of_one_frame_are_carried_out() -> None:
-    """Three impacts in a single frame all happen, each at its own instant."""
+def test_algorithm_2_resolves_all_impacts_of_one_frame() -> None:
+    """Three impacts in a single frame all happen, at 1, 2 and 3 s."""
     scene = line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
     trace = solve_pic_framewise(scene, frame_rate_hz=0.1)
     assert trace.counts["frames"] == 1
@@ -60,15 +60,15 @@ def test_all_impacts_of_one_frame_are_carried_out() -> None:
 
 
 @each("rate", [1.0, 0.5, 0.25])
-def test_an_impact_on_a_frame_instant_happens_once(rate: float) -> None:
-    """An impact exactly at a frame instant, be it the last one, is neither lost nor doubled."""
+def test_algorithm_2_reports_an_impact_at_a_frame_once(rate: float) -> None:
+    """An impact exactly at a frame, also at the last one, is reported exactly once."""
     scene = line(0.0, 5.0, velocities=(1.0, 0.0), duration_s=4.0)
     trace = solve_pic_framewise(scene, frame_rate_hz=rate)
     assert trace.impacts["time_s"].tolist() == [4.0]
 
 
-def test_the_frame_rate_is_the_scenes_own_unless_given() -> None:
-    """Without a rate the scene's is taken, and the trace tells the frame length."""
+def test_algorithm_2_frame_rate_defaults_to_the_scene() -> None:
+    """Algorithm 2 uses the scene's frame rate unless one is given; the trace has the frame length."""
     scene = line(0.0, velocities=(1.0,), duration_s=2.0)
     assert solve_pic_framewise(scene).dt_s == 1 / 60
     assert solve_pic_framewise(scene).counts["frames"] == 120
@@ -76,13 +76,13 @@ def test_the_frame_rate_is_the_scenes_own_unless_given() -> None:
 
 
 @each("rate", [0.0, -60.0, math.nan, math.inf])
-def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
-    """A frame rate of zero, less, infinity or NaN is refused by name and value."""
+def test_frame_rate_that_is_not_positive_is_refused(rate: float) -> None:
+    """A frame rate that is 0, negative, infinite or NaN raises an InputError with its name and value."""
     with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
         solve_pic_framewise(line(0.0, velocities=(1.0,)), frame_rate_hz=rate)
 
 
-def test_a_rate_too_low_to_have_a_frame_length_is_refused() -> None:
-    """A frame that would last longer than the largest float is refused, not raised as an overflow."""
+def test_frame_rate_that_is_too_low_is_refused() -> None:
+    """A frame rate whose frame length exceeds the largest float raises an InputError with the allowed range."""
     with pytest.raises(InputError, match="frame_rate_hz must be between 1.49e-154 and 6.7e153".replace("+", "[+]")):
         solve_pic_framewise(line(0.0, velocities=(1.0,)), frame_rate_hz=1e-310)

@@ -75,7 +75,7 @@ def asked(engines: list[str], direction_error_rad: float = DEGREE, **options: An
     restitution=st.floats(0, 1),
     demanded=st.sampled_from([0.5, 1, 5, 30]),
 )
-def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
+def test_closed_form_agrees_with_scan_of_overlap(
     normal: float,
     course: float,
     speed: float,
@@ -84,7 +84,7 @@ def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
     restitution: float,
     demanded: float,
 ) -> None:
-    """Up to the closed form's lateness no direction is wrong by more than asked; just after it, one is."""
+    """Up to the lateness of the closed form, no direction error exceeds the limit; just after it, one does."""
     toward = normal + math.pi + course
     n, u = (math.cos(normal), math.sin(normal)), (speed * math.cos(toward), speed * math.sin(toward))
     before = (frame, (frame[0] + u[0], frame[1] + u[1]))
@@ -110,8 +110,8 @@ def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
 
 
 @each("scene", [pair(0.3), pair(0.7, mass=5.0), pair(0.05, speed=20, radius=0.05)])
-def test_one_step_above_fails_and_one_below_passes(scene: Scene) -> None:
-    """PIT's closed form, run: at its step every start meets the demand, and a step 0.1 % larger has one that fails."""
+def test_pit_fails_just_above_the_closed_form_step(scene: Scene) -> None:
+    """With a step 0.1 % below the closed form, PIT meets the demand from 5 starts; 0.1 % above, one start fails."""
     limit = rank_hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
     for share in (0.001, 0.25, 0.5, 0.75, 0.999):
         found, worst = direction_errors(scene, limit.dt_s * 0.999, limit.dt_s * 0.999 * share)
@@ -121,8 +121,8 @@ def test_one_step_above_fails_and_one_below_passes(scene: Scene) -> None:
     assert found == 0 or worst > DEGREE
 
 
-def test_a_graze_is_missed_as_often_as_its_window_says() -> None:
-    """A graze's window is sqrt(R^2 - b^2) / v; at twice that step, half of all starts miss, as PIT run shows."""
+def test_share_of_missed_grazes_matches_contact_window() -> None:
+    """The contact window of a graze is sqrt(R² - b²) / v; with twice that step, PIT misses half of 20 starts."""
     scene = pair(0.999)
     window_s = math.sqrt(1 - 0.999**2)
     hard = rank_hardest_impacts(solve_pic(scene), Demand(math.radians(90)))[0]
@@ -134,8 +134,11 @@ def test_a_graze_is_missed_as_often_as_its_window_says() -> None:
     assert sum(found) == 10
 
 
-def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
-    """Near head-on, what ends the window is speed and size; a wall's window has no end."""
+def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:
+    r"""For a fast small disc near head-on, the cause is its speed, and the step is 0.02 m / 100 m/s.
+
+    An impact with a wall does not limit the step.
+    """
     fast = rank_hardest_impacts(solve_pic(pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
     assert fast.cause is Cause.FAST
     assert fast.limit.dt_s == pytest.approx(0.02 / 100)
@@ -144,8 +147,11 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
 
 
 @each("starts", long_until(1, [16, CONFIRM]))
-def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tuned pymunk does what PIT does: its steps are below the closed form, by no more than a step of the grid."""
+def test_pymunk_needs_the_step_of_the_closed_form(starts: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""Pymunk's largest passing step is below the closed form for PIT, and its smallest failing step above.
+
+    The two are at most one step of the grid (a factor of 1.5) apart.
+    """
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", starts)
     with InProcessPool() as pool:
@@ -162,8 +168,11 @@ def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, mon
 
 
 @pytest.mark.long
-def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_does_not_fail_at_it() -> None:
-    """PyBullet's default is clamped at 100 m/s: no row. Box2D moves nothing by 2 m a step: no larger one is run."""
+def test_unsupported_method_and_refused_steps_are_not_run() -> None:
+    r"""A disc of 150 m/s: PyBullet's default profile does not support it and is not searched.
+
+    Box2D refuses steps in which a disc moves 2 m or more; only smaller steps are run, and none is a failure.
+    """
     for module in ("Box2D", "pybullet"):
         pytest.importorskip(module, reason=f"{module} is not installed")
     scene = pair(speed=150.0, radius=0.5)
@@ -178,8 +187,11 @@ def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_
 
 
 @pytest.mark.long
-def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where rounding decides what comes later, the scene ends before that impact, and the advice says so."""
+def test_scene_is_cut_where_rounding_becomes_decisive(monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""The scene ends before the first impact beyond the horizon, and the advice gives rounding as the reason.
+
+    A scene whose first impact is beyond the horizon is refused.
+    """
     scene = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), wall_at(-2, 0, 1, 0), duration_s=9.0)
     times = solve_pic(scene).impacts["time_s"]
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
@@ -199,8 +211,11 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
 
 
 @pytest.mark.long
-def test_a_scene_is_asked_up_to_its_first_tie() -> None:
-    """A disc that comes back from a wall and meets two at once: the bounce is asked for, the tie is not."""
+def test_scene_is_cut_before_simultaneous_impacts() -> None:
+    r"""The scene ends before a disc meets two others at once; only the impact before is examined.
+
+    A scene whose first impact is such a tie is refused.
+    """
     discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]
     tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
     assert solve_pic(tie).ambiguous == (2,)
@@ -213,8 +228,11 @@ def test_a_scene_is_asked_up_to_its_first_tie() -> None:
 
 
 @pytest.mark.long
-def test_with_friction_pit_is_tried() -> None:
-    """Two discs that rub have no closed form; at the step found PIT is right, run, and at the one said to fail not."""
+def test_step_of_pit_is_searched_with_friction() -> None:
+    r"""With friction there is no closed form, so the step is found by running PIT.
+
+    PIT meets the demand at the step found and fails at the step reported to fail. The text states both ranges.
+    """
     rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
     advice = advise(rough, asked(["pit"], 5 * DEGREE), InProcessPool())
     assert advice.closed_form is None
@@ -229,8 +247,8 @@ def test_with_friction_pit_is_tried() -> None:
 
 
 @pytest.mark.long
-def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
-    """Discs that spin and do not rub have the closed form of those that do not; where a path bends there is none."""
+def test_closed_form_ignores_spin_and_excludes_curved_paths() -> None:
+    """Without friction, spin does not change the closed form; with gravity or a driven disc there is none."""
     spinning = with_discs(pair(), spin_rad_s=2.0)
     steps = [advise(scene, asked(["pit"], DEGREE), InProcessPool()).closed_form for scene in (pair(), spinning)]
     assert sure(steps[0]) == steps[1]
@@ -242,8 +260,8 @@ def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
         assert advise(scene, asked(["pit"], 10 * DEGREE, phases=1), InProcessPool()).closed_form is None
 
 
-def test_an_impact_in_the_last_step_is_asked_for() -> None:
-    """An impact just before the scene's end is found or missed at any step, and none is left undecided."""
+def test_impact_in_last_step_is_decided() -> None:
+    """A start task finds an impact just before the scene's end, which PIT on the scene itself does not reach."""
     scene = pair()
     at = float(solve_pic(scene).impacts["time_s"][0])
     short = Scene(**{**dict(scene), "duration_s": at * (1 + 1e-6)})
@@ -256,8 +274,8 @@ def test_an_impact_in_the_last_step_is_asked_for() -> None:
 
 
 @each("name, cause", [("driven/paddle", Cause.WALL), ("driven/swatter", Cause.EDGE)])
-def test_only_of_a_half_plane_it_is_said_that_nothing_passes(name: str, cause: Cause) -> None:
-    """A swatter, which a disc is beyond after one step, has another phrase than a wall without a far side."""
+def test_cause_distinguishes_half_plane_and_moving_edge(name: str, cause: Cause) -> None:
+    """For a driven half-plane, the cause is a wall; for a swatter, which a disc can pass, it is an edge."""
     (hard,) = rank_hardest_impacts(solve_pic(name), Demand(DEGREE))
     assert hard.cause is cause
 
@@ -270,16 +288,19 @@ def advice() -> ShownAdvice:
         return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1, pool=InProcessPool())
 
 
-def test_a_call_gives_an_answer_that_prints_itself(advice: ShownAdvice) -> None:
-    """The first line is the answer, as on the command line; the numbers are those of its fields."""
+def test_advice_prints_answer_first_and_settings_code(advice: ShownAdvice) -> None:
+    """The first printed line of `carom.advise` is the rate that misses no impact; the settings code is included."""
     (answer,) = advice.answers
     first = f"paper/late: to miss no impact, use {1.0 / sure(answer.never_misses.passes).dt_s:.4g} steps/s "
     assert repr(advice).splitlines()[0].startswith(first)
     assert advice.code[answer.method] in repr(advice)
 
 
-def test_a_picture_has_a_line_a_method_and_the_demand(advice: ShownAdvice) -> None:
-    """Each step at which a start found the impact is a point at its rate and error, and the demand is a level line."""
+def test_advice_plot_has_one_line_per_method_and_the_target(advice: ShownAdvice) -> None:
+    r"""The plot shows a line per method with its rates, and a level line at the target of 1°.
+
+    The HTML form contains an SVG and the answer.
+    """
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     from matplotlib.figure import Figure
 

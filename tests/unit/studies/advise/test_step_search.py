@@ -55,8 +55,11 @@ def searched(
     return search.build_answer(), tried
 
 
-def test_the_grid_goes_from_the_whole_run_down_two_steps_an_octave() -> None:
-    """1 s, and of a frame of 1/60 s whole and half multiples: rates 1.875 ... 60, 90, 120, to a 64th."""
+def test_step_grid_has_two_steps_per_octave() -> None:
+    r"""The grid goes from the whole run (1 s) in two steps per octave to a 64th of a frame of 1/60 s.
+
+    If a smaller guess is given, the grid goes to a 64th of the guess.
+    """
     grid = list(generate_step_grid(SCENE, math.inf))
     assert grid[0] == 1.0
     rates = [1 / dt_s for dt_s in grid]
@@ -66,8 +69,11 @@ def test_the_grid_goes_from_the_whole_run_down_two_steps_an_octave() -> None:
     assert 1 / list(generate_step_grid(SCENE, 1 / 600))[-1] == pytest.approx(600 * 64, rel=0.5)
 
 
-def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_three() -> None:
-    """The answer is the largest step that passes, run at 64 starts; all of the grid below it is tried, so far."""
+def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
+    r"""The answer is the largest step that passes at 64 starts; the grid below it is tested as well.
+
+    Two octaves are tested if the error is proportional to the step, otherwise three.
+    """
     for power, octaves in ((1.0, 2), (0.5, 3)):
         found, tried = searched(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
         answer = found.demand
@@ -84,8 +90,11 @@ def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_thre
         assert found.ending is SearchEnding.FOUND
 
 
-def test_a_hole_in_a_curve_is_found_and_told() -> None:
-    """Steps of 1/180 and 1/240 s fail though those above pass: the answer is below, and both sides are reported."""
+def test_failing_steps_below_passing_ones_are_reported() -> None:
+    r"""If steps of 1/180 and 1/240 s fail and larger ones pass, the answer is smaller than the failing steps.
+
+    The answer is not monotone, and reports the finer failures and the coarser passes.
+    """
     found, _ = searched(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
     answer = found.demand
     assert sure(answer.passes).dt_s == pytest.approx(1 / 360)
@@ -96,16 +105,16 @@ def test_a_hole_in_a_curve_is_found_and_told() -> None:
     assert answer.fails == answer.finer_failures[-1]
 
 
-def test_no_answer_is_given_before_a_frame_was_tried_and_what_looking_once_a_step_needs() -> None:
-    """A curve that passes everywhere is followed to a frame, to what the hardest impact allows, or to an eighth."""
+def test_search_goes_down_to_frame_or_closed_form_step() -> None:
+    """If every step passes, the search goes down to a frame or to PIT's step, at most to an eighth of a frame."""
     for guess_s, finest_s in ((math.inf, 1 / 60), (1 / 200, 1 / 240), (1e-6, 1 / 480)):
         found, _ = searched(lambda dt, _: (False, 1e-3 * dt), guess_s=guess_s)
         assert sure(found.demand.passes).dt_s == 1.0
         assert found.demand.down_to_s == pytest.approx(finest_s)
 
 
-def test_one_miss_at_64_starts_moves_the_answer_to_the_next_finer_step() -> None:
-    """What passes at 8 starts and fails at 64 is no answer but the first that fails; the next is run at 64 in turn."""
+def test_failure_at_64_starts_moves_answer_to_next_finer_step() -> None:
+    """A step that passes at 8 starts but fails at 64 counts as failing, and the next finer step is confirmed."""
     found, tried = searched(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
     answer = found.never_misses
     assert sure(answer.passes).dt_s == pytest.approx(1 / 90)
@@ -115,8 +124,11 @@ def test_one_miss_at_64_starts_moves_the_answer_to_the_next_finer_step() -> None
     assert answer.down_to_s <= sure(answer.passes).dt_s / 4 * (1 + 1e-9)
 
 
-def test_the_answer_in_whole_steps_of_a_frame_is_run_at_64_starts_too() -> None:
-    """Where 90 a second pass, and 60 do not, 120 are two a frame of 60 Hz; where they fail at 64 starts, no answer."""
+def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
+    r"""The largest passing step with a whole number of steps per frame is also confirmed at 64 starts.
+
+    If 90 steps/s pass and 60 fail, it is 120 steps/s (two per frame). If 120 fail at 64 starts, it is 180.
+    """
     found, tried = searched(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
     for answer in (found.never_misses, found.demand):
         assert sure(answer.passes).dt_s == pytest.approx(1 / 90)
@@ -133,8 +145,11 @@ def test_the_answer_in_whole_steps_of_a_frame_is_run_at_64_starts_too() -> None:
 
 
 @each("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
-def test_a_whole_number_of_steps_is_known_whatever_the_rate(rate_hz: float) -> None:
-    """Every step of a grid below half a frame is a whole number a frame, those of 1.5 frames and 2/3 are none."""
+def test_whole_steps_per_frame_are_recognised_at_any_frame_rate(rate_hz: float) -> None:
+    r"""At any frame rate, all grid steps of at most half a frame are whole numbers of steps per frame.
+
+    Steps of 2/3 and 4/3 of a frame are not.
+    """
     one = Scene(**{**dict(SCENE), "frame_rate_hz": rate_hz, "duration_s": 5.0 / rate_hz})
     found = {
         round(1 / (dt_s * rate_hz), 6): count_steps_per_frame(dt_s, rate_hz)
@@ -148,8 +163,11 @@ def test_a_whole_number_of_steps_is_known_whatever_the_rate(rate_hz: float) -> N
     assert found[0.75] is None
 
 
-def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> None:
-    """An error of 3 degrees at any step meets no demand of 1: the other answer is given, with the range."""
+def test_error_independent_of_step_ends_search_at_frame() -> None:
+    r"""A direction error of 3° at every step ends the search at one frame, or at PIT's step, without an answer.
+
+    The answer for missing no impact is still given. An error that falls slowly is followed to the finest step.
+    """
     found, tried = searched(lambda dt, _: (dt > 0.2, math.radians(3.0)))
     assert found.ending is SearchEnding.FLAT
     assert found.demand.passes is None
@@ -163,8 +181,8 @@ def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> Non
     assert min(dt for dt, _ in tried) <= 1 / 1000
 
 
-def test_runs_that_end_early_are_counted_as_such() -> None:
-    """Where runs take a tenth of their steps, a tenth of the budget is enough, to the same answer."""
+def test_budget_counts_only_steps_actually_taken() -> None:
+    """If runs take only a tenth of their steps, about a tenth of the budget gives the same answer."""
 
     def curve(dt_s: float, _: int) -> tuple[bool, float]:
         return dt_s > 1 / 100, DEGREE * 300 * dt_s
@@ -179,8 +197,11 @@ def test_runs_that_end_early_are_counted_as_such() -> None:
 
 
 @each("budget", [1, 1000, 5000, 50_000])
-def test_a_budget_is_never_exceeded_and_what_was_not_reached_is_no_answer(budget: int) -> None:
-    """However large: the steps of all trials stay within it, two searches are one, and no answer is half a search."""
+def test_search_stays_within_budget_and_is_deterministic(budget: int) -> None:
+    r"""The steps of all trials stay within the budget; a search that the budget ends has no answer.
+
+    Two searches make the same trials.
+    """
     curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls
     found, tried = searched(curve, budget=budget)
     assert sum(compute_step_limit(1.0, dt, even + 3) for dt, even in tried) <= budget
@@ -189,8 +210,11 @@ def test_a_budget_is_never_exceeded_and_what_was_not_reached_is_no_answer(budget
     assert (found, tried) == searched(curve, budget=budget)
 
 
-def test_what_a_method_does_not_take_is_not_run_and_nothing_fails_there() -> None:
-    """Steps above 0.01 s are refused: none is tried, none fails, and the finest refused one is reported."""
+def test_refused_steps_are_not_run_and_do_not_fail() -> None:
+    r"""Steps above 0.01 s, which the method refuses, are not tried and not counted as failures.
+
+    The finest refused step and its reason are reported. If all steps are refused, nothing is run.
+    """
     found, tried = searched(lambda dt, _: (False, 1e-3 * dt), refuses_above_s=0.01)
     assert max(dt for dt, _ in tried) <= 0.01
     assert found.never_misses.fails is None
@@ -201,8 +225,8 @@ def test_what_a_method_does_not_take_is_not_run_and_nothing_fails_there() -> Non
     assert search.refused_all
 
 
-def test_what_breaks_off_at_a_huge_step_is_asked_for_smaller_ones_and_at_a_frame_no_more() -> None:
-    """A crash at 0.5 s is a step that fails; one at a frame ends the search, without an answer."""
+def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
+    """A crash at a step above 0.3 s fails only that step; a crash at one frame ends the search without answer."""
     found, _ = searched(lambda dt, _: (False, 1e-3 * dt), broken=lambda dt: dt > 0.3)
     assert sure(found.never_misses.fails).reason == "crashed"
     assert found.never_misses.passes is not None
@@ -212,8 +236,11 @@ def test_what_breaks_off_at_a_huge_step_is_asked_for_smaller_ones_and_at_a_frame
     assert tried[-1][0] == pytest.approx(1 / 60)
 
 
-def test_a_direction_that_is_not_known_meets_nothing() -> None:
-    """NaN, where no impact was found, is within no angle, nor in proportion; a share of misses may be allowed."""
+def test_unknown_direction_meets_no_demand() -> None:
+    r"""A NaN direction error meets no demand, whatever share of misses is allowed.
+
+    A known error meets the demand if the share of even starts with a miss is at most the allowed one.
+    """
     blind = StepTrial(0.1, 8, 11, 8, 11, math.nan, 1)
     assert not blind.is_within(Demand(DEGREE, 0.99))
     some = StepTrial(0.1, 8, 11, 1, 4, DEGREE / 2, 1)
@@ -225,8 +252,11 @@ def test_a_direction_that_is_not_known_meets_nothing() -> None:
     assert found.demand.passes is None
 
 
-def test_starts_that_can_not_be_had_are_counted_out_and_a_crash_is_none_of_them() -> None:
-    """The worst start that ran counts; without any start there is a reason; a start that broke off fails the step."""
+def test_impossible_starts_are_skipped_and_crashes_fail_a_step() -> None:
+    r"""A trial has the worst error of the starts that ran; starts that are impossible are not counted.
+
+    Without any start, the trial is a reason. A start that crashes or breaks off fails the step.
+    """
 
     def ran(lost: int, direction: float) -> Answer[Started]:
         return Answer(Status.RAN, value=Started(lost, True, direction, 10))
@@ -246,8 +276,8 @@ def test_starts_that_can_not_be_had_are_counted_out_and_a_crash_is_none_of_them(
     assert broken_off.lost == 1
 
 
-def test_an_aimed_start_looks_just_before_the_impact() -> None:
-    """Begun so much earlier, the last look is a thousandth of a step before the impact; none is there twice."""
+def test_aimed_start_samples_just_before_the_impact() -> None:
+    """With an aimed start, the last check is a thousandth of a step before the impact; equal starts occur once."""
     even, aimed = list_start_phases(0.1, 8, [0.234, 0.234, 0.777])
     assert even == tuple(k / 8 for k in range(8))
     assert len(aimed) == 2

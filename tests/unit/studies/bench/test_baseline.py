@@ -51,8 +51,11 @@ def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (0.96, BaselineChange.SAME),
     ],
 )
-def test_a_change_is_one_beyond_its_interval(earlier: Path, factor: float, change: BaselineChange) -> None:
-    """Run times over PIT's that are surely off by more than a twentieth have changed; of the other engines none has."""
+def test_change_needs_interval_outside_five_percent(earlier: Path, factor: float, change: BaselineChange) -> None:
+    r"""A run time has changed only if its confidence interval is outside 5 % of the baseline.
+
+    Times are ratios to PIT's. The other engines and all errors are unchanged.
+    """
     found = compare_points(timed(factor), read_baseline(earlier, HERE))
     assert {one.time for one in found if one.point.engine == "pymunk"} == {change}
     assert {one.time for one in found if one.point.engine != "pymunk"} == {BaselineChange.SAME}
@@ -61,8 +64,11 @@ def test_a_change_is_one_beyond_its_interval(earlier: Path, factor: float, chang
     assert not any(one.point.engine == "pit" for one in found)
 
 
-def test_the_first_line_counts_and_names_the_worst(earlier: Path) -> None:
-    """Regressed, improved and no change; growth of an error and of a run time are distinguished."""
+def test_baseline_summary_counts_changes_and_names_the_worst(earlier: Path) -> None:
+    r"""The first line counts the regressed and improved run times and names the worst.
+
+    A later line counts the errors. If the baseline has none of the points, the text reports this.
+    """
     now = timed(1.5, error=2.0)
     found = compare_points(now, read_baseline(earlier, HERE))
     text = " ".join(" ".join(printed(build_bench_document(now, baseline=found), 80)).split())
@@ -73,8 +79,8 @@ def test_the_first_line_counts_and_names_the_worst(earlier: Path) -> None:
     assert "The baseline has none of these points" in nothing
 
 
-def test_a_baseline_that_is_none_is_refused(earlier: Path, tmp_path: Path) -> None:
-    """A bench of another machine, another file and no file are refused with a sentence."""
+def test_unusable_baseline_is_refused(earlier: Path, tmp_path: Path) -> None:
+    """A bench from another machine, a file of another kind and a missing file are refused with the reason."""
     with pytest.raises(InputError, match="ran on another machine"):
         read_baseline(earlier, replace(HERE, cores=64))
     other = tmp_path / "other.json"

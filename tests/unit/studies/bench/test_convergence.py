@@ -9,14 +9,17 @@ STEPS = [1 / 60, 1 / 167, 1 / 464, 1 / 1292, 1 / 3594, 1 / 10000]
 
 
 @each("freedom, published", [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)])
-def test_students_quantiles_are_the_published_ones(freedom: int, published: float) -> None:
-    """The 97.5 % quantiles are those of every printed table (NIST/SEMATECH e-Handbook, 1.3.6.7.2)."""
+def test_student_quantiles_match_published_table(freedom: int, published: float) -> None:
+    """The 97.5 % quantiles of Student's t equal the published ones (NIST/SEMATECH e-Handbook, 1.3.6.7.2)."""
     assert compute_student_quantile(0.975, freedom) == pytest.approx(published, abs=5e-4)
 
 
 @each("order", [1.0, 2.0])
-def test_a_power_law_gives_its_order_back(order: float) -> None:
-    """Errors that are an exact power of the step have that order, with an interval of no width, and converge."""
+def test_fit_recovers_order_of_a_power_law(order: float) -> None:
+    r"""Errors that are an exact power of the step give that order, with an interval of zero width.
+
+    The verdict is that the method converges.
+    """
     found = fit_order(STEPS, [0.3 * step**order for step in STEPS])
     assert found.exponent == pytest.approx(order, abs=1e-12)
     assert found.factor == pytest.approx(0.3, rel=1e-12)
@@ -24,8 +27,8 @@ def test_a_power_law_gives_its_order_back(order: float) -> None:
     assert found.verdict is Convergence.CONVERGES
 
 
-def test_the_interval_is_that_of_a_textbook() -> None:
-    """Slope and 95 % interval of ln y = 0, 1, 1, 3 at ln x = 0, 1, 2, 3, by hand: 0.9 and 4.3027 sqrt(0.7 / 2 / 5)."""
+def test_confidence_interval_matches_hand_calculation() -> None:
+    """The slope and 95 % interval through (0, 0), (1, 1), (2, 1), (3, 3) are 0.9 ± 4.3027 sqrt(0.7 / 2 / 5)."""
     exponent, low, high, factor = fit_power([math.exp(k) for k in range(4)], [math.exp(k) for k in (0, 1, 1, 3)])
     assert exponent == pytest.approx(0.9, abs=1e-12)
     assert math.log(factor) == pytest.approx(-0.1, abs=1e-12)
@@ -43,16 +46,21 @@ def test_the_interval_is_that_of_a_textbook() -> None:
         ([0.1], Convergence.TOO_FEW, math.nan, math.nan),
     ],
 )
-def test_a_verdict_is_that_of_the_interval(errors: list[float], verdict: Convergence, low: float, high: float) -> None:
-    """Below a half it does not converge, with a half in it nothing is decided, and of two steps there is none."""
+def test_convergence_verdict_follows_the_interval(
+    errors: list[float], verdict: Convergence, low: float, high: float
+) -> None:
+    r"""The verdict is "does not converge" if the order's interval is below 1/2, and undecided if it contains 1/2.
+
+    Errors at rounding are exact, and two steps are too few.
+    """
     found = fit_order(STEPS[: len(errors)], errors)
     assert found.verdict is verdict
     assert math.isnan(found.low) if math.isnan(low) else low < found.low < found.high < high
     assert math.isfinite(found.exponent) == (len(errors) > 1 and verdict is not Convergence.EXACT)
 
 
-def test_errors_at_rounding_have_no_order() -> None:
-    """Single errors at rounding are no part of a fit."""
+def test_errors_at_rounding_are_excluded_from_the_fit() -> None:
+    """Errors of the size of rounding are excluded from the fit of the order."""
     found = fit_order(STEPS, [*(step for step in STEPS[:4]), 0.0, 1e-15])
     assert found.points == 4
     assert found.exponent == pytest.approx(1.0, abs=1e-12)

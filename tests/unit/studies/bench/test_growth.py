@@ -21,8 +21,8 @@ from carom.studies.bench.options import GrowthOptions
 T = TypeVar("T")
 
 
-def test_a_profiles_own_limits_decide(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A gas that a profile can't do is refused with the profile's reason, also where the adapter declares more."""
+def test_growth_respects_capabilities_of_the_profile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gas in a box is refused if the profile does not support walls, even if the adapter does."""
 
     def settings(dt_s: float) -> Mapping[str, float]:
         return {"dt_s": dt_s}
@@ -55,8 +55,11 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
 
 
 @pytest.mark.long
-def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
-    """What was run before Ctrl-C is taken from the journal to the bit; only what was run in one sitting is a ratio."""
+def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    r"""After Ctrl-C, a growth bench reuses all runs of its journal and runs only the rest.
+
+    Ratios to PIT exist only where both runs come from the same session.
+    """
 
     def interrupt(done: int, _total: int, _what: str) -> None:
         if done == 5:
@@ -81,8 +84,8 @@ def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str
     assert math.isnan(pymunk[1].ratio)
 
 
-def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
-    """A run for which the budget was too short is no finished one: with more of it, the bench goes on there."""
+def test_run_skipped_for_budget_is_retried_with_larger_budget(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    """A run that was skipped because the budget was too short is run when the bench resumes with a larger one."""
     path = tmp_path / "growth.jsonl"
     with growth.growth_journal(path) as journal:
         first = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False, budget_s=1e-9), notes=journal)
@@ -94,8 +97,8 @@ def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, i
 
 
 @pytest.mark.long
-def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
-    """A folder with a growth bench in it is refused without --resume, and gone on with by it."""
+def test_growth_bench_needs_resume_for_existing_folder(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    """A folder with a growth bench is refused without `--resume`; with it, nothing runs again."""
     command = ["bench", "--grow", "-e", "pit", "--no-own", "--discs", "2", "--out", str(tmp_path / "out")]
     for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
         result = carom_command(*command, *arguments)
@@ -104,10 +107,8 @@ def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tu
     assert ran == [("pit", 2), ("pit", 2)]  # plain, and falling
 
 
-def test_what_is_left_over_by_those_that_are_done_is_for_the_others(
-    monkeypatch: pytest.MonkeyPatch, ran: list[tuple[str, int]]
-) -> None:
-    """Each of the two gases has half of the budgets, and the last run has all that is left of both."""
+def test_unused_budget_passes_to_later_growth_runs(monkeypatch: pytest.MonkeyPatch, ran: list[tuple[str, int]]) -> None:
+    """The first two runs may use 100 s each; the last may use the 200 s that the others left."""
     allowed: list[float] = []
 
     def note(*args: Any) -> str:

@@ -51,8 +51,11 @@ def point(engine: str, seconds: float, error: float, missed: int = 0) -> Point:
     return Point(engine, "tuned", 0.01, error, error, error, 1, 1, missed, 0, timing=timing)
 
 
-def test_a_series_is_geometric_and_of_whole_frame_rates() -> None:
-    """Between 1/60 and 1/10000 six steps are evenly spread on a logarithmic axis, rounded to whole frames a second."""
+def test_step_series_is_geometric_with_whole_rates() -> None:
+    r"""`1/60..1/10000:6` gives six geometrically spaced steps with whole numbers of steps per second.
+
+    Six is the default. A single step is a series of one.
+    """
     steps = parse_step_series("1/60..1/10000:6")
     assert [round(1 / step) for step in steps] == [60, 167, 464, 1292, 3594, 10000]
     assert parse_step_series("1/60..1/10000") == steps
@@ -62,14 +65,18 @@ def test_a_series_is_geometric_and_of_whole_frame_rates() -> None:
 
 
 @each("text", ["1/60..", "1/60..1/600:1", "1/60..1/600:x", "1/60..0", "..", "1/60..1/600:-2"])
-def test_a_series_that_is_none_is_refused(text: str) -> None:
-    """A series with a missing end, one step or no number is refused with the text itself."""
+def test_malformed_step_series_is_refused(text: str) -> None:
+    """A series without an end, with one step or with a wrong number is refused, and the message quotes it."""
     with pytest.raises(InputError, match=rf"^--dt must be .*, got '{re.escape(text)}'"):
         BenchPlan.parse_command_line({"dts": [text]})
 
 
-def test_the_front_is_what_nothing_beats() -> None:
-    """The front contains the points (time, error) without a faster one as exact; a miss has no accuracy."""
+def test_pareto_front_contains_only_unbeaten_points() -> None:
+    r"""The Pareto front contains the points without a faster and equally accurate one.
+
+    Points with a missed impact are not part of it. `find_cheapest` returns the fastest point within the target
+    error.
+    """
     a, b, c, d = point("a", 1, 0.1), point("b", 2, 0.2), point("c", 3, 0.01), point("d", 0.5, 0.0, missed=1)
     assert find_pareto_front([a, b, c, d]) == (a, c)
     assert find_pareto_front([a, point("e", 1.5, 0.1 - 1e-16)]) == (a,)
@@ -79,8 +86,11 @@ def test_the_front_is_what_nothing_beats() -> None:
 
 
 @pytest.mark.long
-def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
-    """PIT converges with order 1, PIC is exact, each point is timed and compared with PIT; resumable."""
+def test_bench_measures_errors_and_times(scene: Scene, tmp_path: Path) -> None:
+    r"""In a bench, PIT converges with order 1, PIC is exact, and each point is timed relative to PIT.
+
+    Resuming gives an equal result. PIC is run at the coarsest step only. Without timing there is no noise.
+    """
     dts = (1 / 60, 1 / 240, 1 / 960)
     # However slow the machine is, nothing is left out for want of time.
     plan = BenchPlan(engines=("pit", "pic"), dts=dts, profiles=("tuned",), phases=2, rounds=3, budget_s=1e6)
@@ -111,8 +121,8 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
     assert {entry.timing and entry.timing.ratio for entry in found["pit"].points} == {Spread(1.0, 1.0, 1.0)}
 
 
-def test_what_does_not_fit_into_the_budget_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A budget that is too short leaves points out with a reason that names it, and fails nothing."""
+def test_point_beyond_the_budget_is_untimed_with_reason(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A point that would need too much of the budget is not timed, and the reason states both times."""
     monkeypatch.setattr(
         "carom.execution.timing.time", Clock(1.0)
     )  # preparing takes a second, and so do all steps of a run
@@ -124,8 +134,11 @@ def test_what_does_not_fit_into_the_budget_says_so(scene: Scene, monkeypatch: py
     assert "would take about 60 s of a budget of 200 s" in dict(found.untimed)[fine]
 
 
-def test_carom_s_own_methods_are_there_whoever_is_asked_for(scene: Scene) -> None:
-    """PIC runs at the coarsest step alone, PIT at all; each with its one profile, unless it is asked for by name."""
+def test_bench_adds_pic_and_pit(scene: Scene) -> None:
+    r"""A bench always includes PIC at the coarsest step and PIT at all steps, unless `own` is off.
+
+    A profile of PIC that is asked for by name replaces the usual one.
+    """
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), phases=1, timing=False)
 
     def found(plan: BenchPlan) -> dict[tuple[str, str], int]:
@@ -140,8 +153,8 @@ def test_carom_s_own_methods_are_there_whoever_is_asked_for(scene: Scene) -> Non
     }
 
 
-def test_the_last_steps_go_to_the_best_profile_of_each_engine(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where not all methods fit into what is left, those do that did best so far; the others say why they have none."""
+def test_methods_beyond_the_scoring_budget_have_a_reason(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When the budget for scoring is used up, PIT's remaining step is not scored, and the reason is the budget."""
     plan = BenchPlan(engines=("pic", "pit"), dts=(1 / 60, 1 / 120), phases=1, timing=False)
     # Each look at the clock takes a second: of the finer steps one of two fits into half of the budget.
     monkeypatch.setattr("carom.studies.bench.scoring_pass.time", Clock(1.0))
@@ -152,8 +165,8 @@ def test_the_last_steps_go_to_the_best_profile_of_each_engine(scene: Scene, monk
 
 @pytest.mark.long
 @pytest.mark.usefixtures("hostile")
-def test_an_engine_that_aborts_is_not_timed_and_harms_nobody(scene: Scene) -> None:
-    """An abort in the timing pass is a reason of one configuration; the others are timed."""
+def test_abort_during_timing_affects_only_its_own_method(scene: Scene) -> None:
+    """An engine that aborts during timing gets a reason instead of times; the other methods are timed."""
     aborts, pit = (Method("aborts", "tuned"), 0.1), (Method("pit", "tuned"), 0.1)
     with Lane() as lane:
         timing = TimeScene(scene, (aborts, pit), rounds=3).run(lane).value
@@ -161,8 +174,8 @@ def test_an_engine_that_aborts_is_not_timed_and_harms_nobody(scene: Scene) -> No
     assert dict(sure(timing).timings)[pit].rounds == 3
 
 
-def test_noise_is_measured_by_fixed_work() -> None:
-    """The probe's work takes some time, and its scatter is that of what was taken."""
+def test_noise_probe_measures_scatter_of_fixed_work() -> None:
+    """Five probes of fixed work give a positive time and a largest ratio of at least 1."""
     probe = NoiseProbe()
     for _ in range(5):
         probe.take()
@@ -172,8 +185,11 @@ def test_noise_is_measured_by_fixed_work() -> None:
     assert noise.worst >= 1
 
 
-def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
-    """No scene, two of one name, an unknown profile or a target of 0 are refused before anything runs."""
+def test_invalid_bench_plan_is_refused(scene: Scene) -> None:
+    r"""A bench without scenes, with two scenes of one name or with an unknown profile is refused.
+
+    A target of 0, a budget of NaN and 0 rounds are refused with the name and the value.
+    """
     plan = BenchPlan(engines=("pit",))
     for scenes, wrong, error, words in (
         ([], plan, InputError, "no scene"),
@@ -189,8 +205,11 @@ def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
 
 
 @pytest.mark.long
-def test_growth_runs_more_and_more_discs_and_says_what_it_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each size has time, memory and a ratio to PIT; a size beyond the budget has a reason instead of them."""
+def test_growth_measures_each_size_or_reports_why_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""Each number of discs has a run time and a ratio to PIT; a size beyond the budget gets a reason.
+
+    A size of 0 is refused.
+    """
     monkeypatch.setattr("carom.studies.bench.growth.time", Clock())  # nothing uses up a budget, however slow it is
     found = measure_growth(GrowthOptions(["pit", "pic"], sizes=(2, 40), budget_s=60.0))
     for curve in found.curves:
@@ -205,8 +224,8 @@ def test_growth_runs_more_and_more_discs_and_says_what_it_left_out(monkeypatch: 
         measure_growth(GrowthOptions(["pit"], sizes=(0,)))
 
 
-def test_a_power_law_is_fitted_through_one_method_alone() -> None:
-    """Where more discs take less time, another method took over: only what follows belongs together."""
+def test_power_law_is_fitted_after_the_last_drop_in_run_time() -> None:
+    """If more discs take less time, only the points from there on are fitted together."""
     times = [1.0, 3.0, 0.1, 0.4, 1.2]
     points = [GrowthPoint(10 ** (k + 2), 0.0, seconds, 1.0, 1.0) for k, seconds in enumerate(times)]
     assert select_same_method(points) == points[2:]
@@ -214,8 +233,11 @@ def test_a_power_law_is_fitted_through_one_method_alone() -> None:
 
 
 @pytest.mark.long
-def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
-    """A file of one's own becomes a page with diagrams, machine, versions and the command; names are escaped."""
+def test_bench_command_writes_page_diagrams_and_json(tmp_path: Path) -> None:
+    r"""`carom bench` on a scene file writes a page with diagrams, PNG, SVG and bench.json, with names escaped.
+
+    A second run into the same folder is refused and suggests `--resume`.
+    """
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     path, out = tmp_path / "my-scene.toml", tmp_path / "out"
     path.write_text(SCENE)
@@ -284,15 +306,18 @@ def documented(start: str) -> str:
     return next(line for line in lines if line.startswith(start))
 
 
-def test_numpy_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
-    """The documented line gives the errors of what ran to the bit."""
+def test_documented_numpy_line_reads_journal(jobs: dict[str, Any]) -> None:
+    """The documented numpy line reads the errors of all completed runs from a journal, bit for bit."""
     found = eval(documented("np."), jobs)  # noqa: S307 - our own documentation
     assert found.tobytes() == np.array([error for _, error in jobs["errors"]]).tobytes()
 
 
 @pytest.mark.long
-def test_pandas_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
-    """The documented line gives a frame with a row a job, whose errors are numbers."""
+def test_documented_pandas_line_reads_journal(jobs: dict[str, Any]) -> None:
+    r"""The documented pandas line reads a journal into a frame with one row per job.
+
+    The errors are numbers, and NaN for a job without a result.
+    """
     jobs["pd"] = pytest.importorskip("pandas", reason="pandas is not installed")
     frame = eval(documented("pd."), jobs)  # noqa: S307 - our own documentation
     found = frame["answer.value.total.velocity"].to_numpy(float)
@@ -300,22 +325,22 @@ def test_pandas_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
     assert frame["key.method.engine"].tolist() == ["pit"] * 4
 
 
-def test_duckdb_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
-    """The documented query finds the largest error of each step, to the bit."""
+def test_documented_duckdb_query_reads_journal(jobs: dict[str, Any]) -> None:
+    """The documented DuckDB query returns the largest error of each step, bit for bit."""
     jobs["duckdb"] = pytest.importorskip("duckdb", reason="duckdb is not installed")
     found = eval(documented("duckdb."), jobs).fetchall()  # noqa: S307 - our own documentation
     assert repr(sorted(found)) == repr(sorted(("pit", dt_s, error) for dt_s, error in jobs["errors"]))
 
 
-def test_every_error_has_its_words() -> None:
-    """Each kind of error says in words what it is, for an axis and in full."""
+def test_each_error_kind_has_its_own_label_and_meaning() -> None:
+    """No two kinds of error share a label or a description."""
     assert len({kind.meaning for kind in ErrorKind}) == len({kind.label for kind in ErrorKind}) == len(ErrorKind)
 
 
 @pytest.mark.long
 @pytest.mark.usefixtures("hostile", "heard_interrupts")
-def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Path) -> None:
-    """Interrupted, a bench says where the finished cells are and how to go on, with exit code 130."""
+def test_interrupted_bench_keeps_journal_and_suggests_resume(tmp_path: Path) -> None:
+    """After Ctrl-C, a bench exits with 130 and suggests `--resume`; finished cells are in the journal."""
     path, out = tmp_path / "my-scene.toml", tmp_path / "out"
     path.write_text(SCENE)
     # While one of the engines hangs, the bench can't end before it is interrupted.

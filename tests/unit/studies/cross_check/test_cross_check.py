@@ -54,8 +54,11 @@ class HangsWhenTimed(InProcessPool):
         return super().run_each(tasks)
 
 
-def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> None:
-    """An engine that hangs when its steps are timed keeps the run that was observed, and the others their times."""
+def test_hang_during_timing_keeps_the_run_and_other_times(scene: Scene) -> None:
+    r"""An engine that hangs while it is timed keeps its scored run; the other engines keep their times.
+
+    The row contains the reason.
+    """
     results = carom.cross_check([scene], ["pit", "pic"], dts=[0.1], profiles=["tuned"], pool=HangsWhenTimed())
     rows = {row.job.engine: row for row in results.rows}
     hung = rows["pic"]
@@ -67,16 +70,16 @@ def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> No
     assert rows["pit"].timing is not None
 
 
-def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
-    """An engine whose state becomes NaN is cut short there and graded wrong, not compared with NaN."""
+def test_non_finite_state_ends_the_run_as_wrong(scene: Scene) -> None:
+    """A run whose state becomes NaN ends at the last finite state and is graded wrong."""
     row = tried([scene], "goes-nan").rows[0]
     assert sure(row.trace).outcome is Outcome.NON_FINITE
     assert row.grade is Grade.WRONG
     assert np.isfinite(sure(row.trace).final_position_m).all()
 
 
-def test_an_engines_own_warning_ends_the_run(scene: Scene) -> None:
-    """An engine that warns of its state is cut short with its own words, and what came before is kept."""
+def test_engine_warning_ends_the_run(scene: Scene) -> None:
+    """An engine that reports a warning is cut short; the steps before are kept and the finding quotes the warning."""
     row = tried([scene], "warns").rows[0]
     assert sure(row.trace).outcome is Outcome.WARNED
     assert sure(row.trace).counts["steps"] == 2
@@ -84,10 +87,10 @@ def test_an_engines_own_warning_ends_the_run(scene: Scene) -> None:
     assert "BADQACC" in sure(row.score).findings[0].reason
 
 
-def test_chatter_and_litter_stay_with_the_engine(
+def test_engine_output_and_log_files_are_contained(
     scene: Scene, capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What an engine prints reaches neither standard output nor error, and its log file not the working folder."""
+    """An engine's output reaches neither stdout nor stderr, and its log file is not in the working folder."""
     here = tmp_path / "here"
     here.mkdir()
     monkeypatch.chdir(here)
@@ -96,8 +99,8 @@ def test_chatter_and_litter_stay_with_the_engine(
     assert list(here.iterdir()) == []
 
 
-def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
-    """A missing engine, a broken adapter and a scene beyond the declared capabilities each give their reason."""
+def test_unavailable_and_unsupported_rows_have_reasons(scene: Scene) -> None:
+    """A missing engine, a broken adapter and scenes beyond declared capabilities get rows with the reason."""
     walled = Scene(name="walled", discs=scene.discs, walls=[Wall(point_m=(-9, 0), normal=(1, 0))], duration_s=1)
     fast = Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(11, 0), radius_m=1)], duration_s=1)
     soft = Scene(name="soft", discs=scene.discs, restitution=0.25, duration_s=1)
@@ -120,8 +123,11 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
 
 
 @pytest.mark.long
-def test_what_comes_after_rest_is_not_scored() -> None:
-    """Where PIC ends because a ball has come to rest, the comparison ends as well, and the score has that time."""
+def test_score_ends_when_a_disc_comes_to_rest() -> None:
+    r"""If PIC ends because a ball comes to rest, runs are compared only up to then.
+
+    The end is the frame after the last impact that a step can distinguish from rest. PIC is exact, and PIT is not.
+    """
     ball = Disc(position_m=(0, 2), radius_m=1)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
@@ -136,8 +142,8 @@ def test_what_comes_after_rest_is_not_scored() -> None:
 
 
 @pytest.mark.long
-def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
-    """`carom.run` raises one error whose message holds engine, profile, step, scene and reason."""
+def test_run_error_names_engine_profile_step_and_scene(scene: Scene) -> None:
+    """The error of `carom.run` contains engine, profile, step, scene and reason."""
     with pytest.raises(AdapterError, match=r"aborts \(tuned, dt = 0.1 s\) on 'meeting': crashed: .*SIGABRT"):
         carom.run(scene, "aborts", dt=0.1)
     with pytest.raises(AdapterError, match="unavailable: surely_not_installed is not installed"):
@@ -145,8 +151,8 @@ def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
 
 
 @each("process", release_after(1, ["in_process", "another"]))
-def test_run_gives_the_trace_of_the_method_itself(scene: Scene, process: str, request: pytest.FixtureRequest) -> None:
-    """PIC and PIT through the seam, in this process and in another, give their own impacts to the bit."""
+def test_run_returns_the_trace_of_the_solver(scene: Scene, process: str, request: pytest.FixtureRequest) -> None:
+    """`carom.run` returns the impacts of `solve_pic` and `solve_pit` bit for bit, also from another process."""
     if process == "in_process":
         request.getfixturevalue(process)
     direct, through = carom.solve_pic(scene), carom.run(scene, "pic", dt=1 / 60)
@@ -159,8 +165,8 @@ def test_run_gives_the_trace_of_the_method_itself(scene: Scene, process: str, re
 
 
 @pytest.mark.long
-def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
-    """However small the step, a trace holds a few thousand states, evenly spaced, the first at time 0."""
+def test_number_of_stored_states_is_limited() -> None:
+    """With 10000 steps, a trace stores 2049 to 4097 evenly spaced states, the first at time 0."""
     scene = Scene(name="long", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1)
     samples = sure(carom.run(scene, "pic", dt=1e-4).samples)
     assert 2048 < len(samples.time_s) <= 4097
@@ -184,21 +190,21 @@ def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
         ({"profiles": ["fast"]}, "profile 'fast'; there are: tuned"),
     ],
 )
-def test_what_makes_no_sense_is_refused_by_name_and_value(scene: Scene, given: dict[str, Any], said: str) -> None:
-    """Each option says what it must be and what it got, before any engine starts."""
+def test_invalid_cross_check_option_is_refused_with_its_value(scene: Scene, given: dict[str, Any], said: str) -> None:
+    """An invalid option is refused; the message states its name, the allowed and the given value."""
     with pytest.raises((InputError, UnknownNameError), match=re.escape(said)):
         carom.cross_check(**{"scenes": [scene], "engine_names": ["pit"], **given})
 
 
-def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> None:
-    """By default a scene is run at its own frame, a quarter and a sixteenth of it."""
+def test_default_steps_are_fractions_of_the_scene_frame(scene: Scene) -> None:
+    """By default, a scene is run with steps of a frame, a quarter and a sixteenth of it."""
     assert compute_default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
     results = cross_checked([scene], ["pit"])
     assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
 
 
-def test_pit_is_run_once_and_each_form_of_pic(scene: Scene) -> None:
-    """By the profiles that every engine has, PIT is one method, and PIC's two forms have their names."""
+def test_default_methods_are_pit_and_two_forms_of_pic(scene: Scene) -> None:
+    """By default, PIT is run once, and PIC frame by frame and event-driven."""
     results = cross_checked([scene], ["pic", "pit"], dts=[0.1])
     assert [(row.job.engine, row.job.profile) for row in results.rows] == [
         ("pic", "frame-by-frame"),
@@ -216,15 +222,18 @@ def test_pit_is_run_once_and_each_form_of_pic(scene: Scene) -> None:
         ("all", {"pic frame-by-frame", "pic event-driven", "pit"}),
     ],
 )
-def test_a_profile_has_the_name_that_every_engine_has_and_its_own(scene: Scene, asked: str, found: set[str]) -> None:
-    """PIC's forms and PIT are asked for by `default` and `tuned`, too, and are shown under their own names."""
+def test_own_methods_are_selected_by_common_profile_names(scene: Scene, asked: str, found: set[str]) -> None:
+    """`default` and `tuned` select forms of PIC and PIT, which are shown with their own names."""
     results = cross_checked([scene], ["pic", "pit"], dts=[0.1], profiles=[asked])
     assert {row.job.method.label for row in results.rows} == found
     assert {row.trace.profile for row in results.rows if row.trace} == {row.job.profile for row in results.rows}
 
 
-def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every timed row has two clocks and its ratio to PIT on the same scene and step, PIT's own being 1."""
+def test_time_ratio_is_relative_to_pit(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    r"""Each timed row contains its run time relative to PIT's on the same scene and step; PIT's own ratio is 1.
+
+    Preparation and steps are timed separately, and each of the four tasks is reported as progress.
+    """
     # Each interval is twice the one before, so no two runs agree and every job is timed TIMING_RUNS times.
     monkeypatch.setattr("carom.execution.timing.time", Clock(1.0, factor=2.0))
     calls: list[tuple[int, int, str]] = []
@@ -248,18 +257,16 @@ def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene, monkeypatch: p
 
 
 @pytest.mark.long
-def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Where PIT crashes, a sampled method is not graded, and its row says that there was nothing to compare it with."""
+def test_run_without_pit_is_not_graded(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If PIT crashes, a sampled run is not graded, and its verdict is "uncompared"."""
     monkeypatch.setattr(execute, "PIT_METHOD", Method("aborts", "tuned"))
     row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
     assert row.grade is Grade.UNGRADED
     assert Verdict.UNCOMPARED in sure(row.score).verdicts
 
 
-def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
+def test_scene_with_too_many_impacts_is_unsupported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene with more impacts than the limit is unsupported, and the reason states the limit."""
     monkeypatch.setattr(scene_reference, "MOST_IMPACTS", 100)
     endless = staged(
         "endless", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1e9
@@ -269,8 +276,8 @@ def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.
     assert "100 impacts come before" in row.reason
 
 
-def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
-    """An adapter whose settings fail, or are invalid, has a row with the reason; the rows of other engines run."""
+def test_failing_profile_is_a_row_with_reason(scene: Scene) -> None:
+    """A profile whose settings fail or are invalid gets a row with the reason; the other engines run."""
     results = cross_checked([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"])
     failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
     assert "KeyError: 'no such'" in failed["default"]
@@ -291,8 +298,10 @@ def contents(trace: Trace) -> dict[str, object]:
     }
 
 
-def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was observed before a cross-check was ended is not run again, and its rows are the same to the bit."""
+def test_interrupted_cross_check_resumes_from_journal(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A resumed cross-check runs only the jobs that are missing from the journal, and its rows are identical."""
     options = Options(["pic", "pit"], [0.1], phases=2, timing=False)
     plan, path = build_plan([scene], options, InProcessPool()), tmp_path / "journal.jsonl"
     whole = execute.execute(plan, InProcessPool())
@@ -322,8 +331,8 @@ def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monk
         assert one.spread == other.spread
 
 
-def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path) -> None:
-    """A journal of other steps is refused, and the message says which; how many jobs run at a time does not matter."""
+def test_journal_of_other_options_is_refused(tmp_path: Path) -> None:
+    """A journal with other steps is refused, and the message states both; the number of jobs may differ."""
     path = tmp_path / "journal.jsonl"
     options = Options(["pit"], [0.1], jobs=1, timing=False)
     with observed_journal(path, options.stamp) as journal:

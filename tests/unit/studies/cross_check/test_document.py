@@ -33,16 +33,19 @@ def tables(document: Document) -> dict[str, list[list[list[str]]]]:
     }
 
 
-def test_the_tables_from_records_are_those_of_the_run(results: Results, folder: Path) -> None:
-    """Every table that needs no trace, reference or engine is the same from results.jsonl as from the run itself."""
+def test_tables_from_records_equal_those_of_the_run(results: Results, folder: Path) -> None:
+    """Each table that is rebuilt from results.jsonl, except the settings, equals that of the run."""
     run, rebuilt = cross_check_document(results), rebuild_document(*read_records(folder / "results.jsonl"))
     again = {heading: found for heading, found in tables(rebuilt).items() if found and heading != "Settings used"}
     assert again == {heading: tables(run)[heading] for heading in again}
     assert {"Every method against PIC", "Run time", "Error against step", "All cells at all steps"} <= set(again)
 
 
-def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> None:
-    """It needs no engine: the records alone make the table, the Markdown and the page; a file there is left alone."""
+def test_report_command_rebuilds_report_from_records(folder: Path) -> None:
+    r"""`carom report` prints the report and writes Markdown and a page from the records alone.
+
+    An existing file is not overwritten.
+    """
     page = folder / "again.html"
     run = CliRunner(env={"COLUMNS": "120", "TERM": "dumb"})
     done = run.invoke(app, ["report", str(folder), "--page", str(page), "--markdown", "-"])
@@ -56,8 +59,8 @@ def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> N
     assert "Every method" in run.invoke(app, ["report", str(folder)]).output
 
 
-def test_a_large_report_lists_the_worst_and_says_so(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beyond a limit the tables of scenes and of cells have those with the worst grades, in their order."""
+def test_large_report_lists_only_the_worst_scenes_and_runs(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond a limit, the tables list only the scenes and runs with the worst grades, and the text reports this."""
     whole = build_grid(results)
     monkeypatch.setattr(cells_section, "MOST_CELLS", 2)
     monkeypatch.setattr(scene_sections, "MOST_SCENES", 1)

@@ -42,8 +42,8 @@ SAID = [
 
 
 @each("name, options, said", SAID)
-def test_a_plan_says_what_is_done_and_what_is_left_out(name: str, options: dict[str, Any], said: str) -> None:
-    """The form of PIC, the frames that PIT looks at, how far engines are followed, what is kept, and phases."""
+def test_explanation_describes_what_runs_and_what_is_skipped(name: str, options: dict[str, Any], said: str) -> None:
+    """The explanation states PIC's form, PIT's tested frames, the steps, the stored states and the phases."""
     assert said in plan(name, engines=["pit"], **options)
 
 
@@ -55,14 +55,17 @@ def test_a_plan_says_what_is_done_and_what_is_left_out(name: str, options: dict[
         ("classics/gas", r"\d+ of 60 frames of PIT"),
     ],
 )
-def test_the_first_line_lists_what_is_not_computed(name: str, skipped: str) -> None:
-    """What the scene does not need is in the line of its name, with the numbers of the coarsest step."""
+def test_explanation_starts_with_skipped_work(name: str, skipped: str) -> None:
+    """The first line of a scene lists the work that it does not need, with the numbers of the coarsest step."""
     first = plan(name, engines=["pit"]).splitlines()[0]
     assert re.fullmatch(rf"{name}: .*; skipped: {skipped}", first)
 
 
-def test_what_skipping_saves_is_measured() -> None:
-    """Both forms are timed where the one without skipping ends soon; the times are of runs with the same impacts."""
+def test_time_saved_by_skipping_is_measured() -> None:
+    r"""For PIC and PIT, the time with and without skipping is measured, and the explanation states the ratio.
+
+    It is not measured where the run without skipping would take too long (steps of 1e-7 s).
+    """
     scene = catalogue()["classics/gas"].scene
     reference = solve_pic(scene)
     for saved in (measure_pic_saving(scene, reference), measure_pit_saving(scene, 1 / 60)):
@@ -73,8 +76,11 @@ def test_what_skipping_saves_is_measured() -> None:
     assert " times as long" in plan("classics/gas", engines=["pit"], dts=[1 / 60])
 
 
-def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
-    """A section with a row a scene where runs were timed and somebody draws them; none otherwise."""
+def test_report_has_section_on_skipped_work() -> None:
+    r"""A report of timed runs contains a section on skipped work with a row and a figure per scene.
+
+    There is none without timing or without stored states.
+    """
     asked: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60], "pool": InProcessPool()}
     found = cross_check(["classics/gas"], ["pit"], **asked)
     assert list(found.skipped) == ["classics/gas"]
@@ -88,14 +94,14 @@ def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
     assert not cross_check(["paper/late"], ["pit"], **asked, samples=False).skipped
 
 
-def test_the_form_that_runs_is_the_one_that_is_told() -> None:
-    """The event loop with its cells."""
+def test_explanation_names_the_form_of_pic_that_runs() -> None:
+    """For classics/box, the explanation names event-driven PIC with a grid, 13 impacts and 13 predictions."""
     found = "13 impacts in 13 predictions"
     assert f"PIC: event-driven, with a grid of cells: {found}" in plan("classics/box", engines=["pit"])
 
 
-def test_an_engine_that_is_not_installed_is_told_once_and_planned_nowhere() -> None:
-    """What a cross-check leaves out since it is not installed the plan leaves out as well, and says how to get it."""
+def test_explanation_lists_engine_that_is_not_installed() -> None:
+    """An engine that is not installed is listed with the install command, and is not planned."""
     found = build_plan([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcessPool())
     gone = replace(found.engines[0], name="gone", unavailable="gone is not installed; pip install gone")
     text = "\n".join(explain(replace(found, engines=(*found.engines, gone))))
@@ -130,10 +136,10 @@ class Noting(InProcessPool):
         ],
     ),
 )
-def test_what_is_explained_is_what_is_run(
+def test_explanation_agrees_with_jobs_that_run(
     options: dict[str, Any], most_impacts: int, one_in: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """For every scene, what the plan says is run is what engines are asked for; what it skips are rows that say so."""
+    """For each scene, the explanation lists exactly the jobs that run, and each skipped row has the same reason."""
     monkeypatch.setattr(scene_reference, "MOST_IMPACTS", most_impacts)
     engines = ["pit", "pymunk", "box2d", "only-discs", "missing", "broken", "bad-profile"]
     chosen = Options(engines, timing=False, samples=False, certified=False, **options)
@@ -169,8 +175,8 @@ def test_what_is_explained_is_what_is_run(
         assert set(others) <= {"skipped: another profile has the same settings"}
 
 
-def test_a_plan_of_no_jobs_says_so() -> None:
-    """Where no engine has any of the usual profiles nothing is run, and each profile says that it is not there."""
+def test_explanation_without_jobs_names_the_missing_profile() -> None:
+    """Without any job, each engine is listed with the remark that its profile does not exist, and PIT is not run."""
     without = replace(
         build_plan([catalogue()["paper/late"]], Options(["pymunk"]), InProcessPool()), jobs=(), profiles=("absent",)
     )
@@ -179,8 +185,8 @@ def test_a_plan_of_no_jobs_says_so() -> None:
     assert not any(line.startswith("  PIT at") for line in lines)
 
 
-def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where PIC has more impacts than a cross-check follows, the plan says that nothing is run, in the rows' words."""
+def test_explanation_of_scene_with_too_many_impacts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For a scene with too many impacts for PIC, the explanation gives the same reason as the row."""
     monkeypatch.setattr(scene_reference, "MOST_IMPACTS", 3)
     row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False, pool=InProcessPool()).rows[0]
     assert row.status is Status.UNSUPPORTED

@@ -32,14 +32,17 @@ def tables(results: Results, medium: Media) -> list[tuple[list[str], list[list[C
     return [([column.line for column in columns], rows) for columns, rows in found]
 
 
-def test_a_group_counts_its_own_scenes(results: Results) -> None:
-    """Each group is a column and counts its scenes; scenes without a group are together."""
+def test_group_columns_count_their_scenes(results: Results) -> None:
+    """Each group of scenes is a column with the number of its scenes; scenes without a group share one column."""
     ((heads, _),) = tables(results, Media.PAGE)
     assert heads[4:-1] == ["paper 4 scenes", "others 2 scenes"]
 
 
-def test_a_cell_counts_what_is_right_and_leads_to_the_worst_scene(results: Results) -> None:
-    """PIT is right in none of the paper's cases and misses impacts in two: a mark says so, and the worst is played."""
+def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) -> None:
+    r"""A cell shows the number of good scenes and a mark if impacts are missed, and links to the worst scene.
+
+    PIT is good in 0 of the paper's 4 scenes and misses impacts in 2.
+    """
     ((heads, rows),) = tables(results, Media.PAGE)
     paper, others = rows[0][heads.index("paper 4 scenes")], rows[0][heads.index("others 2 scenes")]
     assert (paper.text, paper.corner) == ("0 of 4", Mark.WRONG.symbol)
@@ -49,8 +52,8 @@ def test_a_cell_counts_what_is_right_and_leads_to_the_worst_scene(results: Resul
     assert (others.text, others.corner) == ("0 of 2", "")  # it finds these late, and misses nothing
 
 
-def test_a_method_is_a_line_with_its_own_numbers(results: Results) -> None:
-    """Missed impacts are summed over all scores of a method; PIC, the reference of the others, has no line."""
+def test_methods_table_sums_missed_impacts_per_method(results: Results) -> None:
+    """The row of PIT shows the sum of its missed impacts over all scenes; PIC has no row."""
     (heads, rows) = tables(results, Media.DETAIL)[0]
     missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
     lines = {row[0].line: [cell.text for cell in row] for row in rows}
@@ -58,8 +61,8 @@ def test_a_method_is_a_line_with_its_own_numbers(results: Results) -> None:
     assert list(lines) == ["PIT"]
 
 
-def test_a_terminal_counts_the_scenes_of_each_grade(results: Results) -> None:
-    """The counts are those of the grid, a method a row, and each row's numbers add up to the scenes."""
+def test_terminal_table_counts_scenes_per_grade(results: Results) -> None:
+    """In a terminal, the row of a method shows the number of scenes of each grade."""
     (heads, rows) = tables(results, Media.TERMINAL)[0]
     ((name, *counts),) = [[cell.text for cell in row] for row in rows]
     marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.column.engine == "pit"]
@@ -68,8 +71,8 @@ def test_a_terminal_counts_the_scenes_of_each_grade(results: Results) -> None:
     assert sum(int(count or 0) for count in counts) == len(marks)
 
 
-def test_one_scene_is_told_in_physical_units() -> None:
-    """PIT finds paper/late .9 of a step of 1/24 s late, which is 37.5 ms, and .6 of one of 1/96 s, 6.25 ms."""
+def test_table_of_one_scene_has_physical_units() -> None:
+    """For one scene, errors have units: PIT is 37.5 ms late in paper/late at 1/24 s and 6.25 ms at 1/96 s."""
     found = cross_checked(find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96])
     coarse, fine, *_ = tables(found, Media.TERMINAL)
     (heads, ((*cells,),)) = coarse
@@ -85,8 +88,8 @@ def several() -> Results:
     return cross_checked(find_scenes(["paper"]), ["pic", "pit", "pymunk"], dts=[1 / 24])
 
 
-def test_terminal_and_report_have_one_order(several: Results) -> None:
-    """Methods are ordered by the mean grade of the shown counts, from exact to wrong."""
+def test_terminal_and_report_order_methods_equally(several: Results) -> None:
+    """The terminal, page and Markdown order methods equally, by the mean grade."""
     (heads, counted), *_ = tables(several, Media.TERMINAL)
     orders = [[row[0].line for row in counted]]
     orders += [[row[0].line for row in tables(several, medium)[0][1]] for medium in (Media.PAGE, Media.MARKDOWN)]
@@ -110,8 +113,8 @@ def test_terminal_and_report_have_one_order(several: Results) -> None:
 
 
 @each("scene", ["paper/missed", "paper/late", "paper/multiple"])
-def test_of_one_scene_terminal_and_report_have_one_order(several: Results, scene: str) -> None:
-    """Where one scene was run, its table of physical errors and the report's table of methods begin with the same."""
+def test_terminal_and_report_order_methods_equally_for_one_scene(several: Results, scene: str) -> None:
+    """For one scene, the tables of the terminal and the report list the methods in the same order."""
     rows = tuple(row for row in several.rows if row.job.scene.name == scene)
     alone = replace(several, rows=rows)
     (_, terminal), *_ = tables(alone, Media.TERMINAL)
@@ -120,8 +123,11 @@ def test_of_one_scene_terminal_and_report_have_one_order(several: Results, scene
     assert len(page) == 4
 
 
-def test_among_equals_the_better_grade_and_the_lower_price_stand_first(several: Results) -> None:
-    """Exact precedes close, the cheaper sampled run precedes the other, and a close run does not offset a wrong one."""
+def test_methods_are_ranked_by_grade_then_error_ratio(several: Results) -> None:
+    r"""Better grades rank first, then lower ratios of the error to PIT's, then runs without a result.
+
+    A close run does not compensate for a wrong one. The float width does not matter.
+    """
     row = next(row for row in several.rows if row.score and row.score.grade is Grade.SAMPLED)
     assert row.score is not None
     exact, close = (replace(row, score=replace(row.score, grade=grade)) for grade in (Grade.EXACT, Grade.CLOSE))
@@ -140,8 +146,8 @@ def test_among_equals_the_better_grade_and_the_lower_price_stand_first(several: 
     assert standing(row, row, row) < standing(close, wrong, row)
 
 
-def test_pic_stands_once_in_the_table_of_every_scene(several: Results) -> None:
-    """PIC's two profiles say the same of every scene, so there is one column of PIC; an engine keeps all."""
+def test_scenes_table_has_one_column_for_pic(several: Results) -> None:
+    """The table of scenes has one column for both profiles of PIC and one for each profile of an engine."""
     grid = build_grid(several)
     assert [column.name for column in grid.columns.values()][:2] == ["PIC frame-by-frame", "PIC event-driven"]
     section = build_scenes_section(grid)

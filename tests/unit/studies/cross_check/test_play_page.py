@@ -27,38 +27,41 @@ PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=
 MANY = staged("many", disc_at(-1.5, 0, 1), *(disc_at(2 * k, 0) for k in range(10)), duration_s=1.0)
 
 
-def test_a_link_names_the_scene_as_an_address_can() -> None:
-    """Strokes, spaces and signs of its name are written so that the page reads the name back."""
+def test_play_link_percent_encodes_the_scene_name() -> None:
+    """The link to the play page percent-encodes slashes, spaces and symbols of the scene's name."""
     assert build_play_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
 
 
-def test_a_scene_that_the_page_does_not_show_has_no_link() -> None:
-    """Too many discs: no link, and no page of these alone."""
+def test_scene_with_too_many_discs_has_no_play_link() -> None:
+    """A scene with too many discs has no link, and no play page is built for it alone."""
     assert build_play_link(MANY) == ""
     assert build_play_page([MANY]) == ""
 
 
-def test_a_scene_on_a_table_that_slows_discs_has_a_link() -> None:
-    """The page shows it."""
+def test_scene_with_table_deceleration_has_play_link() -> None:
+    """A scene with table deceleration has a link to the play page."""
     assert build_play_link(PAIR.model_copy(update={"table_deceleration_m_s2": 0.5}))
 
 
 @each("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll"])
-def test_a_scene_of_one_disc_and_any_wall_has_a_link(name: str) -> None:
-    """Edges, driven walls and contact that lasts are no reason to have none."""
+def test_scene_with_edges_driven_walls_or_contact_has_play_link(name: str) -> None:
+    """Scenes with edges, driven walls or lasting contact have a link to the play page."""
     assert build_play_link(all_scenes()[name].scene)
 
 
-def test_the_page_has_the_scenes_of_the_report_first() -> None:
-    """And those of the catalogue that a reader is led to after them."""
+def test_play_page_has_own_scene_before_the_gallery() -> None:
+    """The play page lists the given scene first and then scenes of the catalogue, such as classics/bullet."""
     names = [scene.name for scene in add_gallery(PAIR)]
     assert names[0] == "mine/a pair & more"
     assert "classics/bullet" in names
 
 
 @each("scene, linked", [(PAIR, True), (MANY, False)])
-def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, linked: bool, tmp_path: Path) -> None:
-    """The report has the page, and the replay's data a link to it, only if one of its scenes can be thrown."""
+def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: bool, tmp_path: Path) -> None:
+    r"""A report includes the play page and links to it only if one of its scenes can be thrown.
+
+    The replay has one run per profile.
+    """
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
     build_report(results).write(tmp_path)
     assert (tmp_path / PLAY_PAGE).exists() == linked
@@ -84,10 +87,10 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_the_demo_opens_a_page_of_an_engine_that_misses(
+def test_demo_opens_page_of_engine_that_misses_an_impact(
     monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
 ) -> None:
-    """Where there is a display the page to throw discs is opened, on a scene that an engine as shipped misses."""
+    """With a display, the demo opens the play page on a scene in which default pymunk misses an impact."""
     monkeypatch.setattr("carom.web.open_page.has_display", lambda: True)
     found = carom.demo(tmp_path / "mine.html")
     assert opened == [(tmp_path / "mine.html").as_uri()]
@@ -101,10 +104,10 @@ def test_the_demo_opens_a_page_of_an_engine_that_misses(
 
 
 @pytest.mark.usefixtures("in_process")
-def test_without_a_display_the_page_is_written_and_named(
+def test_demo_without_display_prints_path_of_page(
     monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
 ) -> None:
-    """Nothing is opened, not even a text browser, and the command prints the path of the page."""
+    """Without a display, the demo writes the page, prints its path and opens no browser."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")
@@ -119,8 +122,8 @@ def test_without_a_display_the_page_is_written_and_named(
 
 
 @pytest.mark.long
-def test_without_an_engine_carom_shows_its_own_pit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Where no engine is installed PIT is shown, which checks once per step and misses by the scene's design."""
+def test_demo_without_engine_shows_pit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Without an installed engine, the demo shows PIT, which misses the impact."""
     monkeypatch.setattr(module, "_FIRST", "no-such-engine")
     monkeypatch.setattr(module, "engines", list)
     found = carom.demo(tmp_path / "pit.html")
@@ -128,7 +131,7 @@ def test_without_an_engine_carom_shows_its_own_pit(monkeypatch: pytest.MonkeyPat
     assert repr(found).startswith("pit misses 1 of 1 impact")
 
 
-def test_a_page_of_another_kind_is_refused(tmp_path: Path) -> None:
-    """The page ends in .html, and the message says so."""
+def test_demo_file_must_end_in_html(tmp_path: Path) -> None:
+    """A demo file that does not end in .html is refused with a message that states the ending."""
     with pytest.raises(carom.CaromError, match=r"must end in \.html"):
         carom.demo(tmp_path / "demo.gif")

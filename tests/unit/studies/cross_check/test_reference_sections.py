@@ -14,8 +14,11 @@ from carom.studies.cross_check.reference_sections import build_reference_section
 from carom.studies.cross_check.stepwise_section import build_steps_section
 
 
-def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
-    """Where a reference is not believed to its end, the report says up to where, and that it is an estimate."""
+def test_report_states_horizon_as_an_estimate(results: Results) -> None:
+    r"""If the horizon is before the last impact, the report states the number of reliable impacts.
+
+    It calls the horizon an estimate.
+    """
     name = next(iter(results.references))
     short = replace(results, horizons={name: 0.5 * float(results.references[name].impacts["time_s"][0])})
     text = render_markdown(cross_check_document(short))
@@ -23,8 +26,11 @@ def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
     assert "the horizon is an estimate" in text
 
 
-def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
-    """A ball that lands and stays: runs are compared up to where it lands, 0.5 s after it was let go 1.225 m above."""
+def test_report_states_when_a_disc_comes_to_rest() -> None:
+    r"""For a ball that lands and stays, the report states that runs are compared up to 0.5 s.
+
+    The section on single steps is present.
+    """
     ball = staged(
         "mine/ball",
         disc_at(0.0, 1.325, r=0.1),
@@ -41,8 +47,8 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
     assert [section.heading for section in (build_steps_section(build_grid(results)),) if section.blocks]
 
 
-def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
-    """Discs that roll from the start, of which one strikes the other: no word says that the reference is in doubt."""
+def test_rolling_disc_is_not_reported_as_unreliable() -> None:
+    """For discs that roll from the start, the only remark is that runs are compared up to 0 s."""
     scene = all_scenes()["contact/struck"].scene
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
     told = [

@@ -37,15 +37,15 @@ def shown() -> Replay:
     return carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
 
 
-def test_it_is_scored_where_no_score_is_given(shown: Replay) -> None:
-    """A score that is given is taken; without one the two are compared."""
+def test_replay_computes_score_unless_given(shown: Replay) -> None:
+    """A replay keeps a given score and otherwise compares the two runs."""
     assert shown.score.missed == (0,)
     given = carom.compare(shown.reference, shown.observed, sampling=shown.observed)
     assert carom.replay(shown.reference, shown.observed, score=given).score is given
 
 
-def test_the_cell_is_an_isolated_frame_that_holds_the_page(shown: Replay) -> None:
-    """One iframe that may run scripts and nothing else; what is in it is the page to the letter."""
+def test_notebook_cell_is_a_sandboxed_iframe_with_the_page(shown: Replay) -> None:
+    """In a notebook, a replay is one sandboxed iframe that contains the page and may only run scripts."""
     cell = shown._repr_html_()
     assert cell
     found = re.fullmatch(r'<iframe [^<>]*sandbox="allow-scripts"[^<>]* srcdoc="([^"<>]*)"></iframe>', cell)
@@ -53,8 +53,8 @@ def test_the_cell_is_an_isolated_frame_that_holds_the_page(shown: Replay) -> Non
     assert unescape(found[1]) == shown.html()
 
 
-def test_the_page_holds_both_runs_and_one_script_by_its_hash(shown: Replay, tmp_path: Path) -> None:
-    """The page has one block of data, that of the replay; the name is text; no other script may run."""
+def test_replay_page_has_data_and_one_hashed_script(shown: Replay, tmp_path: Path) -> None:
+    """The page has one block of data and one script, allowed by its hash; the scene's name is escaped."""
     path = shown.save(tmp_path / "replay.html")
     page = path.read_text(encoding="utf-8")
     assert page == shown.html()
@@ -69,8 +69,8 @@ def test_the_page_holds_both_runs_and_one_script_by_its_hash(shown: Replay, tmp_
     assert 'id="replay-alone"' in page
 
 
-def test_a_run_that_looks_at_no_frames_is_not_said_to(shown: Replay) -> None:
-    """PIC has no step: the page steps by the scene's frames, and does not say that PIC looks at them."""
+def test_replay_of_pic_is_not_marked_as_sampled(shown: Replay) -> None:
+    """A replay of PIC has the scene's frame as step and is not marked as sampled."""
     page = carom.replay(shown.reference, shown.reference).html()
     (block,) = re.findall(r'data-scene="[^"<>]*">([\w+/=]+)</script>', page)
     (run,) = json.loads(gzip.decompress(base64.b64decode(block)))["runs"]
@@ -78,10 +78,8 @@ def test_a_run_that_looks_at_no_frames_is_not_said_to(shown: Replay) -> None:
 
 
 @pytest.mark.long
-def test_a_gif_moves_and_is_held_where_the_impact_is_missed(
-    shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The film has 25 frames a second, which differ, and one longer frame at the time of the fault."""
+def test_gif_pauses_at_the_missed_impact(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The GIF has frames of 40 ms that differ, and one longer frame at the missed impact."""
     monkeypatch.setattr(films, "_FILM_S", 1)
     with Image.open(shown.save(tmp_path / "replay.gif")) as film:
         lasts = []
@@ -135,8 +133,11 @@ def _frames(shown: Replay) -> int:
     return len(films._compute_frame_times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
 
 
-def test_a_film_shows_the_discs_where_they_are(shown: Replay, film: _Film) -> None:
-    """At the end each circle is where its trace ends; the exact run goes along on the right, and the last look."""
+def test_last_film_frame_shows_final_positions(shown: Replay, film: _Film) -> None:
+    r"""In the last frame, the circles are at the final positions of the exact and the observed run.
+
+    The right picture also shows the exact run and the last check.
+    """
     _, circles = film.show(len(film.times) - 1)
     left, right = ([circle.get_center() for circle in drawn] for drawn in circles[:2])
     exact, seen = shown.reference.final_position_m, shown.observed.final_position_m
@@ -144,8 +145,8 @@ def test_a_film_shows_the_discs_where_they_are(shown: Replay, film: _Film) -> No
     assert np.array(right[:6]) == pytest.approx(np.concatenate([seen, exact, seen]), abs=1e-5)
 
 
-def test_a_cross_stays_where_the_impact_is_missed(shown: Replay, film: _Film) -> None:
-    """It is where the two would have touched, from that instant to the end, and not before."""
+def test_film_marks_missed_impact_with_cross(shown: Replay, film: _Film) -> None:
+    """A cross at the point of contact is visible in the last frame and not in the first."""
     pictures, _ = film.show(0)
     (cross,) = [line for line in pictures[1].lines if line.get_marker() == "x"]
     (impact,) = shown.reference.impacts
@@ -157,8 +158,8 @@ def test_a_cross_stays_where_the_impact_is_missed(shown: Replay, film: _Film) ->
         assert cross.get_visible() is visible
 
 
-def test_a_look_is_never_after_the_frame_that_shows_it(shown: Replay, film: _Film) -> None:
-    """The run looks every 24th of a second: its dashed disc is where it was at the last of them."""
+def test_film_frame_shows_the_latest_check_before_it(shown: Replay, film: _Film) -> None:
+    """The dashed discs are at the positions of the last check before the frame (checks every 1/24 s)."""
     _, (_, right, _) = film.show(int(np.searchsorted(film.times, 2.5 / 24)))
     dashed = [circle for circle in right if circle.get_linestyle() == "--"]
     discs = shown.reference.scene.discs
@@ -166,8 +167,8 @@ def test_a_look_is_never_after_the_frame_that_shows_it(shown: Replay, film: _Fil
     assert np.array([circle.get_center() for circle in dashed]) == pytest.approx(np.array(looked), abs=1e-5)
 
 
-def test_a_look_flashes_where_it_was_taken_and_fades(shown: Replay, film: _Film) -> None:
-    """The outline of the tenth check is opaque in its first frame, a third weaker .16 s later, and finally gone."""
+def test_outline_of_a_check_fades(shown: Replay, film: _Film) -> None:
+    """The outline of a check is opaque in its first frame, fainter four frames later and gone after twelve."""
     first = int(np.searchsorted(film.times, 10 / 24 - 1e-9))
     place = np.add(
         shown.reference.scene.discs[0].position_m, 10 / 24 * np.array(shown.reference.scene.discs[0].velocity_m_s)
@@ -182,8 +183,11 @@ def test_a_look_flashes_where_it_was_taken_and_fades(shown: Replay, film: _Film)
         assert max(strengths, default=0.0) == pytest.approx(alpha)
 
 
-def test_a_film_slows_towards_the_miss_and_is_held_there(shown: Replay, film: _Film) -> None:
-    """A frame far from the miss is a 150th of the scene, just before it an eighth of that; the film stops for 1.5 s."""
+def test_film_slows_down_and_pauses_at_the_miss(shown: Replay, film: _Film) -> None:
+    r"""A frame is 1/150 of the scene; just before the miss it is an eighth of that, and then the film pauses.
+
+    The pause has 38 frames of 40 ms (1.5 s).
+    """
     steps, held_s = np.diff(film.times), _deepest_s(shown)
     even_s = shown.reference.scene.duration_s / 150
     assert steps[0] == pytest.approx(even_s)
@@ -195,8 +199,11 @@ def test_a_film_slows_towards_the_miss_and_is_held_there(shown: Replay, film: _F
     assert film.times[-1] == shown.reference.scene.duration_s
 
 
-def test_what_fails_is_magnified_while_the_film_is_slow(shown: Replay, film: _Film) -> None:
-    """Two and a half radii about where the two touch, in a corner where that is not; before it nothing is magnified."""
+def test_film_magnifies_the_missed_impact(shown: Replay, film: _Film) -> None:
+    r"""At the miss, an inset magnifies 2.5 radii around the contact point, and does not cover that point.
+
+    In the first frame there is no inset.
+    """
     pictures, _ = film.show(0)
     _, right, inset = pictures
     (frame,) = [part for part in right.patches if isinstance(part, Rectangle)]
@@ -216,8 +223,8 @@ def test_what_fails_is_magnified_while_the_film_is_slow(shown: Replay, film: _Fi
     assert not box.contains(*at)
 
 
-def test_what_a_film_would_not_magnify_has_no_inset() -> None:
-    """A disc a fifth of the picture's height is seen as it is."""
+def test_film_of_large_discs_has_no_inset() -> None:
+    """Discs that are already large in the picture have no magnifying inset."""
     scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
     shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
     made = films.build_film(shown.reference, shown.observed, shown.score)
@@ -226,8 +233,8 @@ def test_what_a_film_would_not_magnify_has_no_inset() -> None:
 
 
 @pytest.mark.long
-def test_an_mp4_is_made_of_every_frame(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The program that matplotlib calls ffmpeg gets each frame whole, and what it writes is the file."""
+def test_mp4_contains_every_frame(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each frame of the film is passed to ffmpeg as a whole, and the output of ffmpeg is the file."""
     monkeypatch.setattr(films, "_FILM_S", 1)
     program = tmp_path / "ffmpeg"
     program.write_text(f"#!{sys.executable}\nimport sys\nopen(sys.argv[-1], 'wb').write(sys.stdin.buffer.read())\n")
@@ -239,8 +246,10 @@ def test_an_mp4_is_made_of_every_frame(shown: Replay, tmp_path: Path, monkeypatc
     assert frames[:size] != frames[-size:]
 
 
-def test_what_cant_be_saved_is_said(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another ending is refused by name, an .mp4 without ffmpeg says what is missing, and no file is left."""
+def test_unsupported_film_format_or_missing_ffmpeg_is_refused(
+    shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An unknown file type, or .mp4 without ffmpeg, is refused with the reason, and no file is written."""
     with pytest.raises(InputError, match=r"\.html, \.gif or \.mp4, got '\.avi'"):
         shown.save(tmp_path / "replay.avi")
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda _: False))
@@ -249,16 +258,16 @@ def test_what_cant_be_saved_is_said(shown: Replay, tmp_path: Path, monkeypatch: 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_traces_of_two_scenes_are_refused(shown: Replay) -> None:
-    """Traces that can't be compared can't be played together."""
+def test_replay_of_traces_of_two_scenes_is_refused(shown: Replay) -> None:
+    """A replay of traces from two different scenes is refused."""
     other: Scene = find_scenes(["paper/late"])[0].scene
     with pytest.raises(InputError, match="only traces of one scene"):
         carom.replay(shown.reference, carom.solve_pic(other))
 
 
 @pytest.mark.long
-def test_an_engine_is_named_in_place_of_its_run() -> None:
-    """A scene by name and an engine by name make a replay of its run at the scene's frame, or at the step asked for."""
+def test_replay_accepts_names_of_scene_and_engine() -> None:
+    """Given names of a scene and an engine, a replay runs the engine at the scene's frame or at the given step."""
     shown = carom.replay("paper/missed", "pit")
     assert shown.reference == carom.solve_pic("paper/missed")
     assert shown.observed.dt_s == 1 / shown.reference.scene.frame_rate_hz
@@ -266,7 +275,7 @@ def test_an_engine_is_named_in_place_of_its_run() -> None:
     assert carom.replay(shown.reference, "pit", dt=0.01).observed.dt_s == 0.01
 
 
-def test_a_run_that_is_given_has_a_step_of_its_own(shown: Replay) -> None:
-    """A step for a run that already exists would have no effect, and is refused."""
+def test_replay_of_existing_run_refuses_a_step(shown: Replay) -> None:
+    """A step for a run that already exists is refused, because it would have no effect."""
     with pytest.raises(InputError, match="dt is allowed only with an engine name"):
         carom.replay(shown.reference, shown.observed, dt=0.1)

@@ -28,8 +28,8 @@ def rows_of(section: Section) -> list[list[Cell]]:
     return table.select_for(Media.PAGE)[1]
 
 
-def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
-    """Each field of `Errors` is a column of the table of every cell; JSON lines have all except those of spins."""
+def test_every_error_metric_is_in_table_records_and_docs(results: Results) -> None:
+    """Each field of `Errors` is a column of the table and documented; JSON lines omit only those of spins."""
     (table,) = build_cells_section(build_grid(results)).blocks
     assert isinstance(table, Table)
     columns, _ = table.select_for(Media.PAGE)
@@ -42,8 +42,8 @@ def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) ->
         assert f"`{metric.name}`" in documented
 
 
-def test_the_spread_over_phases_is_shown(results: Results) -> None:
-    """A cell that was run at many phases shows median, worst and miss share in both documents."""
+def test_spread_over_phases_has_a_section(results: Results) -> None:
+    """With 12 phases, the spread section shows median, worst error and share of misses; with one it is missing."""
     spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
     rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
     wide = replace(results, rows=rows, phases=12)
@@ -55,8 +55,8 @@ def test_the_spread_over_phases_is_shown(results: Results) -> None:
     assert section.heading not in render_markdown(cross_check_document(results))
 
 
-def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> None:
-    """Settings are read from the coarsest trace and marked where they vary with the step; ratios are medians."""
+def test_settings_and_run_time_ratios_come_from_the_traces(results: Results) -> None:
+    """Settings come from the coarsest trace, with a remark if they vary with the step; ratios are medians."""
     grid = build_grid(results)
     settings = {row[0]: row for row in rows_of(build_settings_section(grid))}
     by_engine = {cell.text.split()[0]: row[-1].text for cell, row in settings.items()}
@@ -70,8 +70,8 @@ def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> Non
     }
 
 
-def test_the_run_times_say_who_came_to_the_same_bits(results: Results) -> None:
-    """A method whose timed runs end alike in two of three scenes has "2 of 3"; a method without that count has "-"."""
+def test_run_time_table_counts_reproducible_scenes(results: Results) -> None:
+    """A method whose timed runs end in equal states in two of three scenes shows "2 of 3"; without counts, "-"."""
     ends = iter((1, 1, 2))
 
     def counted(row: Row) -> Row:

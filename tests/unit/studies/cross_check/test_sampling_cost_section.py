@@ -83,8 +83,8 @@ def in_every_medium(section: Section) -> tuple[str, str, str]:
     return render_html(document), render_markdown(document), printed.getvalue()
 
 
-def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(results: Results) -> None:
-    """An engine that equals PIT in every scene is reported as equal, without an own error, in every format."""
+def test_engine_equal_to_pit_has_no_own_error(results: Results) -> None:
+    """An engine that equals PIT in all 3 scenes has an own error of 0, in every output format."""
     (toy,) = measure_engine_costs(build_grid(results))
     assert (toy.column.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
     said = of_toy(results)
@@ -96,8 +96,11 @@ def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(result
         assert "own velocity error, median" in text
 
 
-def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> None:
-    """An engine that is right to 1e-9 pays almost nothing and has almost no own error, though it is far from PIT."""
+def test_accurate_engine_has_small_error_ratio_and_own_error(results: Results) -> None:
+    r"""An engine with errors of 1e-9 has a ratio to PIT's error below 1e-6 and an own error below 2e-9.
+
+    It is not equal to PIT in any scene.
+    """
     late = "paper/late"
     rows = []
     for row in results.rows:
@@ -121,8 +124,8 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
     assert sure(score.against_pit).velocity > 0.001  # far from PIT, for being right
 
 
-def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
-    """The marks of a chart with one method are inside the frame, by more than the radius of the larger."""
+def test_chart_marks_are_inside_the_frame(results: Results) -> None:
+    """In a chart with one method, the marks are completely inside the frame."""
     (toy,) = measure_engine_costs(build_grid(results))
     svg = draw_sampling_costs([toy])
     frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
@@ -134,8 +137,8 @@ def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
         assert top + 4 < float(y) < top + height - 4
 
 
-def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
-    """One whose velocities are 10 % too fast in one scene has so much of its own there, and is not PIT there."""
+def test_added_velocity_error_is_the_engines_own(results: Results) -> None:
+    """Velocities 10 % too fast in one scene give an own error above 0.01 there, and the engine differs from PIT."""
     late = "paper/late"
     worse = with_toy(results, {late: 1.1})
     (toy,) = measure_engine_costs(build_grid(worse))
@@ -145,8 +148,8 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
     assert of_toy(worse)["equals PIT"] == "2 of 3"
 
 
-def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A column added to those of the prices is on the page, in the Markdown and on the terminal."""
+def test_added_column_appears_in_every_format(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A column added to the table of sampling costs is on the page, in Markdown and in the terminal."""
     column = Column("an added column", lambda entry: f"said of {entry.column.name}")
     monkeypatch.setattr("carom.studies.cross_check.sampling_cost_section._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
     for text in in_every_medium(price_of(results)):
@@ -155,8 +158,11 @@ def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkey
 
 
 @pytest.mark.long
-def test_the_price_is_one_number_wherever_it_stands() -> None:
-    """The overview's median, the table of prices and the JSON lines leave out the same: scenes without one answer."""
+def test_error_ratio_is_equal_in_all_tables() -> None:
+    r"""The median ratio to PIT's error is equal in the overview, in the table of costs and in the JSON lines.
+
+    Two scenes without a unique answer are left out.
+    """
     scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]
     found = cross_checked(scenes, ["pic", "pit"], profiles=["tuned"])
     toy = [replace(row, job=replace(row.job, method=Method("toy", "tuned"))) for row in found.rows]

@@ -58,13 +58,16 @@ def texts(section: Section, medium: Media) -> str:
     return "\n".join(block.text for block in section.select_for(medium) if isinstance(block, Text))
 
 
-def test_runs_whose_trajectory_tells_all_are_not_listed(plain: Results) -> None:
-    """Without a horizon, a rest, a parted trajectory, or a verdict of the steps alone, there is no table."""
+def test_no_stepwise_table_for_fully_comparable_runs(plain: Results) -> None:
+    """Without a horizon, a rest or a parted trajectory, there is no table of single steps."""
     assert not build_steps_section(build_grid(plain)).blocks
 
 
-def test_misses_then_inventions_then_early_then_error_then_energy_rank(plain: Results) -> None:
-    """Each number decides only between what those before it leave equal; a miss that PIT shares counts for nothing."""
+def test_runs_are_ranked_by_misses_then_other_step_errors(plain: Results) -> None:
+    r"""Single steps are ranked by missed, then invented, then early impacts, then error, then energy.
+
+    Misses that PIT shares do not count. A run in which no step could be judged ranks after one with an error.
+    """
     base: dict[str, Any] = {
         "missed": 0,
         "missed_by_pit": 0,
@@ -86,14 +89,14 @@ def test_misses_then_inventions_then_early_then_error_then_energy_rank(plain: Re
     assert ranked(with_rows(plain, rows)) == list(worse)
 
 
-def test_rounding_ranks_nothing(plain: Results) -> None:
-    """Errors of 1 to ten digits and energies of rounding are ties: the order of the methods stays."""
+def test_rounding_differences_do_not_change_the_ranking(plain: Results) -> None:
+    """Differences of 1e-11 in the error and 2e-15 in the energy leave the order of the methods unchanged."""
     rows = {"first": {"ratio": (0.2, 1.0 + 1e-11), "energy": 2e-15}, "second": {"ratio": (0.2, 1.0), "energy": 0.0}}
     assert ranked(with_rows(plain, rows)) == ["first", "second"]
 
 
-def test_a_run_that_ended_early_stands_last(plain: Results) -> None:
-    """What was not simulated can't be missed: a short run is no better than one that misses something later."""
+def test_run_cut_short_is_ranked_last(plain: Results) -> None:
+    """A run that was cut short ranks after a complete run with five missed impacts."""
     results = with_rows(plain, {"short": {"missed": 0}, "whole": {"missed": 5}})
     short, whole = results.rows
     cut = replace(sure(short.score), findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
@@ -101,8 +104,8 @@ def test_a_run_that_ended_early_stands_last(plain: Results) -> None:
     assert ranked(results) == ["whole", "short"]
 
 
-def test_both_counts_of_misses_stand_together(plain: Results) -> None:
-    """A miss that PIT has from the same state is said to be that, on paper and on a terminal."""
+def test_misses_shared_with_pit_are_shown_separately(plain: Results) -> None:
+    """Three missed impacts, of which PIT misses two from the same state, are shown as "3 (2)"."""
     results = with_rows(plain, {"engine": {"missed": 3, "missed_by_pit": 2, "invented": 4}})
     section = build_steps_section(build_grid(results))
     heads, (row,) = table(section, Media.TERMINAL)
@@ -112,8 +115,8 @@ def test_both_counts_of_misses_stand_together(plain: Results) -> None:
     assert row[heads.index("invented")] == "4"
 
 
-def test_a_parted_run_says_when_it_parted_and_when_pit_did(plain: Results) -> None:
-    """One sentence has the times of the run and of PIT; the steps have their own grade in the column of the steps."""
+def test_parted_run_shows_divergence_times_and_step_grade(plain: Results) -> None:
+    """A sentence states the times at which the run and PIT diverged; the steps have a grade of their own."""
     results = with_rows(plain, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5)
     section = build_steps_section(build_grid(results))
     assert "0.25 s; PIT diverged at 0.5 s" in texts(section, Media.TERMINAL)
@@ -123,8 +126,8 @@ def test_a_parted_run_says_when_it_parted_and_when_pit_did(plain: Results) -> No
     assert "parted" not in row[heads.index("steps")]
 
 
-def test_a_suite_gains_no_line_on_a_terminal(plain: Results) -> None:
-    """With more scenes than one the table is on paper, and in full with -v."""
+def test_stepwise_table_is_hidden_in_terminal_for_many_scenes(plain: Results) -> None:
+    """With several scenes, the table of single steps is in Markdown and not in the terminal."""
     results = with_rows(plain, {"engine": {}})
     (row,) = results.rows
     other = replace(row, job=replace(row.job, scene=GRAZE.model_copy(update={"name": "other"})))

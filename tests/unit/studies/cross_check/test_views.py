@@ -47,10 +47,10 @@ def said(results: Results) -> str:
     return buffer.getvalue()
 
 
-def test_grid_holds_every_scene_and_engine(
+def test_grid_has_a_cell_per_scene_and_method(
     results: Results, nasty: str, not_run: Mapping[str, tuple[Status, str]]
 ) -> None:
-    """Each scene has a cell for each engine and profile, with its row at the scene's coarsest step."""
+    """The grid has a cell for each scene, engine and profile, from the scene's coarsest step."""
     grid = build_grid(results)
     assert [row.name for row in grid.rows] == ["paper/late", "paper/missed", nasty]
     assert [column.engine for column in grid.columns.values()] == ["pic", "pit", "toy", *not_run]
@@ -61,10 +61,10 @@ def test_grid_holds_every_scene_and_engine(
             assert all(cell.reasons)
 
 
-def test_every_cell_that_was_not_run_has_its_reason(
+def test_cells_without_run_have_reasons_listed_once(
     results: Results, not_run: Mapping[str, tuple[Status, str]]
 ) -> None:
-    """Each cell has its reason, and the list below the grid has it once for all cells that share it."""
+    """Each cell without a run has its reason, and the list below the grid contains each reason once."""
     grid = build_grid(results)
     section = next(s for s in cross_check_document(results).sections if s.heading == "Runs without a score")
     (block,) = section.select_for(Media.PAGE)
@@ -81,8 +81,8 @@ def test_every_cell_that_was_not_run_has_its_reason(
         assert sum(reason in line and "every scene" in line for line in lines) == 1
 
 
-def test_a_row_that_ran_keeps_its_verdicts_where_it_could_not_be_timed(results: Results) -> None:
-    """Why a row has no run time is said after its verdicts, in the grid and in JUnit, and takes none of them away."""
+def test_missing_run_time_does_not_remove_verdicts(results: Results) -> None:
+    """If a scored run could not be timed, the reason follows its verdicts; the verdicts stay, also in JUnit."""
     untimed = "timed out: no answer in 60 s"
     rows = tuple(replace(row, timing=None, untimed=untimed if row.score else "") for row in results.rows)
     for before, after in zip(results.rows, rows, strict=True):
@@ -92,16 +92,16 @@ def test_a_row_that_ran_keeps_its_verdicts_where_it_could_not_be_timed(results: 
     assert str(wrong.score and wrong.score.findings[0].verdict.value) in render_junit(replace(results, rows=rows))
 
 
-def test_a_cell_without_a_row_says_so(results: Results, nasty: str) -> None:
-    """Where a profile was not planned at a scene's coarsest step the grid has a cell all the same."""
+def test_cell_without_row_is_marked_absent(results: Results, nasty: str) -> None:
+    """If a profile was not planned for a scene, its cell is marked as absent, with the reason."""
     rows = tuple(row for row in results.rows if not (row.job.engine == "toy" and row.job.scene.name == nasty))
     cell = build_grid(replace(results, rows=rows)).rows[2].cells[2]
     assert (cell.mark, cell.figure) == (Mark.ABSENT, "")
     assert "another profile" in cell.reasons[0]
 
 
-def test_a_run_without_a_reference_is_not_scored(results: Results) -> None:
-    """What PIC can't solve is shown as not scored, with the reason, and counted in no grade."""
+def test_runs_without_reference_are_marked_unscored(results: Results) -> None:
+    """Runs of scenes that PIC can't solve are marked as not scored, and the text reports this."""
     rows = tuple(replace(row, score=None) for row in results.rows)
     bare = replace(results, rows=rows, references={}, known={})
     grid = build_grid(bare)
@@ -109,8 +109,11 @@ def test_a_run_without_a_reference_is_not_scored(results: Results) -> None:
     assert "could be scored" in said(bare)
 
 
-def test_what_has_a_horizon_before_its_first_impact_has_no_tick(results: Results) -> None:
-    """Where no impact may be believed, no cell is shown as exact or sampled, and each says why it is not graded."""
+def test_runs_without_reliable_impacts_are_ungraded(results: Results) -> None:
+    r"""If no impact is within the horizon, each cell is ungraded and states the reason.
+
+    No cell is shown as exact or sampled.
+    """
     pit = {(row.job.scene.name, row.job.dt_s): row.trace for row in results.rows if row.job.engine == "pit"}
 
     def at_nothing(row: Row) -> Row:
@@ -139,8 +142,8 @@ def cell_of(scene: Scene, observed: Trace, dt_s: float) -> tuple[GridCell, Score
     return grid.rows[0].cells[0], found
 
 
-def test_late_is_late_wherever_it_is_told() -> None:
-    """In 32 bits a run of 30 s rounds to 3e-4 s, and a hundredth of a step is less: 2.5e-4 s is late in every place."""
+def test_late_impact_is_late_in_verdict_grid_and_replay() -> None:
+    """An impact that is 2.5e-4 s late in a 32-bit run of 30 s is late in verdict, grid and replay."""
     scene = staged("slow", disc_at(-5, 0, 1, 0, r=0.5), disc_at(0, 0, r=0.5), duration_s=30.0)
     right = solve_pic(scene)
     impacts = right.impacts.copy()
@@ -152,8 +155,8 @@ def test_late_is_late_wherever_it_is_told() -> None:
     assert (told["flag"], told["became"]) == ("late", "0.015 steps late")
 
 
-def test_an_impact_too_close_to_the_end_is_not_called_none() -> None:
-    """Where the one impact comes in the last step, a run that has not found it yet leaves one undecided."""
+def test_impact_in_last_step_is_undecided() -> None:
+    """A run that has not found the one impact in the last step shows "1 of 1 undecided" and no grade."""
     scene = staged("last", disc_at(-5, 0, 1, 0, r=0.5), disc_at(0, 0, r=0.5), duration_s=4.01)
     right = solve_pic(scene)
     assert len(right.impacts) == 1
@@ -169,8 +172,8 @@ def test_an_impact_too_close_to_the_end_is_not_called_none() -> None:
     assert (cell.mark, cell.figure) == (Mark.UNGRADED, "1 of 1 undecided")
 
 
-def test_a_scene_is_wrong_for_more_than_an_impact(results: Results) -> None:
-    """A run that ends early is wrong though it misses nothing: no sentence calls it one that misses an impact."""
+def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results) -> None:
+    """A run that ended early is wrong, and no text calls it one that misses or invents an impact."""
     row = next(row for row in results.rows if row.job.engine == "toy" and row.job.scene.name == "paper/late")
     score = compare(
         results.references["paper/late"], replace(sure(row.trace), outcome=Outcome.WARNED, notes=("careful",))
@@ -181,8 +184,11 @@ def test_a_scene_is_wrong_for_more_than_an_impact(results: Results) -> None:
     assert "missed or invented impact" not in str(told.blocks)
 
 
-def test_verdict_line_counts_the_rows(results: Results) -> None:
-    """The numbers of the verdict are those of the foreign engines' rows at the coarsest step."""
+def test_summary_counts_engine_runs_by_grade(results: Results) -> None:
+    r"""The summary counts the engines' runs at the coarsest step by grade and by reason for not running.
+
+    It states the number of known answers that PIC reproduces.
+    """
     line = said(results)
     rows = [row for row in results.rows if row.job.engine == "toy" and row.job.refinement == 0]
     assert f"Of {len(rows)} engine runs at each scene's own frame rate" in line
@@ -195,8 +201,8 @@ def test_verdict_line_counts_the_rows(results: Results) -> None:
     assert "gone is not installed; pip install 'gone'" in line
 
 
-def test_engines_that_are_not_installed_are_named(results: Results) -> None:
-    """Engines that are not installed are one sentence on a terminal, and a line with the reason in the report."""
+def test_report_names_engines_that_are_not_installed(results: Results) -> None:
+    """Engines that are not installed are named briefly in the terminal, and with the reason in the report."""
     reason = f"absent is not installed; make it in {Path.cwd() / 'its' / 'folder'}"
     missing = EngineInfo("absent", "Absent", "", reason, Capabilities(), {"tuned": ""}, "")
     shown = replace(results, engines=(*results.engines, missing))
@@ -209,14 +215,14 @@ def test_engines_that_are_not_installed_are_named(results: Results) -> None:
     assert "absent" not in said(results)
 
 
-def test_verdict_line_without_engines_speaks_of_pit(results: Results) -> None:
-    """Where only Carom's own methods were run, the counts are PIT's."""
+def test_summary_without_engines_counts_runs_of_pit(results: Results) -> None:
+    """If only PIC and PIT ran, the summary counts the runs of PIT."""
     own = tuple(row for row in results.rows if row.job.engine in {"pic", "pit"})
     assert "Of 3 PIT runs at" in said(replace(results, rows=own, engines=results.engines[:2]))
 
 
-def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Results) -> None:
-    """Where the coarsest step is not the scene's frame, the sentence says so."""
+def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> None:
+    """If the coarsest step is not the scene's frame, the summary reads "at the coarsest step"."""
     rows = tuple(
         replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0, refinement=row.job.refinement))
         for row in results.rows
@@ -224,8 +230,11 @@ def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Re
     assert "at the coarsest step" in said(replace(results, rows=rows))
 
 
-def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: str) -> None:
-    """Medians are over scenes in which PIT has a velocity error at each step; PIT's falls with the step, PIC's is 0."""
+def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: str) -> None:
+    r"""The trend shows medians over scenes in which PIT has a velocity error at each step.
+
+    PIT's median falls with the step, and PIC's is 0.
+    """
     grid = build_grid(results)
     trend = build_trend(grid)
     assert trend.parts == (1.0, 0.25)
@@ -240,8 +249,8 @@ def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: s
     assert series["pit"][0].wrong == 1
 
 
-def test_the_trend_has_pic_once() -> None:
-    """PIC has nothing to set, so all its profiles are one line; an engine's profiles are each one."""
+def test_trend_has_one_line_for_pic() -> None:
+    """The trend has one line for all profiles of PIC and one for each profile of an engine."""
     results = cross_checked(
         ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24, 1 / 96]
     )
@@ -250,8 +259,8 @@ def test_the_trend_has_pic_once() -> None:
     ]
 
 
-def test_reference_path_turns_at_the_impact_and_ends_at_the_final_state(results: Results) -> None:
-    """The exact path has a corner at each impact's instant, where the two discs touch."""
+def test_exact_path_has_corner_at_impact(results: Results) -> None:
+    """The exact path of each disc has a corner at the impact, where the discs touch, and ends in the final state."""
     trace = results.references["paper/late"]
     paths = build_exact_paths(trace)
     (impact,) = trace.impacts
@@ -263,8 +272,8 @@ def test_reference_path_turns_at_the_impact_and_ends_at_the_final_state(results:
         assert len(points) == 3
 
 
-def test_observed_path_has_a_point_for_each_step(results: Results) -> None:
-    """A sampled path runs through the states looked at, and ends where the scene does, if the last step reaches on."""
+def test_observed_path_has_a_point_per_step(results: Results) -> None:
+    """The path of PIT has a point for each of its 24 steps and the start, and ends in the final state."""
     row = next(row for row in results.rows if row.job.engine == "pit" and row.trace is not None)
     assert row.trace is not None
     paths = build_observed_paths(row.trace)
@@ -276,16 +285,16 @@ def test_observed_path_has_a_point_for_each_step(results: Results) -> None:
     np.testing.assert_allclose(without.lines[0][1][-1], points[-1])
 
 
-def test_verdict_table_shows_every_cell(results: Results, nasty: str) -> None:
-    """The terminal's table has a line for each scene, a column for each engine, and the legend of what it shows."""
+def test_terminal_table_shows_all_cells_and_legend(results: Results, nasty: str) -> None:
+    """The terminal's table shows the marks of all methods of a scene, and a legend."""
     text = said(results)
     assert nasty in text
     assert re.search(r"paper/missed .* ✓ exact .* ✗ -1 .* ✗ -1 .*unavailable.*unsupported.*crashed", text)
     assert "wrong: misses or invents an impact, has impacts out of order" in text
 
 
-def test_nothing_run_is_still_a_report(results: Results) -> None:
-    """Where no engine could be run at all the report says why, and draws nothing."""
+def test_report_without_any_run_gives_the_reason(results: Results) -> None:
+    """Without any run, the report states that nothing could be scored and contains no drawings."""
     rows = tuple(row for row in results.rows if row.status is not Status.RAN)
     bare = cross_check_document(replace(results, rows=rows))
     assert {"Error against step", "What goes wrong"}.isdisjoint(section.heading for section in bare.sections)
@@ -293,8 +302,8 @@ def test_nothing_run_is_still_a_report(results: Results) -> None:
     assert "<svg" not in render_html(bare)
 
 
-def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
-    """A picture of very many discs shows nothing and weighs megabytes: such a scene is not among the pictures."""
+def test_scenes_with_too_many_discs_are_not_drawn(results: Results) -> None:
+    """Scenes with more discs than the limit are not among the drawn divergences."""
     grid = build_grid(results)
     paper, _ = find_divergences(grid)
     assert len(paper) == 2
@@ -323,12 +332,12 @@ def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
         (float("inf"), "∞"),
     ],
 )
-def test_numbers_are_short_and_right(value: float, shown: str) -> None:
-    """A number is shown to two digits, without padding, and never as 0 when it is not."""
+def test_format_number_uses_two_digits(value: float, shown: str) -> None:
+    """`format_number` shows two significant digits without padding, and 0 only for 0."""
     assert formatting.format_number(value) == shown
 
 
 @each("dt_s, shown", [(1 / 24, "1/24 s"), (1 / 960, "1/960 s"), (0.03, "0.03 s"), (2.0, "2 s")])
-def test_steps_are_fractions_where_they_are(dt_s: float, shown: str) -> None:
-    """A step is shown as the fraction of a second that it is meant to be."""
+def test_format_step_uses_fractions(dt_s: float, shown: str) -> None:
+    """`format_step` shows steps such as 1/24 s as fractions, and others as decimals."""
     assert formatting.format_step(dt_s) == shown

@@ -75,8 +75,11 @@ def write(tmp_path: Path) -> Write:
     return write
 
 
-def test_results_with_the_earlier_names_of_pics_forms_are_compared(write: Write, tmp_path: Path) -> None:
-    """A file that calls PIC's event-driven form `tuned` has the same cells as one that calls it by its name."""
+def test_records_with_earlier_profile_names_of_pic_are_compared(write: Write, tmp_path: Path) -> None:
+    r"""A file that calls PIC's event-driven profile `tuned` (its earlier name) has the same cells as a new file.
+
+    `carom report` prints the same for both.
+    """
     new = write("new", {"pic": REFERENCE, "pit": PIT})
     assert '"profile":"event-driven"' in new.read_text()
     old = tmp_path / "results.jsonl"
@@ -96,8 +99,11 @@ def numbers(found: Diff) -> dict[str, tuple[float, float]]:
     return {measure.name: (measure.old, measure.new) for measure in only(found).measures}
 
 
-def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_named(write: Write) -> None:
-    """It is the one change, with scene, engine and the numbers that follow by hand; the command ends with 1."""
+def test_velocity_regression_of_one_engine_is_reported(write: Write) -> None:
+    r"""An error of 0.1 % in one engine's velocity is the only change, with the numbers computed by hand.
+
+    `carom diff` exits with 1 and names scene, engine and step.
+    """
     old = write("old", {"mine": sideways(0.0), "other": sideways(0.0)})
     new = write("new", {"mine": sideways(1e-3), "other": sideways(0.0)})
     found = compare_records(old, new)
@@ -117,8 +123,8 @@ def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_nam
         assert words in told(done)
 
 
-def test_the_same_regression_is_found_between_runs_that_had_errors_before(write: Write) -> None:
-    """From 0.02 to 0.021 the grade stays, the number tells, and both numbers are written apart."""
+def test_growing_error_within_a_grade_is_a_regression(write: Write) -> None:
+    """A velocity error that grows from 0.02 to 0.021 is worse, although the grade stays the same."""
     found = compare_records(write("old", {"mine": sideways(0.02)}), write("new", {"mine": sideways(0.021)}))
     change = only(found)
     assert change.kind is Kind.WORSE
@@ -153,8 +159,13 @@ MISSING = replayed(REFERENCE, REFERENCE.impacts[:-1].copy())
         pytest.param(sideways(0.02), broken(), Kind.WORSE, "a number is NaN or infinite: new", id="not finite"),
     ],
 )
-def test_a_change_is_of_a_kind(write: Write, old: Trace, new: Trace, kind: Kind | None, number: str) -> None:
-    """A change beyond the rounding of the declared floats is better or worse; a better result is no violation."""
+def test_changes_beyond_rounding_are_better_or_worse(
+    write: Write, old: Trace, new: Trace, kind: Kind | None, number: str
+) -> None:
+    r"""A change beyond the rounding of the declared floats is better or worse; below it there is no change.
+
+    A missed impact is worse than any error. `carom diff` exits with 0 for a better result.
+    """
     paths = write("old", {"mine": old}), write("new", {"mine": new})
     found = compare_records(*paths)
     if kind is None:
@@ -167,8 +178,8 @@ def test_a_change_is_of_a_kind(write: Write, old: Trace, new: Trace, kind: Kind 
         assert done.exit_code == 0, done.output
 
 
-def test_a_spin_that_is_worse_is_worse(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If two inaccurate runs turn a disc wrongly, the one with the larger error is worse."""
+def test_larger_spin_error_is_worse(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If two inaccurate runs have a wrong spin, the one with the larger error is worse."""
     scene = find_scenes(["spin/slide"])[0].scene
     right, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=1 / DT)
 
@@ -186,8 +197,8 @@ def test_a_spin_that_is_worse_is_worse(write: Write, monkeypatch: pytest.MonkeyP
     assert compare_records(write("a", {"mine": turned(0.1)}), write("b", {"mine": turned(0.1)})).changes == ()
 
 
-def test_a_run_against_itself_has_no_change(results: Results, tmp_path: Path) -> None:
-    """Every cell of a whole cross-check is as it was: that is said, and nothing else."""
+def test_diff_of_a_run_with_itself_has_no_change(results: Results, tmp_path: Path) -> None:
+    """A cross-check compared with itself has no change, and `carom diff` prints one line and exits with 0."""
     path = tmp_path / "results.jsonl"
     path.write_text(format_records(results), encoding="utf-8")
     found = compare_records(tmp_path, path)
@@ -198,8 +209,8 @@ def test_a_run_against_itself_has_no_change(results: Results, tmp_path: Path) ->
     assert len(done.output.splitlines()) == 1
 
 
-def test_an_error_that_falls_while_another_grows_is_mixed_and_violates(write: Write) -> None:
-    """Off across the path in one run and in time in the other, it got better and worse at once; the exit code is 1."""
+def test_change_with_better_and_worse_errors_is_mixed(write: Write) -> None:
+    """If one error falls and another grows, the change is mixed, and `carom diff` exits with 1."""
     late = REFERENCE.impacts.copy()
     late["time_s"][-1] += 3 * DT  # later than checking once per step is: inaccurate, as the other
     old, new = write("old", {"mine": sideways(1e-2)}), write("new", {"mine": replayed(REFERENCE, late)})
@@ -210,8 +221,11 @@ def test_an_error_that_falls_while_another_grows_is_mixed_and_violates(write: Wr
     assert carom_command("diff", str(old), str(new)).exit_code == 1
 
 
-def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_for(write: Write) -> None:
-    """Forty engines that got worse are grouped, the settings that changed are said once; -v has a row a cell."""
+def test_diff_of_40_engines_fits_25_terminal_lines(write: Write) -> None:
+    r"""Forty regressions are grouped in at most 25 lines; `-v` prints a row for each engine.
+
+    A setting that changed for all engines is printed once.
+    """
     right, worse = sideways(0.0, depth=1.0), [sideways(1e-3 * (1 + k), depth=2.0) for k in range(7)]
     old = write("old", {f"engine-{k}": right for k in range(40)})
     new = write("new", {f"engine-{k}": worse[k % 7] for k in range(40)})
@@ -237,8 +251,11 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
         ],
     ),
 )
-def test_profiles_of_the_sample_compared_fit_25_lines_on_a_terminal(old: str, new: str) -> None:
-    """For whole suites, too, 80 columns show the answer in 25 lines, and a row shows the number behind the change."""
+def test_diff_of_sample_profiles_fits_25_terminal_lines(old: str, new: str) -> None:
+    r"""A diff of two profiles of the sample report fits 25 lines of 80 columns.
+
+    The number shown for a change agrees with its direction.
+    """
     found = compare_records(SAMPLE, SAMPLE, [(old, new)])
     lines = printed(build_diff_document(found, "old", "new"), 80)
     assert len(lines) <= 25, "\n".join(lines)
@@ -249,8 +266,8 @@ def test_profiles_of_the_sample_compared_fit_25_lines_on_a_terminal(old: str, ne
             assert way * sure(change.telling).growth > 0, str(sure(change.telling))
 
 
-def test_several_pairs_of_engines_are_compared_at_once(write: Write) -> None:
-    """Each -e is a pair of its own, and what is in none is left out."""
+def test_diff_compares_several_pairs_of_engines(write: Write) -> None:
+    """Each `-e` adds a pair of engines to compare; engines in no pair are left out."""
     old = write("old", {"a": sideways(0.0), "b": sideways(0.0), "c": sideways(0.0)})
     new = write("new", {"d": sideways(0.0), "e": sideways(1e-3), "f": sideways(1e-3)})
     found = compare_records(old, new, [("a", "d"), ("b", "e")])
@@ -260,8 +277,11 @@ def test_several_pairs_of_engines_are_compared_at_once(write: Write) -> None:
     assert (done.exit_code, "1 worse; 1 cell unchanged." in done.output) == (1, True), done.output
 
 
-def test_what_vanishes_appears_crashes_and_recovers_is_told(write: Write) -> None:
-    """A cell without an answer any more is worse, and violates; one that was not there is neither better nor worse."""
+def test_vanished_new_crashed_and_recovered_cells_are_reported(write: Write) -> None:
+    r"""Cells that crash, vanish, appear or recover are reported with the worst first.
+
+    Only the crashed cell is a regression to wrong.
+    """
     right = sideways(0.0)
     old = write("old", {"a": right, "b": right, "c": Status.CRASHED, "e": Status.UNSUPPORTED, "f": right})
     new = write("new", {"a": right, "b": Status.CRASHED, "c": right, "d": right, "e": Status.UNSUPPORTED})
@@ -277,8 +297,11 @@ def test_what_vanishes_appears_crashes_and_recovers_is_told(write: Write) -> Non
     assert "b gave no answer" in found.changes[0].causes
 
 
-def test_causes_name_settings_and_versions(write: Write) -> None:
-    """A changed setting, and a changed version of the engine, are next to their possible effects."""
+def test_causes_include_changed_settings_and_versions(write: Write) -> None:
+    r"""The causes of a change include changed settings and the changed version of the engine.
+
+    Other changed versions are listed separately.
+    """
     old = write("old", {"mine": sideways(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
     new = write("new", {"mine": sideways(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"})
     found = compare_records(old, new)
@@ -287,8 +310,11 @@ def test_causes_name_settings_and_versions(write: Write) -> None:
     assert found.around == ("Mine 1.0 → 1.1", "numpy 2.0 → 2.1")
 
 
-def test_engines_of_other_names_are_matched(write: Write) -> None:
-    """If both runs have one method these are compared with each other, otherwise those that are named."""
+def test_engines_with_different_names_can_be_compared(write: Write) -> None:
+    r"""Two files with one method each are compared directly; otherwise the pair has to be named.
+
+    An unknown engine is refused with the list of known ones.
+    """
     right, wrong = sideways(0.0), sideways(1e-3)
     assert only(compare_records(write("old", {"a": right}), write("new", {"b": wrong}))).method == "a tuned → b tuned"
     old, new = write("old", {"a": right, "x": right}), write("new", {"b": wrong, "x": wrong})
@@ -298,8 +324,8 @@ def test_engines_of_other_names_are_matched(write: Write) -> None:
         compare_records(old, new, [("c", "b")])
 
 
-def test_runs_without_a_common_cell_are_refused(write: Write) -> None:
-    """Two runs that have no cell in common, as where an engine is not installed, must not pass for no change."""
+def test_diff_without_common_cells_is_refused(write: Write) -> None:
+    """Two files without a common run are refused instead of reported as unchanged."""
     right = sideways(0.0)
     with pytest.raises(InputError, match="have no run in common"):
         compare_records(write("old", {"a": right, "b": right}), write("new", {"c": right, "d": right}))
@@ -308,8 +334,8 @@ def test_runs_without_a_common_cell_are_refused(write: Write) -> None:
 
 
 @pytest.mark.long
-def test_every_medium_shows_the_change_and_escapes_names(write: Write) -> None:
-    """Markdown and page begin with the sum; a name is text in both; what is too much for one is on the other."""
+def test_diff_documents_escape_names_and_state_omissions(write: Write) -> None:
+    """Markdown and HTML escape the names of engines, and Markdown states the number of omitted rows."""
     engines: Engines = {f"<b>{k}|": sideways(0.0) for k in range(MOST_ROWS + 2)}
     found = compare_records(write("old", engines), write("new", {name: sideways(1e-3) for name in engines}))
     document = build_diff_document(found, "old", "new")
@@ -321,16 +347,19 @@ def test_every_medium_shows_the_change_and_escapes_names(write: Write) -> None:
     assert "<b>0" not in page
 
 
-def test_the_published_schema_is_the_one_of_the_code() -> None:
-    """The file that is published equals what the code generates, and is a valid schema in strict JSON."""
+def test_published_records_schema_is_generated_from_code() -> None:
+    """The published JSON schema equals the one that the code generates, and is valid."""
     published = resources.files("carom").joinpath("results.schema.json").read_text(encoding="utf-8")
     assert published == json.dumps(build_records_schema(), indent=2, sort_keys=True, allow_nan=False) + "\n"
     jsonschema.Draft202012Validator.check_schema(build_records_schema())
 
 
 @pytest.mark.long
-def test_the_schema_holds_for_what_is_written_and_for_no_less(results: Results) -> None:
-    """Each line of a cross-check keeps to the schema; one without a field, or of another format, does not."""
+def test_written_records_conform_to_the_schema(results: Results) -> None:
+    r"""Each line of results.jsonl conforms to the schema.
+
+    A line without one of its fields, of another format or with an invalid value does not.
+    """
     check = jsonschema.Draft202012Validator(build_records_schema())
     lines = [json.loads(line) for line in format_records(results).splitlines()]
     for line in lines:
@@ -344,8 +373,8 @@ def test_the_schema_holds_for_what_is_written_and_for_no_less(results: Results) 
     assert not check.is_valid({**row, "grade": "good"})
 
 
-def test_the_schema_knows_every_field_that_is_written(results: Results) -> None:
-    """No line has a field that the schema does not name."""
+def test_schema_names_exactly_the_written_fields(results: Results) -> None:
+    """The first line and each row of results.jsonl have exactly the fields of the schema."""
     parts = build_records_schema()["$defs"]
     for k, line in enumerate(map(json.loads, format_records(results).splitlines())):
         assert set(line) == set(parts["RowLine" if k else "Summary"]["properties"])

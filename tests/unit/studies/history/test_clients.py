@@ -26,8 +26,8 @@ def program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> N
     patch.setenv("PATH", str(folder), prepend=os.pathsep)
 
 
-def test_npm_runs_no_scripts_and_is_given_one_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An option says so, and the package is in a package.json of its own, with that version alone."""
+def test_npm_installs_one_package_without_scripts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`npm` is called with `--ignore-scripts` and a package.json with exactly one package and version."""
     made = "mkdir -p node_modules/toy; echo '{}' > node_modules/toy/package.json"
     program(tmp_path, "npm", f'echo "$@" > {tmp_path}/asked; {made}', monkeypatch)
     folder = tmp_path / "release"
@@ -37,10 +37,8 @@ def test_npm_runs_no_scripts_and_is_given_one_package(tmp_path: Path, monkeypatc
     assert json.loads((folder / "package.json").read_text())["dependencies"] == {"toy": "1.2.3"}
 
 
-def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The program that it started is gone, too."""
+def test_client_timeout_terminates_its_child_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A client that exceeds its time limit is terminated, together with the processes that it started."""
     program(tmp_path, "npm", f"sleep 3600 & echo $! > {tmp_path}/child; wait", monkeypatch)
 
     class Process(subprocess.Popen[bytes]):
@@ -68,23 +66,25 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
         ("exit 3", "npm: exit code 3"),
     ],
 )
-def test_what_a_client_fails_at_is_said(lines: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its own last words, or that what it answers is none."""
+def test_client_error_has_last_output_or_reason(
+    lines: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The error of a client contains its last line of output, its exit code or what is wrong with its answer."""
     program(tmp_path, "npm", lines, monkeypatch)
     with pytest.raises(ClientError, match=told):
         Npm().list_versions("toy")
 
 
 @each("name", ["--global", "-g", "../toy", "a b", "http://x/y.tgz", "", "a;b"])
-def test_what_is_no_name_goes_to_no_client(name: str) -> None:
-    """An option, a path or an address instead of a name is refused before anything is started."""
+def test_invalid_package_name_is_refused(name: str) -> None:
+    """An option, a path or a URL instead of a package name is refused."""
     for client in (Pip(), Npm()):
         with pytest.raises(ClientError, match="is not a package name"):
             client.list_versions(name)
 
 
-def test_what_is_no_version_goes_to_no_client(tmp_path: Path) -> None:
-    """A version that could be an address is refused, too."""
+def test_invalid_version_is_refused(tmp_path: Path) -> None:
+    """A URL instead of a version is refused."""
     for client in (Pip(), Npm()):
         with pytest.raises(InputError, match="a version must begin with a digit"):
             client.install("toy", "git+https://x", tmp_path)
@@ -115,8 +115,8 @@ def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.long
-def test_pip_lays_a_release_with_what_it_lacks_here(wheels: Path, tmp_path: Path) -> None:
-    """What the release needs comes with it; an installed package, numpy, is not installed again."""
+def test_pip_installs_release_with_missing_requirements(wheels: Path, tmp_path: Path) -> None:
+    """`pip` installs a release with its missing requirements; numpy, which is installed, is not installed again."""
     wheel(wheels, "caromtoy", "1.0", "caromtoyneeds")
     wheel(wheels, "caromtoy", "2.0", "numpy")
     wheel(wheels, "caromtoyneeds", "5.0")
@@ -129,8 +129,8 @@ def test_pip_lays_a_release_with_what_it_lacks_here(wheels: Path, tmp_path: Path
 
 
 @pytest.mark.long
-def test_pip_takes_no_source_distribution(wheels: Path, tmp_path: Path) -> None:
-    """A source distribution would run a program of its author: there is no release, and no code ran."""
+def test_pip_refuses_source_distributions(wheels: Path, tmp_path: Path) -> None:
+    """A release that exists only as a source distribution is refused, and its setup.py does not run."""
     source = tmp_path / "caromtoy-3.0"
     source.mkdir()
     (source / "setup.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n")
@@ -156,8 +156,8 @@ class Breaks:
         return (f"{package}=={version}",)
 
 
-def test_what_is_broken_off_is_no_release(tmp_path: Path) -> None:
-    """Ctrl-C while a release is installed leaves nothing behind that could be taken for one."""
+def test_interrupted_installation_leaves_no_release(tmp_path: Path) -> None:
+    """An installation that Ctrl-C interrupts leaves no release and no file."""
     kept = ReleaseCache(tmp_path)
     with pytest.raises(KeyboardInterrupt):
         kept.install(Breaks(), "npm", "@a/toy", "2")
@@ -165,8 +165,8 @@ def test_what_is_broken_off_is_no_release(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
-def test_what_is_used_last_is_kept_within_the_bound(tmp_path: Path) -> None:
-    """Two of three releases of a kilobyte each stay, and one of them is an old one that was used last."""
+def test_release_cache_keeps_most_recently_used_releases(tmp_path: Path) -> None:
+    """Of three releases of 1 kB in a cache of 2.5 kB, the two most recently used ones stay."""
     with open_release_cache(1e9, tmp_path) as kept:
         for age, version in enumerate(("1", "3", "4")):
             note = kept.install(Breaks(), "pip", "toy", version) / "carom-release.json"
@@ -177,8 +177,8 @@ def test_what_is_used_last_is_kept_within_the_bound(tmp_path: Path) -> None:
     assert sorted(ReleaseCache(tmp_path).versions("pip", "toy")) == ["1", "4"]
 
 
-def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
-    """Who ends first leaves all; who ends last brings it below the bound."""
+def test_release_cache_removes_nothing_while_in_use(tmp_path: Path) -> None:
+    """The cache removes no release while another user has it open; it removes it after the last use."""
     with open_release_cache(1e9, tmp_path) as kept:
         kept.install(Breaks(), "pip", "toy", "1")
         with open_release_cache(1.0, tmp_path):
@@ -190,8 +190,11 @@ def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
 
 
 @each("instead", ["a file", "a link", "a list that nests"])
-def test_what_is_in_the_place_of_a_release_is_replaced(instead: str, tmp_path: Path) -> None:
-    """A file, a link to another folder or a list that can't be read is no release, and the release is installed."""
+def test_damaged_release_is_installed_again(instead: str, tmp_path: Path) -> None:
+    r"""A file, a link or an unreadable list instead of a release is replaced by a new installation.
+
+    The target of the link stays unchanged.
+    """
     kept, other = ReleaseCache(tmp_path / "root"), tmp_path / "other"
     place = kept.install(Breaks(), "pip", "toy", "1")
     other.mkdir()

@@ -86,26 +86,29 @@ def places(low: float, high: float, **fields: Any) -> SeenCell:
         (over(0.3, 0.4), over(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), ChangeKind.NEITHER),
     ],
 )
-def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
-    """Settings must be equal, every contact seen, and a number of the motion apart at every phase."""
+def test_change_is_attributed_to_engine_if_ranges_are_disjoint(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
+    r"""A release is better or worse only if the errors of all phases are outside the other release's range.
+
+    Settings must be equal and all contacts observed; otherwise the change has another kind.
+    """
     assert classify_change(old, new).kind is moved
 
 
-def test_where_discs_are_elsewhere_is_said() -> None:
-    """The coordinate that parts most, of which disc and when, with its ranges."""
+def test_change_of_position_has_disc_time_and_ranges() -> None:
+    """The reason of a change names the coordinate, disc and time of the largest difference, with both ranges."""
     change = classify_change(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
     assert change.why == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
 
 
-def test_fewer_phases_say_nothing() -> None:
-    """However far apart, what ran at seven phases alone is no change of the engine's; at eight it is."""
+def test_change_needs_eight_phases() -> None:
+    """With seven phases in all no change is attributed to the engine; with eight it is worse."""
     low, high = ([replace(RAN, digest=f"{v}", off_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
     assert classify_change(seen(*low), seen(*high[1:])).kind is ChangeKind.OVERLAP
     assert classify_change(seen(*low), seen(*high)).kind is ChangeKind.WORSE
 
 
-def test_ranges_that_part_by_rounding_do_not_part() -> None:
-    """In 32-bit floats a gap of a millionth is rounding; in 64 bits it is a change."""
+def test_gap_within_rounding_is_no_change() -> None:
+    """A gap of 1e-6 between two ranges is rounding with 32-bit floats and a change with 64-bit floats."""
     for bits, moved in ((32, ChangeKind.OTHER_CONTACTS), (64, ChangeKind.WORSE)):
         old = seen(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
         own = replace(RAN, digest="b", float_bits=bits, off_m_s=(0.1 + 1e-6, 0.0))
@@ -113,15 +116,18 @@ def test_ranges_that_part_by_rounding_do_not_part() -> None:
         assert classify_change(old, seen(*new, *later * 8)).kind is moved
 
 
-def test_what_one_of_the_two_did_not_run_is_said() -> None:
-    """The reason is that of the one that did not."""
+def test_change_of_unsupported_cell_has_its_reason() -> None:
+    """If one of two releases did not run a cell, the change has the kind "not run" and the reason."""
     refused = SeenCell(Answer(Status.UNSUPPORTED, "no gravity"))
     change = classify_change(seen(RAN), refused)
     assert (change.kind, change.why) == (ChangeKind.NOT_RUN, "unsupported: no gravity")
 
 
-def test_no_impact_told_though_velocities_change_is_no_contact_seen() -> None:
-    """A release without reported impacts, although discs turn, is unseen; a scene without impacts does not count."""
+def test_release_without_reported_impacts_observes_no_contact() -> None:
+    r"""A release that reports none of the expected impacts, although velocities turn, observes no contacts.
+
+    This does not apply if no velocity turns or no impact is expected.
+    """
     assert replace(RAN, found=0, verdicts=("MISSED", "TURNS")).observes_no_contact
     assert not replace(RAN, found=0, verdicts=("MISSED",)).observes_no_contact
     assert not replace(RAN, found=0, expected=0, verdicts=("TURNS",)).observes_no_contact
@@ -130,8 +136,8 @@ def test_no_impact_told_though_velocities_change_is_no_contact_seen() -> None:
 LISTED = ("10.0.0", "2.3.1.post1", "2.3.1", "3.0.0", "3.0.0rc1", "2.10", "0.0.0-50223ff-20240729")
 
 
-def test_releases_are_ordered_by_their_numbers() -> None:
-    """10 comes after 3, a candidate before its release, and a mended packaging after it."""
+def test_versions_are_sorted_numerically() -> None:
+    """Version 10 is after 3, a release candidate before its release and a post-release after it."""
     ordered = ("0.0.0-50223ff-20240729", "2.3.1", "2.3.1.post1", "2.10", "3.0.0rc1", "3.0.0", "10.0.0")
     assert sort_versions(LISTED) == ordered
 
@@ -154,8 +160,13 @@ def test_releases_are_ordered_by_their_numbers() -> None:
         ([">11"], 9, ()),
     ],
 )
-def test_conditions_and_names_select(asked: list[str] | None, most: int, found: tuple[str, ...]) -> None:
-    """Conditions must all be met, the newest of what meets them are taken, and named ones are additional."""
+def test_versions_are_selected_by_conditions_and_names(
+    asked: list[str] | None, most: int, found: tuple[str, ...]
+) -> None:
+    r"""All conditions must be met, and the newest matching releases are selected, in ascending order.
+
+    Named releases are added to them.
+    """
     assert select_versions(LISTED, asked, most) == found
 
 
@@ -170,7 +181,7 @@ def test_conditions_and_names_select(asked: list[str] | None, most: int, found: 
         ("1;2", "a version must begin with a digit"),
     ],
 )
-def test_what_is_no_release_is_refused(word: str, told: str) -> None:
-    """A version that is not listed is named with the nearest; what a client could take for an option is no version."""
+def test_unknown_or_malformed_version_is_refused(word: str, told: str) -> None:
+    """An unknown version is refused with the nearest known one; a malformed version is refused, too."""
     with pytest.raises(CaromError, match=told):
         select_versions(LISTED, [word], 3)

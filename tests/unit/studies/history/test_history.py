@@ -36,8 +36,11 @@ def asked(*versions: str, **options: object) -> HistoryOptions:
 
 
 @pytest.mark.release
-def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> None:
-    """Same bits, worse, better, asked otherwise, half seen, too old and not to be had: each by construction."""
+def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None:
+    r"""Each release of the toy engine has the kind of change that it was built with.
+
+    A release that is too old or not installable gets a reason. The document names the release that got worse.
+    """
     found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked())
     assert [release.version for release in found.releases] == [
         *("0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0")
@@ -68,16 +71,16 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
 
 
 @pytest.mark.release
-def test_only_what_differs_is_run_at_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
-    """A cell of the same bits is run once, and a changed one also at each phase."""
+def test_only_changed_cells_run_at_all_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
+    """A release runs once if its result does not change; releases before and after a change also run 9 phases."""
     found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
     counts = [len(seen.ran) for release in found.releases for seen in release.seen.values()]
     assert counts == [1, 10, 10]
 
 
 @pytest.mark.release
-def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> None:
-    """What a journal holds is not run again, what is kept is not installed again, and the result is equal."""
+def test_history_resumes_from_journal(registry: Toys, tmp_path: Path) -> None:
+    """A resumed history reruns nothing, reinstalls nothing and gives an equal result."""
     kept, results = ReleaseCache(tmp_path / "kept"), []
     for resume in (False, True):
         with history_journal(tmp_path / "journal.jsonl", resume=resume) as notes:
@@ -89,8 +92,8 @@ def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> Non
 
 
 @pytest.mark.release
-def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -> None:
-    """Releases that are kept and named are run; a list that is not to be had is said, with what is kept."""
+def test_cached_releases_run_without_network(registry: Toys, tmp_path: Path) -> None:
+    """Without a network, cached releases can be run by name; otherwise the error lists them."""
     kept = ReleaseCache(tmp_path / "kept")
     first = run_history("toy", [PAIR], kept, asked("1.0", "1.2"))
     registry.reached = False
@@ -101,28 +104,28 @@ def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -
 
 @pytest.mark.release
 @pytest.mark.parametrize(("versions", "last", "first"), [(["1.0..1.3"], "1.1", "1.2"), (["1.3..1.4"], "1.3", "1.4")])
-def test_the_release_that_changed_a_cell_is_found(
+def test_bisection_finds_the_release_with_the_change(
     registry: Toys,  # noqa: ARG001
     tmp_path: Path,
     versions: list[str],
     last: str,
     first: str,
 ) -> None:
-    """It is the first that does not as the oldest does."""
+    """Bisection returns the first release that differs from the oldest, and the release before it."""
     found = sure(bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), asked(*versions)))
     assert (found.last, found.first) == (last, first)
 
 
 @pytest.mark.release
-def test_where_nothing_changed_no_release_is_found(registry: Toys, tmp_path: Path) -> None:
-    """Two releases are asked, and no more."""
+def test_bisection_without_change_finds_no_release(registry: Toys, tmp_path: Path) -> None:
+    """If the oldest and newest release agree, bisection returns None and installs only those two."""
     assert bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), asked("1.2", "1.3")) is None
     assert registry.installed == ["1.2", "1.3"]
 
 
 @pytest.mark.release
-def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) -> None:
-    """An engine of no registry, a profile, a release: nothing is installed before it is refused."""
+def test_unknown_engine_profile_or_release_is_refused(registry: Toys, tmp_path: Path) -> None:
+    """An engine without a registry, an unknown profile and an unknown release are refused before installing."""
     kept = ReleaseCache(tmp_path / "kept")
     with pytest.raises(InputError, match="pit has no registry"):
         run_history("pit", [PAIR], kept, HistoryOptions(profiles=("tuned",)))
@@ -134,11 +137,14 @@ def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) ->
 
 
 @pytest.mark.release
-def test_the_command_writes_its_report_and_its_code_says_whether_the_newest_is_worse(
+def test_history_command_exits_with_1_if_newest_release_is_worse(
     registry: Toys,  # noqa: ARG001
     tmp_path: Path,
 ) -> None:
-    """Exit code 1 where the newest release is worse than the one before, 0 where an older one was."""
+    r"""`carom history` exits with 1 if the newest release is worse than the one before, otherwise with 0.
+
+    It writes Markdown, SVG and a journal. `--list` lists the releases, and `--bisect` finds the changed one.
+    """
     scene = tmp_path / "pair.json"
     scene.write_text(PAIR.model_dump_json())
     common = ["history", "toy", str(scene), "-p", "default", "-j", "1"]

@@ -32,8 +32,11 @@ each_attack = each("attack", ATTACKS)
 HORIZON = "unstable-orbit"
 
 
-def test_a_ladder_runs_from_harmless_to_absurd() -> None:
-    """Both ladders begin at the harmless end, end at the absurd one, and never turn back."""
+def test_ladder_is_monotone_from_harmless_to_extreme_value() -> None:
+    r"""The quick and the full ladder of each attack start at the harmless value and end at the extreme one.
+
+    They are monotone and have at least four different values.
+    """
     for attack, quick in itertools.product(ATTACKS, (False, True)):
         ladder = attack.build_ladder(quick)
         end = attack.quick_absurd if quick and attack.quick_absurd is not None else attack.absurd
@@ -43,8 +46,8 @@ def test_a_ladder_runs_from_harmless_to_absurd() -> None:
         assert len(set(ladder)) == len(ladder) >= 4, attack.name
 
 
-def test_every_entry_of_the_file_of_attacks_is_used() -> None:
-    """Each entry is an attack of the table, and each common sentence is part of one."""
+def test_every_entry_of_attacks_file_is_used() -> None:
+    """Each entry of attacks.json is an attack, and each shared sentence is part of an entry."""
     held = json.loads(Path(stress_attack.__file__).with_name("attacks.json").read_text(encoding="utf-8"))
     assert sorted(attack.name for attack in ATTACKS) == sorted(held["attacks"])
     quoted = "".join(entry["truth"] + entry["gives_way"] for entry in held["attacks"].values())
@@ -53,8 +56,11 @@ def test_every_entry_of_the_file_of_attacks_is_used() -> None:
 
 @each_attack
 @pytest.mark.parametrize("stride", release_after(1, [3, 1]))
-def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
-    """PIC passes the rungs of the quick ladder to the end; a failure is a bug of Carom."""
+def test_pic_passes_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
+    r"""PIC passes the quick ladder of every attack to its end, except unstable-orbit, which it passes up to 20.
+
+    The attack's scene survives saving and loading.
+    """
     ladder = attack.build_ladder(quick=True)
     if attack.name == HORIZON:
         ladder = [value for value in ladder if value <= 20]
@@ -69,8 +75,8 @@ def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) ->
 
 
 @each("name", ["grazing", "tunnelling", "galperin"])
-def test_pit_gives_way_where_sampling_must(name: str) -> None:
-    """Checking once per frame passes at the harmless end, and fails at a graze, a bullet, a crowd of impacts."""
+def test_pit_fails_attacks_on_sampling(name: str) -> None:
+    """PIT passes grazing, tunnelling and galperin at the harmless value and fails at the extreme one."""
     attack = next(attack for attack in ATTACKS if attack.name == name)
 
     def stands(value: float) -> bool:
@@ -81,8 +87,11 @@ def test_pit_gives_way_where_sampling_must(name: str) -> None:
     assert not stands(ladder[-1])
 
 
-def test_bisection_stops_when_two_values_are_near() -> None:
-    """The value between two is their geometric mean, whole where the axis is; near ones have none between."""
+def test_bisection_value_is_geometric_mean() -> None:
+    r"""The value between two others is their geometric mean, rounded on axes of whole numbers.
+
+    Values closer than the resolution have none between them.
+    """
     pair, crowd = (next(a for a in ATTACKS if a.name == name) for name in ("mass-ratio", "at-once"))
     assert pair.find_middle_value(1.0, 100.0, 1.1) == 10.0
     assert pair.find_middle_value(1.0, 1.05, 1.1) is None
@@ -99,14 +108,14 @@ def _velocity(scene: Scene) -> complex:
 
 
 @each("name", ["thin-wall", "paddle"])
-def test_looking_once_a_step_passes_a_thin_wall_as_often_as_the_closed_form_says(name: str) -> None:
-    """PIT sees an approach within the radius, in any frame: of n phases at q radii a step about n / q find it."""
+def test_pit_misses_thin_wall_only_with_large_steps(name: str) -> None:
+    """PIT passes all starts at a thin wall or paddle at 0.99 radii per step, and fails at least one at 8."""
     assert not any(trial.judge(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(0.99))
     assert any(trial.judge(solve_pit(trial.scene)).broken for trial in WALLS[name].trials(8.0))
 
 
-def test_a_floor_of_pieces_is_struck_at_a_joint_of_two() -> None:
-    """The centre is straight above a joint at the impact, whatever the number of pieces."""
+def test_seam_attack_hits_a_joint_of_the_floor() -> None:
+    """In the seam attack, the disc hits the floor exactly above a joint, for any number of pieces."""
     for pieces in WALLS["seam"].build_ladder(quick=False):
         for trial in WALLS["seam"].trials(pieces):
             (chain,), (impact,) = trial.scene.walls, solve_pic(trial.scene).impacts
@@ -128,8 +137,11 @@ def _by_hand(trial: Trial) -> tuple[list[float], float]:
 
 
 @each("name, whole", [(name, False) for name in IN_CONTACT] + release_after(0, [(n, True) for n in IN_CONTACT]))
-def test_the_truth_is_that_of_60_digits_and_pic_meets_it(name: str, whole: bool) -> None:
-    """The truth of scenes as stored, on both sides of each threshold and on it, to 1e-14; long, at all rungs."""
+def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> None:
+    r"""The truth of contact attacks and PIC agree to 1e-14 with an integration in 60 digits.
+
+    The short form checks the harmless value, the long one the whole ladder.
+    """
     attack = IN_CONTACT[name]
     for value in attack.build_ladder(quick=False) if whole else (attack.harmless,):
         for trial in attack.trials(value):
@@ -143,16 +155,16 @@ def test_the_truth_is_that_of_60_digits_and_pic_meets_it(name: str, whole: bool)
 
 
 @each("attack", [*WALLS.values(), *IN_CONTACT.values()])
-def test_a_disc_that_goes_on_as_without_walls_is_broken(attack: Attack) -> None:
-    """A trace in which the disc flies or falls past is broken at the harmless end: no judge takes what it is given."""
+def test_trace_that_ignores_walls_fails_every_attack(attack: Attack) -> None:
+    """A trace in which the disc ignores the walls fails each wall and contact attack at the harmless value."""
     bare = {"walls": (), "wall_friction": 0.0, "wall_rolling_resistance": 0.0, "wall_restitution": 1.0}
     for trial in attack.trials(attack.harmless):
         broken = trial.judge(solve_pic(trial.scene.model_copy(update=bare))).broken
         assert "no impact is found" in broken or (attack.name in IN_CONTACT and "a velocity is wrong by" in broken)
 
 
-def test_a_rim_that_friction_has_not_turned_is_broken() -> None:
-    """With its velocity right and its spin as at the start, a disc that rolls by the law is broken, and why is said."""
+def test_unchanged_spin_of_rolling_disc_fails() -> None:
+    """A disc that rolls with the right velocity and its initial spin fails, and the reason is the rim speed."""
     for name in ("slipping-slope", "bouncing-slope", "slide-friction"):
         trial = IN_CONTACT[name].trials(IN_CONTACT[name].harmless)[-1]
         trace = solve_pic(trial.scene)
@@ -161,8 +173,8 @@ def test_a_rim_that_friction_has_not_turned_is_broken() -> None:
         assert trial.judge(unturned).broken.endswith("of the change by contact")
 
 
-def test_both_sides_of_a_threshold_are_tried_to_a_rounding() -> None:
-    """The last rungs are one rounding of 1 off on either side, and the threshold itself."""
+def test_slope_attacks_end_at_threshold_and_one_rounding_beside() -> None:
+    """The last two values of slope attacks are one rounding (2^-52) next to the threshold, and the threshold."""
     for name in ("sliding-slope", "slipping-slope", "rolling-slope", "bouncing-slope"):
         *_, least, none = IN_CONTACT[name].build_ladder(quick=False)
         assert (least, none) == (2.0**-52, 0.0)
@@ -176,8 +188,8 @@ ROUGH = {attack.name: attack for attack in FRICTION_ATTACKS}
 
 
 @each("name", [name for name in ROUGH if name != "rolling"])
-def test_pic_stands_every_rung(name: str) -> None:
-    """From the harmless to the absurd end PIC is the closed form's to rounding, chains of grips included."""
+def test_pic_passes_friction_attacks_to_rounding(name: str) -> None:
+    """PIC passes every value of the friction attacks except rolling, with errors below 1e-11."""
     for value in ROUGH[name].build_ladder(quick=False):
         for trial in ROUGH[name].trials(value):
             judgement = trial.judge(solve_pic(trial.scene))
@@ -186,8 +198,11 @@ def test_pic_stands_every_rung(name: str) -> None:
 
 
 @each("value", [0.9, 0.5, 0.1, 1e-3])
-def test_what_bounces_on_a_rough_floor_ends_rolling(value: float) -> None:
-    """Bounces without end, sliding at first: the disc rolls as angular momentum about the floor says."""
+def test_disc_bouncing_on_rough_floor_ends_rolling(value: float) -> None:
+    r"""After infinitely many bounces on a rough floor the disc rolls, and PIC's error is below 1e-12.
+
+    PIT passes, too.
+    """
     (trial,) = ROUGH["rolling"].trials(value)
     trace = solve_pic(trial.scene)
     assert sure(trace.modes)["after"].tolist() == [Mode.ROLL]
@@ -196,16 +211,19 @@ def test_what_bounces_on_a_rough_floor_ends_rolling(value: float) -> None:
 
 
 @each("name", ["friction", "spin", "inertia"])
-def test_pit_stands_what_turns_no_normal(name: str) -> None:
-    """Head-on and on walls checking once per step costs no velocity and no spin."""
+def test_pit_passes_friction_attacks_without_turned_normals(name: str) -> None:
+    """PIT passes the attacks friction, spin and inertia with errors below 1e-11, because no normal turns."""
     for value in ROUGH[name].build_ladder(quick=True):
         for trial in ROUGH[name].trials(value):
             assert trial.judge(solve_pit(trial.scene)).error < 1e-11, value
 
 
 @each("name", list(ROUGH))
-def test_a_wrong_spin_breaks_every_attack(name: str) -> None:
-    """With its velocities right, and its spins left out or turned round, a run is broken by name."""
+def test_wrong_or_missing_spin_fails_friction_attacks(name: str) -> None:
+    r"""In each friction attack, a run with a reversed, missing or NaN spin fails.
+
+    The reasons are the rim speed and the missing spin.
+    """
     trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]
     trace = solve_pic(trial.scene)
     assert trial.judge(trace).broken == ""

@@ -45,8 +45,11 @@ class Answering(InProcessPool):
 
 
 @each("threshold", [3.0, 4.2e5, 9.9e11])
-def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path: Path) -> None:
-    """Whatever the threshold of a method, it is between the largest size that passed and the one that failed."""
+def test_failure_point_is_found_within_resolution(attack: Attack, threshold: float, tmp_path: Path) -> None:
+    r"""The threshold of a method is between the largest value that passed and the smallest that failed.
+
+    Their ratio is at most the resolution, and the scene file has the failing value.
+    """
     result = find_failure(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
     assert result.ending is CellEnding.FAILS_AT_SIZE
     assert sure(result.stands_at) <= threshold < sure(result.value)
@@ -57,8 +60,8 @@ def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path:
 
 
 @each("threshold, ending", [(math.inf, CellEnding.PASSES), (0.5, CellEnding.FAILS_AT_START)])
-def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, ending: CellEnding) -> None:
-    """A method that passes is shown at the absurd end, with its error there; one that never passed at the other."""
+def test_passing_all_or_failing_at_start_is_distinguished(attack: Attack, threshold: float, ending: CellEnding) -> None:
+    """A method that always passes is reported with the extreme value, one that never passes with the harmless one."""
     result = find_failure(attack, METHOD, Answering(threshold), quick=True).result
     stands = ending is CellEnding.PASSES
     assert (result.ending, result.value) == (ending, attack.absurd if stands else attack.harmless)
@@ -67,8 +70,8 @@ def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, endi
 
 
 @pytest.mark.usefixtures("hostile")
-def test_an_unavailable_engine_is_a_reason_and_no_number(attack: Attack) -> None:
-    """An engine that is not installed has no breaking point, and its cell says why."""
+def test_unavailable_engine_has_reason_instead_of_failure_point(attack: Attack) -> None:
+    """An engine that is not installed has no failure point, and its cell states the reason."""
     result = find_failure(attack, Method("missing", "tuned"), InProcessPool(), quick=True).result
     assert (result.ending, result.value) == (CellEnding.NOT_RUN, None)
     assert "unavailable: surely_not_installed is not installed" in result.reason
@@ -78,8 +81,8 @@ COMPLAINTS = {entry.name: entry for entry in all_scenes().values() if isinstance
 NOW = [entry for entry in COMPLAINTS.values() if Need.GRAVITY not in entry.scene.needs]
 
 
-def test_pic_does_nothing_that_was_complained_of() -> None:
-    """In the scene of every complaint PIC does not do what was reported, nor is it off in any other way."""
+def test_pic_shows_no_reported_symptom() -> None:
+    """In each bug report's scene without gravity, PIC shows neither the reported symptom nor another error."""
     for entry in NOW:
         assert find_symptom(entry, solve_pic(entry.scene))[::2] == (False, ""), entry.name
 
@@ -89,14 +92,14 @@ def slowed(entry: Complaint, factor: float) -> Trace:
     return replace(trace, final_velocity_m_s=trace.final_velocity_m_s * factor)
 
 
-def test_a_miss_is_seen() -> None:
-    """PIT passes the thin wall whole, and that is the reported miss."""
+def test_missed_impact_symptom_is_detected() -> None:
+    """PIT passes through the thin wall of a report, which is detected as the reported missed impact."""
     entry = COMPLAINTS["issues/mujoco-441"]
     assert find_symptom(entry, solve_pit(entry.scene)) == (True, 2.0, "1 impact is missed")
 
 
-def test_stuck_discs_are_seen_and_a_few_per_cent_are_not_that() -> None:
-    """Half the velocity is what was reported; three per cent are an error, but not the one reported."""
+def test_sticking_symptom_needs_more_than_three_percent() -> None:
+    """Half the velocity is the reported sticking; a velocity 3 % too low is an error, but not the symptom."""
     entry = COMPLAINTS["issues/jolt-1403"]
     stuck = replace(solve_pic(entry.scene), final_velocity_m_s=np.array([[0.5, 0.0], [0.5, 0.0]]))
     assert find_symptom(entry, stuck)[0]
@@ -105,8 +108,8 @@ def test_stuck_discs_are_seen_and_a_few_per_cent_are_not_that() -> None:
     assert reason == "off by 0.03 of the scene's speed"
 
 
-def test_lost_and_gained_energy_are_told_apart() -> None:
-    """A complaint of lost energy is not met by energy gained."""
+def test_energy_loss_and_gain_symptoms_are_distinguished() -> None:
+    """Too low velocities are the symptom of lost energy only, too high velocities that of gained energy."""
     entry = COMPLAINTS["issues/rapier-615"]
     assert find_symptom(entry, slowed(entry, 0.9))[0]
     assert not find_symptom(entry, slowed(entry, 1.1))[0]
@@ -114,8 +117,8 @@ def test_lost_and_gained_energy_are_told_apart() -> None:
     assert find_symptom(gains, slowed(entry, 1.1))[0]
 
 
-def test_a_body_beyond_a_wall_is_seen() -> None:
-    """A ball that ends outside the table has escaped, by how many radii it says."""
+def test_escaped_body_symptom_is_detected() -> None:
+    """A ball that ends outside the table shows the symptom, with the reason "beyond a wall"."""
     entry = COMPLAINTS["issues/pooltool-217"]
     gone = replace(solve_pic(entry.scene), final_position_m=np.array([[5.0, 2.0]]))
     seen, _, reason = find_symptom(entry, gone)
@@ -123,8 +126,8 @@ def test_a_body_beyond_a_wall_is_seen() -> None:
     assert "beyond a wall" in reason
 
 
-def test_a_state_that_is_no_number_is_seen() -> None:
-    """NaN is what was reported of infinite mass, and is never taken for agreement elsewhere."""
+def test_nan_state_is_symptom_only_where_reported() -> None:
+    """A NaN state is the reported symptom in one scene, and an error without the symptom in another."""
     for name, expected in (("issues/hardspheredynamics-8", True), ("issues/jolt-1403", False)):
         entry = COMPLAINTS[name]
         lost = replace(solve_pic(entry.scene), final_velocity_m_s=np.full((2, 2), np.nan), outcome=Outcome.NON_FINITE)

@@ -33,16 +33,19 @@ def results(folder: Path) -> StressResults:
 
 
 @pytest.mark.long
-def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
-    """No cell is empty: it has a number and the file that shows it, or a reason for having none."""
+def test_every_campaign_cell_has_number_and_file_or_reason(results: StressResults) -> None:
+    """Each cell of a campaign contains a number and a scene file, or a reason."""
     assert len(results.cells) == len(results.lines) * len(results.methods)
     for result in results.cells.values():
         assert result.value is not None or result.reason
         assert result.value is None or result.scenes
 
 
-def test_the_methods_are_told_apart(results: StressResults) -> None:
-    """PIC passes any speed, PIT fails between one and a few radii a step, and gravity is a reason."""
+def test_campaign_distinguishes_pic_and_pit(results: StressResults) -> None:
+    r"""In tunnelling, PIC passes and PIT fails between 1 and 10 radii per step.
+
+    In mujoco-441, only PIT shows the symptom. PIC holds the relation of time reversal.
+    """
     cells = results.cells
     assert cells["tunnelling", "pic/event-driven"].ending is CellEnding.PASSES
     fell = cells["tunnelling", "pit/tuned"]
@@ -58,15 +61,18 @@ def test_the_methods_are_told_apart(results: StressResults) -> None:
 
 
 @pytest.mark.long
-def test_a_number_can_be_had_again_from_its_file(results: StressResults, folder: Path) -> None:
-    """Running the file next to PIT's number shows the miss that the cell reports."""
+def test_saved_scene_reproduces_the_failure(results: StressResults, folder: Path) -> None:
+    """Running the saved scene of PIT's failure in tunnelling gives no impact."""
     scene = load_scene(folder / results.cells["tunnelling", "pit/tuned"].scenes[0])
     assert len(run(scene, "pit", dt=1.0 / scene.frame_rate_hz).impacts) == 0
 
 
 @pytest.mark.long
-def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Path, monkeypatch: object) -> None:
-    """Taken up again, a campaign that is finished yields the same cells and runs nothing; a full one is another."""
+def test_resumed_finished_campaign_runs_nothing(results: StressResults, folder: Path, monkeypatch: object) -> None:
+    r"""Resuming a finished campaign returns the same cells without a run.
+
+    A full campaign in the folder of a quick one is refused.
+    """
     assert isinstance(monkeypatch, pytest.MonkeyPatch)
     monkeypatch.setattr(campaign.TableCell, "run", lambda *_: pytest.fail("a finished cell was run again"))
     names = [line.name for line in results.lines]
@@ -77,8 +83,8 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
 
 
 @pytest.mark.usefixtures("in_process")
-def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
-    """A folder that no campaign has written into is left as it is, and the message names its content."""
+def test_campaign_refuses_folder_with_other_files(tmp_path: Path) -> None:
+    """A folder with files that Carom did not write is refused and stays unchanged."""
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="holds files that Carom did not write, such as scenes"):
@@ -87,8 +93,8 @@ def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
-    """Ctrl-C after the first cell leaves that cell in the journal, which a resumed campaign takes from it."""
+def test_interrupted_campaign_keeps_finished_cells(tmp_path: Path) -> None:
+    """A campaign interrupted after its first cell has that cell in the journal and reuses it when resumed."""
 
     def interrupt(done: int, total: int, what: str) -> None:
         raise KeyboardInterrupt(f"{done} of {total}: {what}")
@@ -103,14 +109,14 @@ def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
     assert (tmp_path / JOURNAL).read_text().splitlines()[: len(finished)] == finished
 
 
-def test_no_two_lines_share_a_name() -> None:
-    """Every attack, relation, check and complaint has a name of its own, since the command line takes them by name."""
+def test_stress_test_names_are_unique() -> None:
+    """No two stress tests have the same name."""
     names = [line.name for line in list_lines()]
     assert len(set(names)) == len(names)
 
 
-def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -> None:
-    """HTML, Markdown and JSON are written whole; the JSON is strict and has every cell."""
+def test_stress_documents_contain_every_test(results: StressResults, tmp_path: Path) -> None:
+    """HTML and Markdown contain every stress test, and the strict JSON contains a cell for each method."""
     page = write_stress(results, tmp_path)
     content = json.loads((tmp_path / "stress.json").read_text(), parse_constant=pytest.fail)
     assert [line["name"] for line in content["lines"]] == [line.name for line in results.lines]
@@ -132,6 +138,6 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
         ("fails at this size", CellEnding.FAILS_AT_SIZE),
     ],
 )
-def test_a_journal_of_earlier_words_is_read(phrase: str, ending: CellEnding) -> None:
-    """How a cell ended is known by the phrase of today and by those that earlier journals have."""
+def test_earlier_words_for_cell_endings_are_read(phrase: str, ending: CellEnding) -> None:
+    """The words for endings in earlier journals are read as today's endings."""
     assert CellEnding(phrase) is ending

@@ -27,16 +27,16 @@ MERITS = st.builds(
 
 
 @given(MERITS, MERITS)
-def test_the_number_of_a_merit_has_its_order(one: Merit, other: Merit) -> None:
-    """The single number for an optimiser has the same order; nearly equal costs may have one number."""
+def test_merit_number_preserves_order(one: Merit, other: Merit) -> None:
+    """The single number for the optimiser preserves the order of merits; merits that differ only in cost may tie."""
     if one < other:
         assert one.to_number(SCENES) <= other.to_number(SCENES)
         if (one.wrong, one.behind, one.error) != (other.wrong, other.behind, other.error):
             assert one.to_number(SCENES) < other.to_number(SCENES)
 
 
-def test_a_scene_wrong_outranks_every_error_and_cost() -> None:
-    """Wrong scenes count first, then those neither exact nor close, then the error, then the cost."""
+def test_merit_ranks_wrong_scenes_before_errors_and_cost() -> None:
+    """Merits rank by wrong scenes, then scenes neither exact nor close, then the error, then the cost."""
     order = [
         [Judged(Grade.EXACT, 0.0, seconds=9.0)] * 2,
         [Judged(Grade.CLOSE, 1e-3, seconds=1.0), Judged(Grade.EXACT, 0.0, seconds=1.0)],
@@ -50,8 +50,8 @@ def test_a_scene_wrong_outranks_every_error_and_cost() -> None:
     assert len({*merits}) == len(merits)
 
 
-def test_the_cost_is_the_median_of_ratios_to_the_first_profile() -> None:
-    """Each scene's seconds are divided by its own of the first profile; what was not timed is left out."""
+def test_cost_is_median_time_ratio_to_first_profile() -> None:
+    """The cost is the median of each scene's time relative to the first profile; untimed scenes are left out."""
     first = [Judged(Grade.EXACT, 0.0, seconds=s) for s in (1.0, 2.0, 4.0, math.nan)]
     own = [Judged(Grade.EXACT, 0.0, seconds=s) for s in (3.0, 4.0, 4.0, 1.0)]
     assert compute_merit(own, first).cost == 2.0
@@ -72,18 +72,24 @@ def test_the_cost_is_the_median_of_ratios_to_the_first_profile() -> None:
         (Judged(None), 1.0),
     ],
 )
-def test_an_error_is_a_part_of_a_scale_of_ratios(judged: Judged, part: float) -> None:
-    """PIT's error is the middle, rounding the one end and anything the other; NaN is what the grade says."""
+def test_error_scale_maps_rounding_to_0_and_pit_to_one_half(judged: Judged, part: float) -> None:
+    r"""On the error scale, rounding is 0, PIT's error is 0.5, and an infinite error or a wrong scene is 1.
+
+    NaN is 0 for an exact run and 1 for an inaccurate one.
+    """
     assert compute_error_on_scale(judged) == pytest.approx(part, abs=1e-12)
 
 
-def test_what_was_not_run_counts_as_wrong() -> None:
-    """A setting with which an engine crashes has not found that scene's impacts: it is no way to fewer scenes wrong."""
+def test_crashed_scene_counts_as_wrong() -> None:
+    """A scene in which the engine crashes has the same merit as a wrong scene."""
     assert compute_merit([Judged(None, reason="crashed")]) == compute_merit([Judged(Grade.WRONG)])
 
 
-def test_a_run_that_parted_is_judged_by_its_steps() -> None:
-    """Which impacts a parted trajectory has is chance: what it misses and pays is read from its own states."""
+def test_parted_run_is_judged_by_single_steps() -> None:
+    r"""A parted run is judged by the missed and invented impacts and the error of its single steps.
+
+    It is not wrong, and neither exact nor close.
+    """
     scene = find_scenes(["paper/late"])[0].scene
     pit = observe_run(load_adapter("pit"), scene, "tuned", 1 / 24)
     score = compare(solve_pic(scene), pit, sampling=pit)

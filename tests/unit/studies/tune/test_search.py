@@ -72,15 +72,15 @@ def searched(seed: int, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
 
 
 @each("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 6))])
-def test_the_best_settings_are_found_and_no_others(seed: int) -> None:
-    """Whatever the seed, the three settings that matter are found, and none that does nothing is among them."""
+def test_search_finds_exactly_the_settings_that_matter(seed: int) -> None:
+    """With each of six seeds, the search finds the three settings that matter and changes no other."""
     best, _, _ = searched(seed)
     assert dict(best.tried) == {"threshold": 0.0, "mode": "swept", "slop": 1e-9}
     assert (best.merit.wrong, best.merit.behind) == (0, 0)
 
 
-def test_settings_that_only_help_together_are_found() -> None:
-    """Where either of two settings alone makes another scene wrong, and both make none so, both are found."""
+def test_search_finds_settings_that_help_only_together() -> None:
+    """The search finds two settings that make a scene wrong alone and none together."""
 
     class Valley(Toy):
         def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
@@ -99,8 +99,8 @@ def test_settings_that_only_help_together_are_found() -> None:
     assert dict(best.tried) == {"slop": 1e-9, "threshold": 0.0}
 
 
-def test_a_trial_that_can_not_come_up_to_the_best_is_given_up() -> None:
-    """Some trials end before the last scene, and each of them was worse at that point than the best at the end."""
+def test_trials_that_rank_behind_the_best_end_early() -> None:
+    """Some trials end before the last scene, and each of them ranks behind the best result."""
     best, search, toy = searched(0)
     assert search.given_up > 0
     scenes: dict[Method, int] = {}
@@ -116,33 +116,36 @@ def _point(method: Method) -> dict[str, int]:
 
 
 @pytest.mark.long
-def test_the_same_seed_asks_for_the_same_trials() -> None:
-    """A search that goes on by its journal asks what it asked before, which only holds if nothing else decides."""
+def test_search_is_deterministic_for_a_seed() -> None:
+    """Two searches with the same seed judge the same settings on the same scenes, in the same order."""
     assert searched(0)[2].judged == searched(0, again=1)[2].judged
 
 
-def test_nothing_is_judged_twice() -> None:
-    """No settings are judged again on scenes on which they were."""
+def test_no_settings_are_tried_twice() -> None:
+    """The number of different settings equals the number of trials plus the first profile."""
     _, search, toy = searched(0)
     methods = [method for method, _ in toy.judged]
     assert len({*methods}) == search.trials + 1
 
 
-def test_nothing_better_leaves_the_first_profile() -> None:
-    """Where no knob does anything, what is found is the profile that it began with."""
+def test_search_without_improvement_returns_first_profile() -> None:
+    """If no knob has an effect, the search returns the profile that it started from."""
     idle = Space({"idle": SPACE.values["idle"]})
     search = KnobSearch(Method("toy", "default"), idle, SCENES, cast(Jury, Toy()))
     assert search.run(10, 0) is search.begun
 
 
-def test_an_engine_without_knobs_is_refused() -> None:
-    """An adapter that declares none leaves nothing to turn, which is said."""
+def test_engine_without_knobs_is_refused() -> None:
+    """An adapter that declares no knobs is refused."""
     with pytest.raises(InputError, match="the adapter of toy declares no knobs"):
         KnobSearch(Method("toy", "default"), Space({}), SCENES, cast(Jury, Toy()))
 
 
-def test_values_of_a_knob_have_its_ends_and_its_kind() -> None:
-    """A range is tried at its very ends, whole numbers once each, and by ratios where the knob says so."""
+def test_knob_values_include_both_ends_of_the_range() -> None:
+    r"""The values of a knob include both ends of its range; they are geometric for a logarithmic knob.
+
+    Whole numbers and choices occur once each.
+    """
     assert list_values(KNOBS["threshold"])[0::16] == (0.0, 1.0)
     slop = [float(value) for value in list_values(KNOBS["slop"])]
     assert (slop[0], slop[-1]) == (1e-9, 1e-3)
@@ -152,8 +155,8 @@ def test_values_of_a_knob_have_its_ends_and_its_kind() -> None:
     assert list_values(KNOBS["mode"]) == ("plain", "swept", "odd")
 
 
-def test_a_search_goes_on_from_its_journal(tmp_path: Path) -> None:
-    """What a journal holds is not run again: the same method on the same scenes asks the engine for nothing."""
+def test_jury_reuses_results_from_journal(tmp_path: Path) -> None:
+    """The same method on the same scenes is judged from the journal without running the engine."""
     scenes = [entry.scene for entry in find_scenes(["classics/miss", "classics/oblique-3-4-5"])]
     steps = {scene: 1 / scene.frame_rate_hz for scene in scenes}
     method = Method("pymunk", "default", (("iterations", 3),))

@@ -14,8 +14,11 @@ pytest.importorskip("pymunk", reason="pymunk is not installed")
 
 
 @pytest.mark.usefixtures("in_process")
-def test_a_call_gives_settings_that_print_and_draw_themselves() -> None:
-    """Its first line is the command line's, and the picture has each scene's errors before and after."""
+def test_tune_result_prints_and_plots_errors() -> None:
+    r"""The result of `carom.tune` prints its answer first and plots each scene's error before and after.
+
+    The HTML form contains an SVG.
+    """
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
     from matplotlib.figure import Figure
 
@@ -32,8 +35,11 @@ def test_a_call_gives_settings_that_print_and_draw_themselves() -> None:
 
 
 @pytest.mark.long
-def test_profiles_written_by_hand_stand_beside_what_is_found() -> None:
-    """Each has a row, located last; a tie and a better one are said; what a profile does not support is not run."""
+def test_tune_compares_with_existing_profiles() -> None:
+    r"""The result shows a row for each existing profile, with located last, and names equal and better ones.
+
+    A scene that a profile does not support is not run.
+    """
     found = carom.tune("pymunk", ["paper/late", "gravity/bouncing-ball"], trials=1, jobs=1)
     text = " ".join(repr(found).split())
     assert [*found.others] == ["tuned", "located"]
@@ -52,7 +58,7 @@ def test_profiles_written_by_hand_stand_beside_what_is_found() -> None:
 
 
 @pytest.mark.long
-def test_pymunks_settings_are_found_as_good_as_by_hand() -> None:
-    """On `classics` at its own frame rates no more scenes are wrong, and no fewer exact or close, than with `tuned`."""
+def test_pymunk_settings_are_as_good_as_tuned_profile() -> None:
+    """On `classics`, the settings found for pymunk are no worse than `tuned` in wrong and not-close scenes."""
     found, written = merits("pymunk", ["tuned"], 60)
     assert_as_good(found, written)
