@@ -10,6 +10,6 @@ def carom_command(*words: object, columns: int = 200) -> Result:
     return CliRunner(env={"COLUMNS": str(columns), "TERM": "dumb"}).invoke(app, [str(word) for word in words])
 
 
-def told(result: Result) -> str:
+def printed_text(result: Result) -> str:
     """Return what was printed, however it was broken into lines."""
     return " ".join(result.output.split())

@@ -40,7 +40,7 @@ def build() -> Path:
     return library
 
 
-def counted(notes: Path) -> list[dict[str, Any]]:
+def run_gcov(notes: Path) -> list[dict[str, Any]]:
     """Return gcov's report of an object file, source by source."""
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run(
@@ -57,7 +57,7 @@ def collect() -> tuple[Lines, Branches]:
     lines: Lines = defaultdict(lambda: defaultdict(int))
     branches: Branches = defaultdict(lambda: defaultdict(int))
     for notes in sorted(BUILD.rglob("*.gcno")):
-        for source in counted(notes):
+        for source in run_gcov(notes):
             name = source_name(str(source["file"]))
             if name is None:
                 continue
@@ -76,22 +76,22 @@ def source_name(file: str) -> str | None:
     return path.relative_to(ROOT / "src").as_posix() if path and path.is_relative_to(ROOT / "src" / "carom") else None
 
 
-def share(counts: list[int]) -> str:
+def format_share(counts: list[int]) -> str:
     """Return how many are above 0, of how many, as a table shows it."""
     reached = sum(count > 0 for count in counts)
     return f"{reached:6d} of {len(counts):5d} {100 * reached / max(len(counts), 1):5.1f} %"
 
 
-def table(lines: Lines, branches: Branches) -> str:
+def format_table(lines: Lines, branches: Branches) -> str:
     """Return a row for each source: lines and branches reached, and the lines that were not."""
     rows = [f"{'source':48}{'lines':>24}{'branches':>24}  lines never reached"]
     for name in sorted(lines):
         never = ", ".join(str(number) for number, count in sorted(lines[name].items()) if count == 0)
-        reached = share(list(lines[name].values())), share(list(branches[name].values()))
+        reached = format_share(list(lines[name].values())), format_share(list(branches[name].values()))
         rows.append(f"{name:48}{reached[0]:>24}{reached[1]:>24}  {never}")
     every_line = [count for counts in lines.values() for count in counts.values()]
     every_branch = [count for counts in branches.values() for count in counts.values()]
-    rows.append(f"{'all':48}{share(every_line):>24}{share(every_branch):>24}")
+    rows.append(f"{'all':48}{format_share(every_line):>24}{format_share(every_branch):>24}")
     return "\n".join(rows)
 
 
@@ -100,7 +100,7 @@ def main(arguments: list[str]) -> int:
     library = build()
     command = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "--dist", "worksteal", *(arguments or TESTS)]
     done = subprocess.run(command, cwd=ROOT, check=False, env={**os.environ, "PYTHONPATH": str(library)})
-    sys.stdout.write(table(*collect()) + "\n")
+    sys.stdout.write(format_table(*collect()) + "\n")
     return done.returncode
 
 

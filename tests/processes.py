@@ -15,7 +15,7 @@ from carom.execution.job import AdapterTask
 PATIENT_S = 120.0
 
 
-def alive(pid: int) -> bool:
+def is_alive(pid: int) -> bool:
     """Whether there is such a process, and it is not dead already."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
@@ -23,15 +23,15 @@ def alive(pid: int) -> bool:
         return False
 
 
-def ended(*pids: int) -> bool:
+def wait_until_ended(*pids: int) -> bool:
     """Whether all of them end: a kill is answered when a process next has its turn."""
     until = time.monotonic() + PATIENT_S
-    while any(map(alive, pids)) and time.monotonic() < until:
+    while any(map(is_alive, pids)) and time.monotonic() < until:
         time.sleep(0.01)
-    return not any(map(alive, pids))
+    return not any(map(is_alive, pids))
 
 
-def noted(note: Path) -> int:
+def read_pid(note: Path) -> int:
     """Wait until a process number is written to a file as a whole line, and return it."""
     until = time.monotonic() + PATIENT_S
     while not (note.exists() and note.read_text().endswith("\n")):
@@ -47,6 +47,8 @@ def limit_only(patch: pytest.MonkeyPatch, *engines: str) -> None:
     patch.setattr(AdapterTask, "min_time_limit_s", PATIENT_S)
 
 
-def ran(command: Sequence[str | Path], *, check: bool = True, **options: Any) -> subprocess.CompletedProcess[str]:
+def run_command(
+    command: Sequence[str | Path], *, check: bool = True, **options: Any
+) -> subprocess.CompletedProcess[str]:
     """Return what a command has printed, and its exit code, which must be 0 by default."""
     return subprocess.run(command, capture_output=True, text=True, check=check, **options)

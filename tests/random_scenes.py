@@ -25,7 +25,7 @@ OBLIQUE = [(3.0, 4.0), (-4.0, 3.0), (1.0, 1.0), (-1.0, 2.0), (-5.0, -12.0), (2.0
 SMALL = ("whole", "anywhere")
 
 
-def drawn(
+def draw_scene(
     kind: str,
     number: int,
     *,
@@ -52,9 +52,9 @@ def drawn(
     while True:
         discs = KINDS[kind](rng)
         fixed = rng.choice([0.0, 0.0, 0.2, 0.3]) if immovable else 0.0
-        discs = [still(disc) if rng.random() < fixed else disc for disc in discs]
+        discs = [make_immovable(disc) if rng.random() < fixed else disc for disc in discs]
         times = rng.choice([1, 1, 1, 2, 3]) if repeated else 1
-        walls = _walls(rng, discs, whole=kind == "whole", times=times, room=rng.choice(rooms_m))
+        walls = _draw_walls(rng, discs, whole=kind == "whole", times=times, room=rng.choice(rooms_m))
         rate = rng.choice(RATES)
         # Plain looping makes some 100,000 tests in a tenth of a second.
         frames = min(rng.choice([10, 60, 400]), max(5, 60_000 // (len(discs) * (len(discs) + 7))))
@@ -69,24 +69,24 @@ def drawn(
             "duration_s": 30.0 if kind in SMALL else frames / rate * rng.uniform(0.9, 1.1),
         }
         if rough:
-            fields |= _rough(rng, discs, whole=kind == "whole")
+            fields |= _draw_roughness(rng, discs, whole=kind == "whole")
         try:
             return Scene(**fields)
         except SceneError:
             continue  # an overlapping start: draw again
 
 
-def small(number: int, **more: Any) -> Scene:
+def draw_small_scene(number: int, **more: Any) -> Scene:
     """Return the scene of a number, of few discs: on whole numbers where that is even, else anywhere."""
-    return drawn(SMALL[number % 2], number, **more)
+    return draw_scene(SMALL[number % 2], number, **more)
 
 
-def impacts_of(number: int) -> int:
+def number_of_impacts(number: int) -> int:
     """Return over how many impacts the scene of a number is followed: few, but in two of 25 beyond an epoch."""
     return 250 if number % 25 in {0, 1} else 4 + number % 23
 
 
-def still(disc: Disc) -> Disc:
+def make_immovable(disc: Disc) -> Disc:
     """Return the disc, immovable."""
     return disc.model_copy(update={"mass_kg": math.inf, "velocity_m_s": (0.0, 0.0)})
 
@@ -94,15 +94,15 @@ def still(disc: Disc) -> Disc:
 # Kinds: arrangement and motion ------------------------------------------------------------------------------------
 
 
-def _disc(place: Vector, velocity: Vector = (0.0, 0.0), radius: float = 0.5, mass: float = 1.0) -> Disc:
+def _build_disc(place: Vector, velocity: Vector = (0.0, 0.0), radius: float = 0.5, mass: float = 1.0) -> Disc:
     return Disc(position_m=place, velocity_m_s=velocity, radius_m=radius, mass_kg=mass)
 
 
-def _gauss(rng: random.Random, scale: float) -> Vector:
+def _draw_gauss_vector(rng: random.Random, scale: float) -> Vector:
     return (rng.gauss(0, scale), rng.gauss(0, scale))
 
 
-def _whole(rng: random.Random) -> list[Disc]:
+def _draw_whole_numbers(rng: random.Random) -> list[Disc]:
     """A few discs on whole numbers and halves: impacts, contact, edges of cells and walls come at one instant."""
     half, side = rng.choice([1, 1, 2]), rng.choice([8, 12])
     radii = rng.choice([[0.5], [0.5], [1.0], [0.5, 1.0], [0.25, 0.5, 1.0]])
@@ -110,32 +110,32 @@ def _whole(rng: random.Random) -> list[Disc]:
     for _ in range(rng.randint(3, 8)):
         place = (float(rng.randint(1, side - 1)), float(rng.randint(1, side - 1)))
         velocity = (rng.randint(-2 * half, 2 * half) / half, rng.randint(-2 * half, 2 * half) / half)
-        discs.append(_disc(place, velocity, rng.choice(radii), rng.choice([1.0, 1.0, 1.0, 2.0, 4.0])))
+        discs.append(_build_disc(place, velocity, rng.choice(radii), rng.choice([1.0, 1.0, 1.0, 2.0, 4.0])))
     if rng.random() < 0.4:  # two that only set how wide the cells are
         end = float(rng.choice([side, side, 9, 16]))
-        discs += [still(_disc((0.0, 0.0))), still(_disc((end, end)))]
+        discs += [make_immovable(_build_disc((0.0, 0.0))), make_immovable(_build_disc((end, end)))]
     rng.shuffle(discs)
     return discs
 
 
-def _anywhere(rng: random.Random) -> list[Disc]:
+def _draw_anywhere(rng: random.Random) -> list[Disc]:
     """A few discs of all sizes and masses anywhere, heading for the middle."""
     side, smallest, discs = rng.choice([8, 12]), rng.choice([0.1, 0.5, 0.9]), []
     for _ in range(rng.randint(2, 8)):
         x, y, pull = rng.uniform(1.0, side - 1.0), rng.uniform(1.0, side - 1.0), rng.uniform(0.0, 0.5)
         velocity = (rng.gauss(0.0, 1.0) - pull * (x - side / 2), rng.gauss(0.0, 1.0) - pull * (y - side / 2))
         mass = rng.choice([1.0, math.exp(rng.uniform(-2.0, 2.0)), 10 ** rng.uniform(-3.0, 3.0)])
-        discs.append(_disc((x, y), velocity, rng.uniform(smallest, 1.0), mass))
+        discs.append(_build_disc((x, y), velocity, rng.uniform(smallest, 1.0), mass))
     return discs
 
 
-def _gas(rng: random.Random) -> list[Disc]:
+def _draw_gas(rng: random.Random) -> list[Disc]:
     """Discs of about one size, few or many, slow or so fast that they pass several others in a frame."""
     side, scale = rng.choice([1, 2, 3, 5, 6, 7]), rng.choice([0.001, 0.1, 3.0, 30.0, 300.0])
     return [
-        _disc(
+        _build_disc(
             (2 * column + rng.uniform(-0.2, 0.2), 2 * row + rng.uniform(-0.2, 0.2)),
-            _gauss(rng, scale),
+            _draw_gauss_vector(rng, scale),
             rng.uniform(0.5, 0.79),
             math.exp(rng.uniform(-3, 3)),
         )
@@ -145,26 +145,26 @@ def _gas(rng: random.Random) -> list[Disc]:
     ]
 
 
-def _sizes(rng: random.Random) -> list[Disc]:
+def _draw_sizes(rng: random.Random) -> list[Disc]:
     """Radii in a ratio of up to 1:100, the small ones between the large."""
     columns = rng.choice([1, 3])
     discs = [
-        _disc((4.0 * column, 4.0 * row), _gauss(rng, 2.0), rng.uniform(0.5, 1.5), 5.0)
+        _build_disc((4.0 * column, 4.0 * row), _draw_gauss_vector(rng, 2.0), rng.uniform(0.5, 1.5), 5.0)
         for row in range(3)
         for column in range(columns)
     ]
     for _ in range(rng.choice([3, 20, 40])):
         place, radius = (rng.uniform(-2, 10), rng.uniform(-2, 10)), 10 ** rng.uniform(-2, -0.5)
         if all(math.dist(place, other.position_m) > radius + other.radius_m for other in discs):
-            discs.append(_disc(place, _gauss(rng, 5.0), radius))
+            discs.append(_build_disc(place, _draw_gauss_vector(rng, 5.0), radius))
     return discs
 
 
-def _lattice(rng: random.Random) -> list[Disc]:
+def _draw_lattice(rng: random.Random) -> list[Disc]:
     """Whole numbers, and all neighbours touch or nearly do: impacts of many at one instant."""
     side, pitch = rng.choice([2, 3, 4, 6]), rng.choice([1, 2, 3])
     return [
-        _disc(
+        _build_disc(
             (pitch * column, pitch * row),
             (rng.randint(-2, 2), rng.randint(-2, 2)),
             pitch / 2 if rng.random() < 0.7 else pitch / 4,
@@ -174,52 +174,52 @@ def _lattice(rng: random.Random) -> list[Disc]:
     ]
 
 
-def _grazing(rng: random.Random) -> list[Disc]:
+def _draw_grazing(rng: random.Random) -> list[Disc]:
     """Discs shot past a row of others, each at a miss distance that is the contact distance except for a few bits."""
     bits, down = rng.choice([8, 30, 52]), rng.choice([1, -1])
-    discs = [_disc((3.0 * k, 0.0)) for k in range(1, rng.choice([2, 9, 30]))]
+    discs = [_build_disc((3.0 * k, 0.0)) for k in range(1, rng.choice([2, 9, 30]))]
     for k in range(3):
         y = down * (1.0 + rng.randint(-4, 4) * 2.0**-bits) + 8 * k
-        discs.append(_disc((-5.0 - 3 * k, y), (rng.uniform(0.5, 40), 0.0)))
+        discs.append(_build_disc((-5.0 - 3 * k, y), (rng.uniform(0.5, 40), 0.0)))
     return discs
 
 
-def _pile_up(rng: random.Random) -> list[Disc]:
+def _draw_pile_up(rng: random.Random) -> list[Disc]:
     """Discs that all head for one place: at low frame rates many are found deep inside one another."""
     discs = []
     for ring in range(1, rng.choice([2, 3, 4])):
         for k in range(6 * ring):
             angle, pace = 2 * math.pi * (k + 0.3 * ring) / (6 * ring), rng.uniform(1, 4)
             x, y = 3 * ring * math.cos(angle), 3 * ring * math.sin(angle)
-            discs.append(_disc((x, y), (-pace * x, -pace * y), rng.uniform(0.6, 1.2)))
+            discs.append(_build_disc((x, y), (-pace * x, -pace * y), rng.uniform(0.6, 1.2)))
     return discs
 
 
-def _star(rng: random.Random) -> list[Disc]:
+def _draw_star(rng: random.Random) -> list[Disc]:
     """Discs that fly at an immovable one, to which those that lose all speed stick and slide along."""
-    discs = [still(_disc((0.0, 0.0)))]
+    discs = [make_immovable(_build_disc((0.0, 0.0)))]
     for k in range(5):
         way = complex(math.cos(angle := 2 * math.pi * k / 5 + rng.uniform(-0.1, 0.1)), math.sin(angle))
         place = way * complex(rng.uniform(2, 6), rng.uniform(-0.8, 0.8))
-        discs.append(_disc((place.real, place.imag), (-way.real, -way.imag), 0.4))
+        discs.append(_build_disc((place.real, place.imag), (-way.real, -way.imag), 0.4))
     return discs
 
 
-def _far_out(rng: random.Random) -> list[Disc]:
+def _draw_far_out(rng: random.Random) -> list[Disc]:
     """The same as a gas, so far from the origin that coordinates are coarse."""
     far = 10.0 ** rng.uniform(4, 12)
-    gas = _gas(rng)
+    gas = _draw_gas(rng)
     places = [(disc.position_m[0] + far, disc.position_m[1] - far) for disc in gas]
     return [disc.model_copy(update={"position_m": place}) for disc, place in zip(gas, places, strict=True)]
 
 
-def _coarse(rng: random.Random) -> list[Disc]:
+def _draw_coarse(rng: random.Random) -> list[Disc]:
     """Discs that move by a few units in the last place of their coordinates in a frame: rounding turns their paths."""
     far = 10.0 ** rng.uniform(6, 12)
     unit = math.ulp(far)
     side = max(1, round(200 * unit))
     return [
-        _disc(
+        _build_disc(
             (
                 far + 2 * side * (k % 3) + rng.randint(0, 40) * unit,
                 far + 2 * side * (k // 3) + rng.randint(0, 40) * unit,
@@ -231,35 +231,35 @@ def _coarse(rng: random.Random) -> list[Disc]:
     ]
 
 
-def _dust(rng: random.Random) -> list[Disc]:
+def _draw_dust(rng: random.Random) -> list[Disc]:
     """Small discs that seldom meet: most frames and pairs are left out."""
     columns = rng.choice([1, 6])
     return [
-        _disc((10 * column, 10 * row), _gauss(rng, 3.0), rng.choice([0.5, 1.0, 2.0]))
+        _build_disc((10 * column, 10 * row), _draw_gauss_vector(rng, 3.0), rng.choice([0.5, 1.0, 2.0]))
         for row in range(6)
         for column in range(columns)
     ]
 
 
 KINDS: dict[str, Callable[[random.Random], list[Disc]]] = {
-    "whole": _whole,
-    "anywhere": _anywhere,
-    "gas": _gas,
-    "sizes": _sizes,
-    "lattice": _lattice,
-    "grazing": _grazing,
-    "pile-up": _pile_up,
-    "star": _star,
-    "far out": _far_out,
-    "coarse": _coarse,
-    "dust": _dust,
+    "whole": _draw_whole_numbers,
+    "anywhere": _draw_anywhere,
+    "gas": _draw_gas,
+    "sizes": _draw_sizes,
+    "lattice": _draw_lattice,
+    "grazing": _draw_grazing,
+    "pile-up": _draw_pile_up,
+    "star": _draw_star,
+    "far out": _draw_far_out,
+    "coarse": _draw_coarse,
+    "dust": _draw_dust,
 }
 
 
 # Walls and friction ---------------------------------------------------------------------------------------------------
 
 
-def _walls(rng: random.Random, discs: list[Disc], *, whole: bool, times: int, room: float) -> list[Wall]:
+def _draw_walls(rng: random.Random, discs: list[Disc], *, whole: bool, times: int, room: float) -> list[Wall]:
     """Return no walls, a box round the discs, some sides of one, or oblique walls, or both."""
     low, high = (
         tuple(choice(disc.position_m[axis] + sign * disc.radius_m for disc in discs) for axis in range(2))
@@ -287,7 +287,7 @@ def _walls(rng: random.Random, discs: list[Disc], *, whole: bool, times: int, ro
     return walls
 
 
-def _rough(rng: random.Random, discs: list[Disc], *, whole: bool) -> dict[str, Any]:
+def _draw_roughness(rng: random.Random, discs: list[Disc], *, whole: bool) -> dict[str, Any]:
     """Return friction, and the discs with spins; on whole numbers these are whole, and stick and slide tie."""
     turning = []
     for disc in discs:
@@ -308,7 +308,7 @@ def _rough(rng: random.Random, discs: list[Disc], *, whole: bool) -> dict[str, A
 # Finite walls ---------------------------------------------------------------------------------------------------------
 
 
-def _table(rnd: random.Random) -> Scene:
+def _draw_resting_table(rnd: random.Random) -> Scene:
     """Return some discs in a room of edges and arcs, with bars, islands, rings, half-planes, and walls' own materials.
 
     Half of them are of quarters: discs touch, meet corners and slide along arcs exactly.
@@ -351,7 +351,7 @@ def _table(rnd: random.Random) -> Scene:
     )
 
 
-def _driven_table(rnd: random.Random) -> Scene:
+def _draw_driven_table(rnd: random.Random) -> Scene:
     """Return a table of which walls are driven or are belts, perhaps with mallets."""
     exact = rnd.random() < 0.5
 
@@ -368,7 +368,7 @@ def _driven_table(rnd: random.Random) -> Scene:
         place, radius = (rnd.randint(-24, 24) / 4, rnd.randint(-24, 20) / 4), rnd.choice((0.25, 0.5))
         return Disc(position_m=place, radius_m=radius, mass_kg=math.inf, driven=True, legs=legs())
 
-    scene = _table(rnd)
+    scene = _draw_resting_table(rnd)
     walls = [
         wall.model_copy(update={"legs": rnd.choice(((), legs())), "surface_speed_m_s": rnd.choice((0.0, 0.0, 0.5))})
         for wall in scene.walls
@@ -379,10 +379,10 @@ def _driven_table(rnd: random.Random) -> Scene:
 
 
 #: Kinds of finite walls, with laws of their own.
-TABLES: dict[str, Callable[[random.Random], Scene]] = {"table": _table, "driven table": _driven_table}
+TABLES: dict[str, Callable[[random.Random], Scene]] = {"table": _draw_resting_table, "driven table": _draw_driven_table}
 
 
-def table(kind: str, number: int) -> Scene:
+def draw_table(kind: str, number: int) -> Scene:
     """Return the table of a kind and a number: drawn again where bodies overlap, or a chain crosses itself."""
     rng = random.Random(f"{kind} {number}")
     while True:
@@ -392,7 +392,7 @@ def table(kind: str, number: int) -> Scene:
             continue
 
 
-def slowing(number: int) -> Scene:
+def draw_table_friction_scene(number: int) -> Scene:
     """Return the table of a number that slows up to five discs down, some at rest or immovable, among walls or none."""
     rng, discs = random.Random(number), []
     for i in range(rng.choice((1, 2, 3, 5))):
@@ -412,7 +412,7 @@ def slowing(number: int) -> Scene:
     )
 
 
-def thrown(number: int, *, gives_back: bool = False) -> Scene:
+def draw_slope_scene(number: int, *, gives_back: bool = False) -> Scene:
     """Return the scene of a number: a disc that is thrown on a slope, with spin; now and then it begins in contact.
 
     Rolling resistance may brake it, or else, by `gives_back`, friction gives back of a slip, turned round or not.
@@ -458,7 +458,7 @@ SURROUNDS: tuple[list[Wall | Chain | Ring], ...] = (
 # Many discs, as arrays ------------------------------------------------------------------------------------------------
 
 
-def jittered(
+def draw_jittered_discs(
     rng: np.random.Generator,
     discs: int,
     *,
@@ -481,7 +481,7 @@ def jittered(
     mass[:immovable] = math.inf
     velocity[:immovable] = 0.0
     turn = np.array([[math.cos(tilt), math.sin(tilt)], [-math.sin(tilt), math.cos(tilt)]])
-    sides = np.array(box(columns, columns))
+    sides = np.array(build_box(columns, columns))
     sides = np.hstack([sides[:, :2] @ turn, sides[:, 2:] @ turn])
     return DiscArrays(
         position @ turn,
@@ -494,17 +494,19 @@ def jittered(
     )
 
 
-def box(width: float, height: float) -> tuple[tuple[float, float, float, float], ...]:
+def build_box(width: float, height: float) -> tuple[tuple[float, float, float, float], ...]:
     """Return the four walls of a box with a corner at the origin, as rows of arrays."""
     return ((0.0, 0.0, 1.0, 0.0), (width, 0.0, -1.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, height, 0.0, -1.0))
 
 
-def scene_of(start: DiscArrays, duration_s: float) -> Scene:
+def build_scene(start: DiscArrays, duration_s: float) -> Scene:
     """Return the scene of discs as arrays, without friction."""
     columns = (start.position_m, start.velocity_m_s, start.radius_m, start.mass_kg)
     return Scene(
         name="drawn",
-        discs=[_disc(tuple(p), tuple(v), r, m) for p, v, r, m in zip(*(c.tolist() for c in columns), strict=True)],
+        discs=[
+            _build_disc(tuple(p), tuple(v), r, m) for p, v, r, m in zip(*(c.tolist() for c in columns), strict=True)
+        ],
         walls=[Wall(point_m=w[:2], normal=w[2:]) for w in start.half_planes()],
         restitution=start.restitution,
         wall_restitution=start.wall_restitution,

@@ -20,7 +20,7 @@ Drive = Callable[..., list[Observation]]
 Finish = Callable[..., Observation]
 
 
-def sure(value: T | None) -> T:
+def require_value(value: T | None) -> T:
     """Return a value that must be there: where it is None, the test fails."""
     assert value is not None
     return value
@@ -38,7 +38,7 @@ def wall_at(x: float, y: float, nx: float, ny: float, **more: Any) -> Wall:
     return Wall(point_m=(x, y), normal=(nx, ny), **more)
 
 
-def on_legs(*legs: tuple[float, tuple[float, float]]) -> dict[str, Any]:
+def drive_on_legs(*legs: tuple[float, tuple[float, float]]) -> dict[str, Any]:
     """Return the drive of a body that has a velocity from each of some instants on."""
     return {"legs": [{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in legs]}
 
@@ -50,7 +50,9 @@ def staged(name: str, *bodies: Disc | AnyWall, **fields: Any) -> Scene:
     return Scene(name=name, discs=discs, walls=walls, **fields)
 
 
-def line(*positions: float, velocities: tuple[float, ...], restitution: float = 1.0, duration_s: float = 10.0) -> Scene:
+def build_line_scene(
+    *positions: float, velocities: tuple[float, ...], restitution: float = 1.0, duration_s: float = 10.0
+) -> Scene:
     """Return discs of 1 kg and radius 0.5 on the x axis."""
     return staged(
         "line",
@@ -65,7 +67,7 @@ def with_discs(scene: Scene, **fields: Any) -> Scene:
     return scene.model_copy(update={"discs": tuple(disc.model_copy(update=fields) for disc in scene.discs)})
 
 
-def altered(trace: Trace, k: int, **fields: Any) -> Trace:
+def alter_impact(trace: Trace, k: int, **fields: Any) -> Trace:
     """Return a trace of whose impact k some fields are others."""
     impacts = trace.impacts.copy()
     for name, value in fields.items():
@@ -73,7 +75,7 @@ def altered(trace: Trace, k: int, **fields: Any) -> Trace:
     return replace(trace, impacts=impacts)
 
 
-def crushed_rows() -> list[tuple[Scene, float]]:
+def build_crushed_rows() -> list[tuple[Scene, float]]:
     """Return rows of discs on one line that are left no room, and when: their room over the speed of closing."""
     left, right = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(4.0, 0.0, -1.0, 0.0)
     drive = {"velocity_m_s": (-0.5, 0.0)}
@@ -110,6 +112,6 @@ def crushed_rows() -> list[tuple[Scene, float]]:
     ]
 
 
-def cross_checked(scenes: Any, engines: Sequence[str], **options: Any) -> Results:
+def run_cross_check(scenes: Any, engines: Sequence[str], **options: Any) -> Results:
     """Return the results of a cross-check in this process, without timing: it is about what is said."""
     return carom.cross_check(scenes, engines, timing=False, pool=InProcessPool(), **options)

@@ -6,18 +6,18 @@ import pytest
 from tests.cases import each
 
 
-def wrong(second: str) -> None:
+def fail_deep(second: str) -> None:
     if second == "a":
         raise ValueError(second)
     pytest.fail(second)
 
 
-def not_raised(_: str) -> None:
+def fail_to_raise(_: str) -> None:
     with pytest.raises(ValueError, match="never"):
         pass
 
 
-@pytest.mark.parametrize("fails", [wrong, not_raised])
+@pytest.mark.parametrize("fails", [fail_deep, fail_to_raise])
 def test_nested_each_runs_every_row(fails: Callable[[str], None]) -> None:
     r"""With two nested `each` all rows run, and failures of inner rows do not hide the next outer row.
 

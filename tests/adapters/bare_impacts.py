@@ -41,7 +41,7 @@ class Thrown:
     steps_before: float = 1.0
     late: float = LATE
 
-    def given(self, own: float) -> list[tuple[float, float]]:
+    def list_coefficients(self, own: float) -> list[tuple[float, float]]:
         """Return friction and restitution of the disc and of the floor, `own` being what gives `restitution` again."""
         return list(zip(self.friction, self.restitutions or (own, own), strict=True))
 
@@ -63,7 +63,7 @@ def pymunk(thrown: Thrown) -> Left:
     body.position, body.velocity, body.angular_velocity = (0, thrown.height_m), thrown.velocity, thrown.spin
     floor = engine.Body(body_type=engine.Body.STATIC)
     shapes = (engine.Circle(body, RADIUS_M), engine.Poly(floor, [(-9, -9), (9, -9), (9, 0), (-9, 0)]))
-    for shape, (friction, restitution) in zip(shapes, thrown.given(thrown.restitution**0.5), strict=True):
+    for shape, (friction, restitution) in zip(shapes, thrown.list_coefficients(thrown.restitution**0.5), strict=True):
         shape.elasticity, shape.friction = restitution, friction
     space.add(body, floor, *shapes)
     for _ in range(STEPS):
@@ -87,7 +87,7 @@ def box2d(thrown: Thrown, iterations: int = 50, velocity_scale: float = 2.0**20)
     slab.radius = 0.0
     floor = world.CreateStaticBody(position=(0, 0))
     shapes = ((body, engine.b2CircleShape(radius=RADIUS_M)), (floor, slab))
-    for (of, shape), (friction, restitution) in zip(shapes, thrown.given(thrown.restitution), strict=True):
+    for (of, shape), (friction, restitution) in zip(shapes, thrown.list_coefficients(thrown.restitution), strict=True):
         of.CreateFixture(shape=shape, density=1, friction=friction, restitution=restitution)
     body.massData = engine.b2MassData(mass=1, center=(0, 0), I=thrown.inertia or 0.125)
     for _ in range(STEPS):
@@ -116,7 +116,7 @@ def pybullet(thrown: Thrown, *, maximal: bool = True, planar: bool = False, **dy
         if thrown.inertia is not None:
             told["mass"] = 1
             told["localInertiaDiagonal"] = [0 if planar else thrown.inertia] * 2 + [thrown.inertia]
-        given = thrown.given(thrown.restitution**0.5)
+        given = thrown.list_coefficients(thrown.restitution**0.5)
         for body, more, (friction, restitution) in zip(
             bodies, (told, {"contactProcessingThreshold": 0}), given, strict=True
         ):

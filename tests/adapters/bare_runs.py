@@ -87,7 +87,7 @@ def pymunk(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
     def read() -> list[list[float]]:
         return [[*body.position, *body.velocity, body.angular_velocity] for body in bodies]
 
-    return _driven(lambda: space.step(dt_s), read, steps)
+    return _run_steps(lambda: space.step(dt_s), read, steps)
 
 
 def pybullet(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
@@ -141,7 +141,7 @@ def pybullet(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
         speeds = [(*v[:2], w[2]) for v, w in (engine.getBaseVelocity(body, client) for body in bodies)]
         return np.hstack([places, speeds]).tolist()  # type: ignore[no-any-return] # of two axes
 
-    states = _driven(lambda: engine.stepSimulation(client), read, steps)
+    states = _run_steps(lambda: engine.stepSimulation(client), read, steps)
     engine.disconnect(client)
     return states
 
@@ -197,7 +197,7 @@ def mujoco(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
             rows[k] = [*place[:2], *speed[:2], 0.0 if slides else speed[5]]
         return rows
 
-    return _driven(lambda: engine.mj_step(model, data), read, steps)
+    return _run_steps(lambda: engine.mj_step(model, data), read, steps)
 
 
 def box2d(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
@@ -243,10 +243,10 @@ def box2d(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
         return [[*body.position, *(v * unit for v in (*body.linearVelocity, body.angularVelocity))] for body in bodies]
 
     velocity_iterations, position_iterations = (50, 0) if tuned else (8, 3)
-    return _driven(lambda: world.Step(dt_s * unit, velocity_iterations, position_iterations), read, steps)
+    return _run_steps(lambda: world.Step(dt_s * unit, velocity_iterations, position_iterations), read, steps)
 
 
-def _driven(step: Callable[[], object], read: Callable[[], list[list[float]]], steps: int) -> States:
+def _run_steps(step: Callable[[], object], read: Callable[[], list[list[float]]], steps: int) -> States:
     seen = [read()]
     for _ in range(steps):
         step()

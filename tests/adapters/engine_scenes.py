@@ -9,7 +9,7 @@ from carom import Chain, Disc, Scene, Wall
 from carom.engines.api import Adapter, Observation
 
 
-def oblique(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: float = 0.0) -> Scene:
+def build_oblique_scene(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: float = 0.0) -> Scene:
     """Two discs of masses 1:2 that meet off their line of centres; the first comes back and leaves a slanted wall.
 
     Lengths, masses and times are scaled by the three factors, and all is moved by `x_m`.
@@ -24,14 +24,14 @@ def oblique(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: floa
     )
 
 
-def cradle() -> Scene:
+def build_cradle_scene() -> Scene:
     """A disc that runs into the end of a row of four in contact."""
     row = [disc_at(i, 0) for i in range(4)]
     runner = disc_at(-1.51, 0, 1)
     return staged("cradle", runner, *row, duration_s=2.0)
 
 
-def break_() -> Scene:
+def build_break_scene() -> Scene:
     """A disc that runs into the tip of a triangle of ten in contact."""
     pitch = 1 + 1e-7  # touching, except for the rounding of the root of 3
     rack = [disc_at(math.sqrt(0.75) * pitch * row, (k - row / 2) * pitch) for row in range(4) for k in range(row + 1)]
@@ -39,7 +39,7 @@ def break_() -> Scene:
     return staged("break", cue, *rack, duration_s=1.0)
 
 
-def bullet(phase: float, dt_s: float) -> Scene:
+def build_bullet_scene(phase: float, dt_s: float) -> Scene:
     """Return a disc that flies 33 radii a step and hits one at rest after 5.25 steps and this phase of one."""
     speed, radius = 100.0, 0.05
     return staged(
@@ -50,7 +50,7 @@ def bullet(phase: float, dt_s: float) -> Scene:
     )
 
 
-def along_a_floor(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_width_m: float = 0.0) -> Scene:
+def build_floor_scene(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_width_m: float = 0.0) -> Scene:
     """Return a disc that lands at 5 m/s along a floor in pieces, after 0.3 s, this fraction of a metre further left.
 
     Ten pieces are a metre long: at ten phases and more of them the disc lands before, on and behind a joint.
@@ -66,7 +66,7 @@ def along_a_floor(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_
     )
 
 
-def at_a_paddle(phase: float, *, disc: bool = False, half_width_m: float = 0.0) -> Scene:
+def build_paddle_scene(phase: float, *, disc: bool = False, half_width_m: float = 0.0) -> Scene:
     """Return a disc at 2 m/s that an edge, or a disc, driven at 1 m/s the other way sends back: at -4 m/s, 2 V - v."""
     dt_s, radius = 1 / 60, 0.25
     # The two close at 3 m/s: twelve steps and a phase until they touch, and as many after.
@@ -79,7 +79,7 @@ def at_a_paddle(phase: float, *, disc: bool = False, half_width_m: float = 0.0) 
     )
 
 
-def with_a_late_leg(phase: float, dt_s: float) -> Scene:
+def build_late_leg_scene(phase: float, dt_s: float) -> Scene:
     """Return a disc that is at rest until this part of a step after 0.25 s, and is then driven at (2, -1) m/s."""
     late = disc_at(
         0.0,
@@ -95,7 +95,7 @@ def with_a_late_leg(phase: float, dt_s: float) -> Scene:
     return staged("late", disc_at(0.75, -0.25, r=0.25), late, duration_s=1.0)
 
 
-def assert_begun_late(seen: Observation, steps: int, dt_s: float, *, rounding: float) -> None:
+def assert_leg_began_late(seen: Observation, steps: int, dt_s: float, *, rounding: float) -> None:
     """The leg of `with_a_late_leg` began this many steps after 0.25 s, and the disc was struck by it."""
     moved_s = 0.75 - steps * dt_s
     np.testing.assert_allclose(seen.position_m[1], (2 * moved_s, -moved_s), rtol=0, atol=rounding)
@@ -104,13 +104,13 @@ def assert_begun_late(seen: Observation, steps: int, dt_s: float, *, rounding: f
     assert 0.0 < float(np.hypot(*seen.velocity_m_s[0])) <= 2 * math.hypot(2, 1) + 10 * rounding
 
 
-def at_a_belt(phase: float, wall: Chain | Wall, side: int = 1) -> Scene:
+def build_belt_scene(phase: float, wall: Chain | Wall, side: int = 1) -> Scene:
     """Return a disc that comes at 3 m/s, head-on, from positive x or the other side, to a belt of friction 1/4."""
     disc = disc_at(side * (1.0 + phase * 3 / 64), 0.0, -3.0 * side, r=0.25)
     return staged("belt", disc, wall, wall_friction=0.25, duration_s=0.75)
 
 
-def at_a_thin_wall(q: float, phase: float, *, half_width_m: float = 0.0) -> Scene:
+def build_thin_wall_scene(q: float, phase: float, *, half_width_m: float = 0.0) -> Scene:
     """Return a disc that flies q of its reach a step, head-on at an edge, and is there this fraction of a step later.
 
     Its reach is its radius and the half width of the wall. What looks once a step has 1/q of all phases to see it in.
@@ -128,11 +128,11 @@ def at_a_thin_wall(q: float, phase: float, *, half_width_m: float = 0.0) -> Scen
     )
 
 
-def width(adapter: Adapter, tolerance: float) -> float:
+def scale_tolerance(adapter: Adapter, tolerance: float) -> float:
     """Return a tolerance that was derived from the rounding of 64-bit floats, at the width of the engine's own."""
     return tolerance * 2.0 ** {64: 0, 32: 53 - 24}[adapter.capabilities.float_bits]
 
 
-def rounded(adapter: Adapter, values: object) -> object:
+def round_to_engine(adapter: Adapter, values: object) -> object:
     """Return numbers as the engine holds them, rounded to its own width."""
     return np.array(values, dtype=f"f{adapter.capabilities.float_bits // 8}").astype(np.float64).tolist()

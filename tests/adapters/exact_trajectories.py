@@ -36,11 +36,11 @@ class Truth:
         self.meetings: list[Meeting] = []
         now = 0.0
         while True:
-            after_s, first, second = self._next(place, velocity)
+            after_s, first, second = self._find_next_impact(place, velocity)
             if now + after_s >= duration_s:
                 break
-            now, place, velocity = now + after_s, *self._flown(place, velocity, after_s)
-            velocity = self._struck(place, velocity, first, second)
+            now, place, velocity = now + after_s, *self._fly(place, velocity, after_s)
+            velocity = self._resolve_impact(place, velocity, first, second)
             self._legs.append((now, place, velocity))
             self.meetings.append(Meeting(now, first, second, velocity))
         self.end_place, self.end_velocity = self.at(duration_s)
@@ -51,12 +51,12 @@ class Truth:
     def at(self, time_s: float) -> tuple[Array, Array]:
         """Return places and velocities at an instant."""
         began, place, velocity = next(leg for leg in reversed(self._legs) if leg[0] <= max(time_s, 0.0))
-        return self._flown(place, velocity, time_s - began)
+        return self._fly(place, velocity, time_s - began)
 
-    def _flown(self, place: Array, velocity: Array, time_s: float) -> tuple[Array, Array]:
+    def _fly(self, place: Array, velocity: Array, time_s: float) -> tuple[Array, Array]:
         return place + velocity * time_s + self._falls * (time_s * time_s / 2), velocity + self._falls * time_s
 
-    def _next(self, place: Array, velocity: Array) -> tuple[float, int, int]:
+    def _find_next_impact(self, place: Array, velocity: Array) -> tuple[float, int, int]:
         found = (math.inf, -1, -1)
         stage = self._stage
         for i, disc in enumerate(stage.discs):
@@ -70,11 +70,11 @@ class Truth:
             if math.isfinite(disc.mass):
                 for k, (point, normal) in enumerate(stage.walls):
                     gap = float((place[i] - point) @ normal) - disc.radius
-                    time = _landing(gap, float(velocity[i] @ normal), float(self._pull @ normal))
+                    time = _landing_time(gap, float(velocity[i] @ normal), float(self._pull @ normal))
                     found = min(found, (time, i, -1 - k))
         return found
 
-    def _struck(self, place: Array, velocity: Array, i: int, j: int) -> Array:
+    def _resolve_impact(self, place: Array, velocity: Array, i: int, j: int) -> Array:
         velocity = velocity.copy()
         if j < 0:
             normal = np.array(self._stage.walls[-1 - j][1])
@@ -88,7 +88,7 @@ class Truth:
         return velocity
 
 
-def _landing(gap: float, speed: float, pull: float) -> float:
+def _landing_time(gap: float, speed: float, pull: float) -> float:
     """Return when a gap that opens at a speed, and is pulled, closes; infinity if it does not."""
     if pull == 0:
         return max(-gap / speed, 0.0) if speed < 0 else math.inf
@@ -99,7 +99,9 @@ def _landing(gap: float, speed: float, pull: float) -> float:
     return min((t for t in roots if t > _JUST_MET_S and speed + pull * t < 0), default=math.inf)
 
 
-def turns(states: Array, dt_s: float, stage: Stage, first: int, second: int, least: float) -> Sequence[tuple[int, int]]:
+def find_velocity_changes(
+    states: Array, dt_s: float, stage: Stage, first: int, second: int, least: float
+) -> Sequence[tuple[int, int]]:
     """Return of each turn that two bodies give each other the boundaries before and after it.
 
     Args:
@@ -124,7 +126,9 @@ def turns(states: Array, dt_s: float, stage: Stage, first: int, second: int, lea
     return found
 
 
-def turned_at(states: Array, dt_s: float, stage: Stage, first: int, second: int, turn: tuple[int, int]) -> float:
+def estimate_impact_time(
+    states: Array, dt_s: float, stage: Stage, first: int, second: int, turn: tuple[int, int]
+) -> float:
     """Return the instant at which the free paths before and after a turn come nearest, by least squares."""
     before, after = (states[k, first] - (states[k, second] if second >= 0 else np.zeros(4)) for k in turn)
     alike = second >= 0 and math.isfinite(stage.discs[second].mass)

@@ -50,7 +50,7 @@ class Shipped:
     roundings: int = 0
 
 
-def meeting(speed_m_s: float, phase: float) -> Scene:
+def build_meeting_scene(speed_m_s: float, phase: float) -> Scene:
     """Two discs of 1 and 2 kg that meet off their line of centres, `phase` of a step later than at a step."""
     radius, offset = 0.25, 0.3
     apart = math.sqrt((2 * radius) ** 2 - offset**2) + speed_m_s * (STEPS_BEFORE + phase) * DT_S
@@ -65,7 +65,7 @@ def assert_default_is_shipped(adapter: Adapter, shipped: Shipped) -> None:
     """What `default` uses are the engine's defaults, except for those that the profile lists, all of which differ."""
     profile = adapter.profiles["default"]
     changed = set(profile.changed)
-    scene = meeting(SPEEDS[0], 0.0)
+    scene = build_meeting_scene(SPEEDS[0], 0.0)
     world = adapter.prepare(scene, profile.settings(DT_S))
     used = {name: value for name, value in world.settings.items() if name != "dt_s"}
     world.close()
@@ -85,13 +85,13 @@ def _same(used: Setting, shipped: object) -> bool:
     return math.isclose(float(used), shipped, rel_tol=2.0**-23)
 
 
-def worst_difference(adapter: Adapter, shipped: Shipped) -> float:
+def measure_largest_difference(adapter: Adapter, shipped: Shipped) -> float:
     """How far `default` ends from the engine as shipped: the largest, in roundings of the largest number there is."""
     rounding = 2.0 ** (-23 if adapter.capabilities.float_bits == 32 else -52)
     found = []
     for speed in SPEEDS:
         for phase in PHASES:
-            scene = meeting(speed, phase)
+            scene = build_meeting_scene(speed, phase)
             world = adapter.prepare(scene, adapter.profiles["default"].settings(DT_S))
             world.advance(STEPS)
             end = world.observe()
@@ -103,7 +103,7 @@ def worst_difference(adapter: Adapter, shipped: Shipped) -> float:
     return max(found)
 
 
-def run_of(engine: str) -> Callable[[Sequence[Disc]], End]:
+def bare_run_of(engine: str) -> Callable[[Sequence[Disc]], End]:
     """Return how discs run in the bare engine as shipped, each free to turn."""
 
     def run(discs: Sequence[Disc]) -> End:
@@ -113,7 +113,7 @@ def run_of(engine: str) -> Callable[[Sequence[Disc]], End]:
     return run
 
 
-def of_pymunk() -> Shipped:
+def read_pymunk_defaults() -> Shipped:
     """Pymunk's own: the attributes of a space and of a shape."""
     import pymunk
 
@@ -122,10 +122,10 @@ def of_pymunk() -> Shipped:
     shape = pymunk.Circle(pymunk.Body(1, 1), 1)
     values: dict[str, object] = {name: getattr(space, name) for name in names}
     values |= {"elasticity": shape.elasticity, "friction": shape.friction, "moment": None, "set_neighbors": NOT_TOLD}
-    return Shipped(values, run_of("pymunk"))
+    return Shipped(values, bare_run_of("pymunk"))
 
 
-def of_pybullet() -> Shipped:
+def read_pybullet_defaults() -> Shipped:
     """PyBullet's own; damping, which it does not tell, is the part of its speed that a free body loses a second."""
     bullet: Any = importlib.import_module("pybullet")
     client = bullet.connect(bullet.DIRECT)
@@ -146,10 +146,10 @@ def of_pybullet() -> Shipped:
         "linearDamping": (1 - left) / DT_S,
         "angularDamping": (1 - spin) / DT_S,
     }
-    return Shipped(values, run_of("pybullet"))
+    return Shipped(values, bare_run_of("pybullet"))
 
 
-def of_mujoco() -> Shipped:
+def read_mujoco_defaults() -> Shipped:
     """MuJoCo's own: the options of a model that sets none, and its geoms."""
     mujoco: Any = importlib.import_module("mujoco")
     ball = '<mujoco><worldbody><body><freejoint/><geom size="1"/></body></worldbody></mujoco>'
@@ -177,10 +177,10 @@ def of_mujoco() -> Shipped:
         "stiffness": None,
         "damping": None,
     }
-    return Shipped(values, run_of("mujoco"))
+    return Shipped(values, bare_run_of("mujoco"))
 
 
-def of_box2d() -> Shipped:
+def read_box2d_defaults() -> Shipped:
     """Box2D's own: the attributes of a world and of a body."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -204,12 +204,12 @@ def of_box2d() -> Shipped:
         "polygon_radius_m": 0.0,
         "chains": False,
     }
-    return Shipped(values, run_of("box2d"), roundings=1)
+    return Shipped(values, bare_run_of("box2d"), roundings=1)
 
 
 OF_ALL: dict[str, Callable[[], Shipped]] = {
-    "pymunk": of_pymunk,
-    "pybullet": of_pybullet,
-    "mujoco": of_mujoco,
-    "box2d": of_box2d,
+    "pymunk": read_pymunk_defaults,
+    "pybullet": read_pybullet_defaults,
+    "mujoco": read_mujoco_defaults,
+    "box2d": read_box2d_defaults,
 }

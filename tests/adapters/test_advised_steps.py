@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from tests.adapters.bare_runs import ENGINES, Body, Stage, Vector
 from tests.cases import each
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 from carom import Scene
 from carom.catalogue import find_scenes
@@ -71,7 +71,7 @@ class Shot:
         return ENGINES[engine](stage, "tuned", dt_s, steps)[-1, :, 2:4]
 
 
-def judged(engine: str, shot: Shot, dt_s: float) -> Iterator[tuple[bool, float]]:
+def judge_starts(engine: str, shot: Shot, dt_s: float) -> Iterator[tuple[bool, float]]:
     """Whether it hits, and its direction error: at 64 starts over a step, and where a look is just before the touch."""
     for phase in (*(k / 64 for k in range(64)), (1e-3 - shot.touch_s / dt_s) % 1.0):
         found = shot.run(engine, dt_s, phase * dt_s)
@@ -82,7 +82,7 @@ def judged(engine: str, shot: Shot, dt_s: float) -> Iterator[tuple[bool, float]]
         yield hit, max(wrong) if hit else math.nan
 
 
-def puck() -> Scene:
+def build_puck_scene() -> Scene:
     """A puck of 3 cm at 20 m/s that meets another one of its kind, a third of a radius aside."""
     discs = [
         {"position_m": (0.0, 0.0), "velocity_m_s": (20.0, 0.0), "radius_m": 0.03},
@@ -94,12 +94,12 @@ def puck() -> Scene:
 CASES: dict[str, tuple[Callable[[], Scene], float]] = {
     "bullet": (lambda: find_scenes(["classics/bullet"])[0].scene, 5.0),
     "graze": (lambda: find_scenes(["classics/graze"])[0].scene, 2.0),
-    "puck": (puck, 1.0),
+    "puck": (build_puck_scene, 1.0),
 }
 
 
 @pytest.fixture(scope="module", params=CASES)
-def advised(request: pytest.FixtureRequest) -> tuple[str, Advice]:
+def advice_of_scene(request: pytest.FixtureRequest) -> tuple[str, Advice]:
     """What the adviser says of a scene, of the engines that are there."""
     make, degrees = CASES[request.param]
     with LocalPool() as pool:
@@ -110,43 +110,43 @@ def advised(request: pytest.FixtureRequest) -> tuple[str, Advice]:
 
 @pytest.mark.long
 @each("engine", NAMES)
-def test_advised_steps_hold_in_bare_engines(advised: tuple[str, Advice], engine: str) -> None:
+def test_advised_steps_hold_in_bare_engines(advice_of_scene: tuple[str, Advice], engine: str) -> None:
     r"""At the advised steps a bare engine hits from all 65 starts and meets the direction target.
 
     At the step reported as failing it misses from at least one start, or exceeds the target.
     """
-    name, advice = advised
+    name, advice = advice_of_scene
     answer = next((found for found in advice.answers if found.method.engine == engine), None)
     if answer is None:
         pytest.skip(f"{engine} is not installed")
     shot, angle = Shot.of(advice.scene), advice.demand.direction_error_rad
     for found, wholly in ((answer.never_misses, False), (answer.demand, True)):
         assert found.passes is not None, name
-        tried = list(judged(engine, shot, found.passes.dt_s))
+        tried = list(judge_starts(engine, shot, found.passes.dt_s))
         assert len(tried) == 65
         assert all(hit for hit, _ in tried)
         assert all(wrong <= angle for _, wrong in tried) or not wholly
         if found.fails is not None:
-            tried = list(judged(engine, shot, found.fails.dt_s))
+            tried = list(judge_starts(engine, shot, found.fails.dt_s))
             assert not all(hit and (wrong <= angle or not wholly) for hit, wrong in tried)
 
 
 @pytest.mark.long
-def test_swept_engines_need_few_steps_and_pymunk_those_of_pit(advised: tuple[str, Advice]) -> None:
+def test_swept_engines_need_few_steps_and_pymunk_those_of_pit(advice_of_scene: tuple[str, Advice]) -> None:
     r"""For the bullet 60 steps a second are enough for Box2D and MuJoCo, and 15 for PyBullet.
 
     For the puck 30 are enough for PyBullet. Pymunk's steps are between 1/1.5 of PIT's closed form and all of it.
     """
-    name, advice = advised
+    name, advice = advice_of_scene
     found = {answer.method.engine: answer for answer in advice.answers}
     most = {("bullet", "box2d"): 60, ("bullet", "mujoco"): 60, ("bullet", "pybullet"): 15, ("puck", "pybullet"): 30}
     for engine, answer in found.items():
-        assert 1 / sure(answer.demand.passes).dt_s <= most.get((name, engine), math.inf) * (1 + 1e-9)
+        assert 1 / require_value(answer.demand.passes).dt_s <= most.get((name, engine), math.inf) * (1 + 1e-9)
     if "pymunk" not in found:
         pytest.skip("pymunk is not installed")
     looks, closed = found["pymunk"], advice.closed_form
     for passes, closed_s in (
-        (looks.never_misses.passes, sure(closed).never_misses_s),
-        (looks.demand.passes, sure(closed).demand_s),
+        (looks.never_misses.passes, require_value(closed).never_misses_s),
+        (looks.demand.passes, require_value(closed).demand_s),
     ):
-        assert closed_s / 1.5 < sure(passes).dt_s <= closed_s
+        assert closed_s / 1.5 < require_value(passes).dt_s <= closed_s

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.adapters.engine_scenes import along_a_floor
+from tests.adapters.engine_scenes import build_floor_scene
 from tests.cases import each, long_until, release_after
 from tests.hazards.measures import ENGINES
 from tests.scene_builders import Named, disc_at, staged, wall_at
@@ -27,7 +27,7 @@ from carom.execution.settings_code import find_step_lines
 State = NDArray[np.float64]
 
 
-def adapters_end(adapter: Adapter, scene: Scene, profile: str, dt_s: float) -> State:
+def run_adapter(adapter: Adapter, scene: Scene, profile: str, dt_s: float) -> State:
     """Return x, y, vx, vy and spin of each disc after the steps that cover the scene."""
     world = adapter.prepare(scene, adapter.profiles[profile].settings(dt_s))
     world.advance(scene.step_count(dt_s))
@@ -37,7 +37,7 @@ def adapters_end(adapter: Adapter, scene: Scene, profile: str, dt_s: float) -> S
     return np.column_stack([seen.position_m, seen.velocity_m_s, spin])
 
 
-def programs_end(text: str, folder: Path, *, node: bool = False) -> State:
+def run_program(text: str, folder: Path, *, node: bool = False) -> State:
     """Run a program as anybody would who has saved it, in Python or in node, and return what it prints."""
     file = folder / ("pasted.mjs" if node else "pasted.py")
     file.write_text(text)
@@ -103,7 +103,7 @@ SCENES = {
     "damped corner": CORNER.model_copy(update={"gravity_m_s2": (0.0, 0.0), "damping_per_s": 0.4}),
     "damped box": all_scenes()["contact/damped-box"].scene,
     "table": all_scenes()["contact/table-pair"].scene.model_copy(update={"duration_s": 1.5}),  # while it slides
-    "seams": along_a_floor(10, 11 / 16, half_width_m=0.01),
+    "seams": build_floor_scene(10, 11 / 16, half_width_m=0.01),
     "edges": EDGES,
     "told": TOLD,
     "belt": BELT,
@@ -111,7 +111,7 @@ SCENES = {
 }
 
 
-def models_end(text: str, scene: Scene, steps: int) -> State:
+def run_model(text: str, scene: Scene, steps: int) -> State:
     """Load a model in MuJoCo, start it from its keyframe, step it, and return what became of each movable disc."""
     mujoco: Any = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_string(text)
@@ -157,11 +157,11 @@ def test_printed_code_reproduces_the_adapter_bits(
             adapter.code(scene, adapter.profiles[profile].settings(dt_s), "A heading.")
         return
     text = adapter.code(scene, adapter.profiles[profile].settings(dt_s), "Two lines --\nof a heading.")
-    found = models_end(text, scene, scene.step_count(dt_s)) if name == "mujoco" else programs_end(text, tmp_path)
+    found = run_model(text, scene, scene.step_count(dt_s)) if name == "mujoco" else run_program(text, tmp_path)
     assert_same_end(adapter, scene, profile, text, found)
 
 
-def smooth(scene: Scene, restitution: float = 0.9, wall_restitution: float = 0.8, friction: float = 0.0) -> Scene:
+def remove_spin(scene: Scene, restitution: float = 0.9, wall_restitution: float = 0.8, friction: float = 0.0) -> Scene:
     """Return a scene whose discs don't spin, with other coefficients."""
     still = {"spin_rad_s": 0.0, "inertia_factor": 0.5}
     discs = tuple(disc if disc.driven else disc.model_copy(update=still) for disc in scene.discs)
@@ -172,7 +172,13 @@ def smooth(scene: Scene, restitution: float = 0.9, wall_restitution: float = 0.8
 
 #: Restitutions of discs above those of walls and below them: some engines take the larger of two. Drake has 1 alone.
 SMOOTH = [
-    *(smooth(CORNER), smooth(CORNER, 0.7, 0.9), smooth(CORNER, friction=0.3), smooth(CORNER, 1.0, 1.0), smooth(TOLD)),
+    *(
+        remove_spin(CORNER),
+        remove_spin(CORNER, 0.7, 0.9),
+        remove_spin(CORNER, friction=0.3),
+        remove_spin(CORNER, 1.0, 1.0),
+        remove_spin(TOLD),
+    ),
     *(SCENES[name] for name in ("multiple", "box", "bullet")),
 ]
 
@@ -194,12 +200,12 @@ def test_printed_code_of_optional_engines_reproduces_the_adapter_bits(named: Nam
         assert len(asked) >= 3
         for scene in asked:
             text = adapter.code(scene, profile.settings(1 / scene.frame_rate_hz), "Two lines --\nof a heading.")
-            assert_same_end(adapter, scene, key, text, programs_end(text, tmp_path, node=node))
+            assert_same_end(adapter, scene, key, text, run_program(text, tmp_path, node=node))
 
 
 def assert_same_end(adapter: CodedAdapter, scene: Scene, profile: str, text: str, found: State) -> None:
     """A program does not mention Carom, and its final state has every digit of the adapter's own run."""
-    expected = adapters_end(adapter, scene, profile, 1 / scene.frame_rate_hz)
+    expected = run_adapter(adapter, scene, profile, 1 / scene.frame_rate_hz)
     assert "carom" not in text.lower()
     if Need.SPIN not in scene.needs and Need.FRICTION not in scene.needs:
         expected[:, 4] = found[:, 4] = 0.0  # nobody asks how a disc turns that nothing turns
@@ -252,9 +258,9 @@ def test_step_lines_are_the_only_lines_that_depend_on_the_step(name: str) -> Non
         for line, other in zip(lines, others, strict=True):
             finer = finer.replace(other, line)
         if lines:
-            assert uncommented(finer) == uncommented(here)
+            assert remove_comments(finer) == remove_comments(here)
 
 
-def uncommented(code: str) -> str:
+def remove_comments(code: str) -> str:
     """Code without the additional data of a model in XML."""
     return re.sub("<!--.*?-->", "", code, flags=re.DOTALL)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from tests.adapters.conftest import NAMES
-from tests.adapters.engine_scenes import break_, oblique
+from tests.adapters.engine_scenes import build_break_scene, build_oblique_scene
 from tests.cases import each
 from tests.hazards.measures import ENGINES
 from tests.scene_builders import Named
@@ -68,11 +68,15 @@ for profile in REUSED:
 REUSED = ("default", "tuned", "cylinder-plain")
 
 
-def _pair() -> Scene:
-    return oblique().model_copy(update={"walls": ()})
+def _build_pair() -> Scene:
+    return build_oblique_scene().model_copy(update={"walls": ()})
 
 
-SCENES: dict[str, Callable[[], Scene]] = {"pair": _pair, "oblique": oblique, "break": break_}
+SCENES: dict[str, Callable[[], Scene]] = {
+    "pair": _build_pair,
+    "oblique": build_oblique_scene,
+    "break": build_break_scene,
+}
 
 
 def run(adapter: Adapter, scene: Scene, profile: str) -> bytes:
@@ -87,7 +91,7 @@ def run(adapter: Adapter, scene: Scene, profile: str) -> bytes:
     return b"".join(o.position_m.tobytes() + o.velocity_m_s.tobytes() + repr(o.contacts).encode() for o in seen)
 
 
-def _moved(scene: Scene, by_m: float) -> Scene:
+def _move_first_disc(scene: Scene, by_m: float) -> Scene:
     """The same discs, started elsewhere: the next scene of a sweep."""
     first = scene.discs[0]
     moved = first.model_copy(update={"position_m": (first.position_m[0] - by_m, first.position_m[1] + by_m / 3)})
@@ -105,7 +109,7 @@ def test_reused_world_is_bit_identical_to_a_fresh_process(named: Named, name: st
     for profile, scene_name, bits in fresh:
         scene = SCENES[scene_name]()
         for k in range(3):
-            run(adapter, _moved(scene, 0.01 * (k + 1)), profile)
+            run(adapter, _move_first_disc(scene, 0.01 * (k + 1)), profile)
         assert run(adapter, scene, profile) == bytes.fromhex(bits), (profile, scene_name)
 
 
@@ -113,12 +117,12 @@ def test_pybullet_reuses_its_client_across_scenes(pybullet: Adapter) -> None:
     """The PyBullet client of a pair of discs is reused for the next pair and for a scene with a wall."""
     import carom_adapters.pybullet.world as module
 
-    run(pybullet, _pair(), "tuned")
+    run(pybullet, _build_pair(), "tuned")
     (kept,) = module._KEPT.values()  # noqa: SLF001 - whether anything was kept shows nowhere else
-    run(pybullet, _moved(_pair(), 0.01), "tuned")
+    run(pybullet, _move_first_disc(_build_pair(), 0.01), "tuned")
     (again,) = module._KEPT.values()  # noqa: SLF001 - as above
     assert kept[0] == again[0]
-    run(pybullet, oblique(), "tuned")
+    run(pybullet, build_oblique_scene(), "tuned")
     (after,) = module._KEPT.values()  # noqa: SLF001 - as above
     assert after[0] == again[0]
 
@@ -138,10 +142,10 @@ def test_pybullet_empties_only_clients_of_closed_worlds(pybullet: Adapter) -> No
     ball = bullet.createCollisionShape(bullet.GEOM_SPHERE, 1.0, physicsClientId=own)
     bullet.createMultiBody(1.0, ball, physicsClientId=own)
     try:
-        scene, settings = oblique(), pybullet.profiles["tuned"].settings(1 / 240)
+        scene, settings = build_oblique_scene(), pybullet.profiles["tuned"].settings(1 / 240)
         alone = run(pybullet, scene, "tuned")
         beside = pybullet.prepare(scene, settings)
-        run(pybullet, _pair(), "tuned")
+        run(pybullet, _build_pair(), "tuned")
         assert run(pybullet, scene, "tuned") == alone
         assert bullet.getNumBodies(own) == 1
         assert beside.observe().position_m.tolist() == scene.arrays.position_m.tolist()
@@ -156,5 +160,5 @@ def test_mujoco_model_is_compiled_once_per_sweep(mujoco: Adapter) -> None:
 
     module._compile.cache_clear()  # noqa: SLF001 - whether a model was compiled shows nowhere else
     for k in range(5):
-        run(mujoco, _moved(oblique(), 0.01 * k), "tuned")
+        run(mujoco, _move_first_disc(build_oblique_scene(), 0.01 * k), "tuned")
     assert module._compile.cache_info().misses == 1  # noqa: SLF001 - as above

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage
-from tests.adapters.falling_balls import RADIUS_M, STARTS, G, on_a_floor, speeds_at_rest, take_offs
+from tests.adapters.falling_balls import RADIUS_M, STARTS, G, build_floor_scene, count_take_offs, measure_speeds_at_rest
 from tests.cases import each
-from tests.scene_builders import Finish, Named, sure
+from tests.scene_builders import Finish, Named, require_value
 
 import carom
 from carom import Chain, Disc, Scene, compare, solve_pic, solve_pit
@@ -57,19 +57,19 @@ ROWS = {
 }
 
 
-def _starts(least: float, most: float) -> list[float]:
+def _spread_starts(least: float, most: float) -> list[float]:
     return [float(start) for start in np.linspace(least, most, STARTS)]
 
 
-def _down(finish: Finish, engine: Adapter, profile: str, tangent: float, friction: float) -> float:
+def _measure_slope_error(finish: Finish, engine: Adapter, profile: str, tangent: float, friction: float) -> float:
     """Return by how much the speed is off, a second after a disc is let go on a slope."""
     long = math.hypot(1.0, tangent)
     law = G * tangent / long / 1.5 if tangent <= 3.0 * friction else G * (tangent - friction) / long
-    scene = on_a_floor(Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M), 1.0, fall=tangent, friction=friction)
+    scene = build_floor_scene(Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M), 1.0, fall=tangent, friction=friction)
     return float(finish(engine, scene, 1 / RATE_HZ, profile).velocity_m_s[0, 0]) - law
 
 
-def _off_an_edge(finish: Finish, engine: Adapter, profile: str, speed: float) -> float:
+def _measure_edge_error(finish: Finish, engine: Adapter, profile: str, speed: float) -> float:
     disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
     scene = Scene(
         name="edge",
@@ -85,7 +85,7 @@ def _off_an_edge(finish: Finish, engine: Adapter, profile: str, speed: float) ->
     return (height - (RADIUS_M - 0.5 * G * flown**2)) / (0.5 * G * flown / RATE_HZ)
 
 
-def _rolling(speed: float) -> Disc:
+def _build_rolling_disc(speed: float) -> Disc:
     return Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
 
 
@@ -96,18 +96,18 @@ def test_contact_errors_of_engines_are_within_their_bounds(
     """Gap, rolling, slope and edge errors at 240 steps a second are within the listed bounds from 8 starts."""
     engine, row, dt_s = named(name), ROWS[name, profile], 1 / RATE_HZ
     found: dict[str, list[float]] = {field: [] for field in Rows._fields}
-    for up in _starts(1.0, 1.03):
-        ball = on_a_floor(Disc(position_m=(0, RADIUS_M + up), radius_m=RADIUS_M), 4.0, e=0.5)
+    for up in _spread_starts(1.0, 1.03):
+        ball = build_floor_scene(Disc(position_m=(0, RADIUS_M + up), radius_m=RADIUS_M), 4.0, e=0.5)
         found["gap_mm"].append(1e3 * (finish(engine, ball, dt_s, profile).position_m[0, 1] - RADIUS_M))
-    for speed in _starts(1.75, 2.25):
-        end = finish(engine, on_a_floor(_rolling(speed), 10.0, friction=0.5), dt_s, profile)
+    for speed in _spread_starts(1.75, 2.25):
+        end = finish(engine, build_floor_scene(_build_rolling_disc(speed), 10.0, friction=0.5), dt_s, profile)
         found["kept"].append(end.velocity_m_s[0, 0] / speed)
-    for tangent in _starts(0.54, 0.57):
-        found["held"].append(_down(finish, engine, profile, tangent, 0.2))
-    for tangent in _starts(0.96, 1.0):
-        found["slipped"].append(_down(finish, engine, profile, tangent, 0.3))
-    for speed in _starts(2.8, 3.2):
-        found["edge"].append(_off_an_edge(finish, engine, profile, speed))
+    for tangent in _spread_starts(0.54, 0.57):
+        found["held"].append(_measure_slope_error(finish, engine, profile, tangent, 0.2))
+    for tangent in _spread_starts(0.96, 1.0):
+        found["slipped"].append(_measure_slope_error(finish, engine, profile, tangent, 0.3))
+    for speed in _spread_starts(2.8, 3.2):
+        found["edge"].append(_measure_edge_error(finish, engine, profile, speed))
     for field, (least, most) in row._asdict().items():
         assert least <= min(found[field]), (field, found[field])
         assert max(found[field]) <= most, (field, found[field])
@@ -119,20 +119,25 @@ def test_resting_ball_does_not_take_off_again(named: Named, name: str, profile: 
 
     The tuned profile of Box2D is not among the rows: its balls keep hopping.
     """
-    assert [take_offs(speeds, RATE_HZ) for speeds in speeds_at_rest(named(name), profile, RATE_HZ)] == [0] * STARTS
+    assert [count_take_offs(speeds, RATE_HZ) for speeds in measure_speeds_at_rest(named(name), profile, RATE_HZ)] == [
+        0
+    ] * STARTS
 
 
-def _struck(finish: Finish, engine: Adapter, profile: str, speed: float, **changes: Setting) -> float:
+def _measure_struck_speed(finish: Finish, engine: Adapter, profile: str, speed: float, **changes: Setting) -> float:
     """Return how fast a disc at rest ends that one has rolled into, over that one's speed: by the law 2/3."""
-    discs = [_rolling(speed), Disc(position_m=(2.0, RADIUS_M), radius_m=RADIUS_M)]
-    scene = on_a_floor(discs[0], 3.0, friction=0.2).model_copy(update={"discs": tuple(discs)})
+    discs = [_build_rolling_disc(speed), Disc(position_m=(2.0, RADIUS_M), radius_m=RADIUS_M)]
+    scene = build_floor_scene(discs[0], 3.0, friction=0.2).model_copy(update={"discs": tuple(discs)})
     return float(finish(engine, scene, 1 / RATE_HZ, profile, **changes).velocity_m_s[1, 0]) / speed
 
 
 def test_default_pybullet_makes_struck_discs_up_to_5_percent_too_fast(named: Named, finish: Finish) -> None:
     """PyBullet's default `contactERP` makes a struck disc up to 3.5 to 5 % too fast; at 0, or tuned, 0.1 to 0.4 %."""
     shipped, without, tuned = (
-        [_struck(finish, named("pybullet"), profile, speed, **changes) * 1.5 - 1.0 for speed in _starts(3.0, 3.42)]
+        [
+            _measure_struck_speed(finish, named("pybullet"), profile, speed, **changes) * 1.5 - 1.0
+            for speed in _spread_starts(3.0, 3.42)
+        ]
         for profile, changes in (("default", {}), ("default", {"contactERP": 0.0}), ("tuned", {}))
     )
     assert min(shipped) > 0.003
@@ -164,30 +169,30 @@ class Start:
         return Stage((disc,), (((0.0, 0.0), (0.0, 1.0)),), 1.0, 0.0, (G * self.fall / long, -G / long), self.friction)
 
 
-def slides_to_roll(time_s: float) -> State:
+def slide_to_roll_law(time_s: float) -> State:
     """By hand: friction takes 2 m/s^2 of the disc and gives 4 to its rim, until both are 2 m/s."""
     slid = min(time_s, 0.5)
     return 3 * slid - slid**2 + 2 * (time_s - slid), 0.0, 3 - 2 * slid, 0.0, -4 * slid
 
 
-def comes_back(time_s: float) -> State:
+def come_back_law(time_s: float) -> State:
     """By hand: 1 m/s and a rim of 5 the other way round, until both are 1 m/s backwards."""
     slid = min(time_s, 1.0)
     return slid - slid**2 - (time_s - slid), 0.0, 1 - 2 * slid, 0.0, 5 - 4 * slid
 
 
-def stops(time_s: float) -> State:
+def stop_law(time_s: float) -> State:
     """By hand: 3 m/s, of which friction takes 3 in a second."""
     slid = min(time_s, 1.0)
     return 3 * slid - 1.5 * slid**2, 0.0, 3 - 3 * slid, 0.0, 0.0
 
 
-def holds(_time_s: float) -> State:
+def hold_law(_time_s: float) -> State:
     """By hand: nothing happens."""
     return 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def slips(time_s: float) -> State:
+def slip_law(time_s: float) -> State:
     """By hand: of 6 m/s^2 friction leaves 4.4, and turns the rim by 3.2."""
     return 2.2 * time_s**2, 0.0, 4.4 * time_s, 0.0, -3.2 * time_s
 
@@ -205,12 +210,12 @@ class Case:
 
 
 CASES = [
-    Case("stops", "pymunk", "tuned", Start(3, 0, 0.3, inertia=math.inf), stops, Grade.SAMPLED),
-    Case("slide-to-roll", "pymunk", "default", Start(3, 0, 0.2), slides_to_roll, Grade.SAMPLED),
-    Case("slide-to-roll", "box2d", "default", Start(3, 0, 0.2), slides_to_roll, Grade.SAMPLED),
-    Case("comes-back", "pybullet", "default", Start(1, 5, 0.2), comes_back, Grade.SAMPLED),
-    Case("incline-slips", "mujoco", "default", Start(0, 0, 0.2, fall=0.75), slips, Grade.INACCURATE),
-    Case("holds", "mujoco", "default", Start(0, 0, 0.8, 0.75, math.inf), holds, Grade.INACCURATE),
+    Case("stops", "pymunk", "tuned", Start(3, 0, 0.3, inertia=math.inf), stop_law, Grade.SAMPLED),
+    Case("slide-to-roll", "pymunk", "default", Start(3, 0, 0.2), slide_to_roll_law, Grade.SAMPLED),
+    Case("slide-to-roll", "box2d", "default", Start(3, 0, 0.2), slide_to_roll_law, Grade.SAMPLED),
+    Case("comes-back", "pybullet", "default", Start(1, 5, 0.2), come_back_law, Grade.SAMPLED),
+    Case("incline-slips", "mujoco", "default", Start(0, 0, 0.2, fall=0.75), slip_law, Grade.INACCURATE),
+    Case("holds", "mujoco", "default", Start(0, 0, 0.8, 0.75, math.inf), hold_law, Grade.INACCURATE),
 ]
 
 
@@ -224,7 +229,7 @@ def test_contact_errors_of_bare_engines_match_the_score(named: Named, case: Case
     trace = observe_run(named(case.engine), scene, case.profile, DT_S)
     score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=240.0))
     assert score.contact is not None
-    steps = {round(time_s / DT_S) for time_s in sure(trace.looks).time_s.tolist()} - {0}
+    steps = {round(time_s / DT_S) for time_s in require_value(trace.looks).time_s.tolist()} - {0}
     states = ENGINES[case.engine](case.start.stage(), case.profile, DT_S, max(steps))[:, 0]
     states = (states - (0.0, RADIUS_M, 0.0, 0.0, 0.0)) * (1.0, 1.0, 1.0, 1.0, RADIUS_M)
     off = np.array([states[k] - case.law(k * DT_S) for k in sorted(steps)])

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.engine_scenes import width
+from tests.adapters.engine_scenes import scale_tolerance
 from tests.cases import each
-from tests.scene_builders import Finish, Named, disc_at, staged, sure
+from tests.scene_builders import Finish, Named, disc_at, require_value, staged
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import Adapter, AdapterError
@@ -22,7 +22,7 @@ DT_S, STEPS = 1 / 64, 64
 STARTS = [(rate, 0.5 + 0.75 * k, 1.25 - 0.5 * k) for k, rate in enumerate((0.01, 0.04, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0))]
 
 
-def _slowed(profile: str, engine: str, rate: float, speed: float) -> Iterator[float]:
+def _iterate_damped_speeds(profile: str, engine: str, rate: float, speed: float) -> Iterator[float]:
     """Yield the speed at each boundary, by what the engine's sources or documents say it does in a step."""
     step = rate * DT_S
     for _ in range(STEPS + 1):
@@ -47,13 +47,15 @@ def test_damping_follows_the_documented_integrator(
     disc = Disc(position_m=(0.25, 0.5), velocity_m_s=(speed, 0.0), radius_m=0.5, mass_kg=3.0, spin_rad_s=spin)
     scene = Scene(name="slows", discs=[disc], damping_per_s=rate, duration_s=STEPS * DT_S)
     end = finish(engine, scene, DT_S, profile)
-    speeds = list(_slowed(profile, engine.name, rate, speed))
+    speeds = list(_iterate_damped_speeds(profile, engine.name, rate, speed))
     moving = speeds[:-1] if engine.name == "pymunk" else speeds[1:]  # Chipmunk moves discs before it slows them down
     # 64 steps, each rounded at no more than 8 m or 8 m/s.
-    rounding = width(engine, STEPS * float(np.spacing(8.0)))
+    rounding = scale_tolerance(engine, STEPS * float(np.spacing(8.0)))
     assert end.velocity_m_s[0] == pytest.approx([speeds[-1], 0.0], abs=rounding)
     assert end.position_m[0] == pytest.approx([0.25 + DT_S * math.fsum(moving), 0.5], abs=rounding)
-    assert sure(end.spin_rad_s)[0] == pytest.approx(list(_slowed(profile, engine.name, rate, spin))[-1], abs=rounding)
+    assert require_value(end.spin_rad_s)[0] == pytest.approx(
+        list(_iterate_damped_speeds(profile, engine.name, rate, spin))[-1], abs=rounding
+    )
 
 
 @each("phase", range(8))
@@ -65,7 +67,7 @@ def test_bounce_step_is_damped_as_documented(engine: Adapter, finish: Finish, ph
     scene = Scene(
         name="bounces", discs=[disc], walls=[wall], wall_restitution=e, damping_per_s=rate, duration_s=STEPS * DT_S
     )
-    kept = list(_slowed("tuned", engine.name, rate, 1.0))
+    kept = list(_iterate_damped_speeds("tuned", engine.name, rate, 1.0))
     step = rate * DT_S
     bounce = {"pymunk": e, "mujoco": (e - step) / (1.0 + step)}.get(engine.name, e * kept[1])
     found = finish(engine, scene, DT_S, "tuned").velocity_m_s[0, 0]
@@ -78,14 +80,14 @@ RATE_HZ, SLOWER = 240.0, 0.8
 TABLE_STARTS = [(0.5 + 0.3 * k, 11.0 * k + 3.0) for k in range(8)]
 
 
-def _thrown(speed: float, degrees: float, **fields: Any) -> Scene:
+def _build_table_scene(speed: float, degrees: float, **fields: Any) -> Scene:
     angle = math.radians(degrees)
     velocity = (speed * math.cos(angle), speed * math.sin(angle))
     disc = Disc(position_m=(0, 0), velocity_m_s=velocity, radius_m=0.25, **fields)
     return staged("thrown", disc, table_deceleration_m_s2=SLOWER, duration_s=math.ceil(speed / SLOWER + 1.0))
 
 
-def _off(place: tuple[float, float], speed: float, degrees: float) -> tuple[float, float]:
+def _measure_stop_error(place: tuple[float, float], speed: float, degrees: float) -> tuple[float, float]:
     """Return the distance of a disc from the stop of the law, along its way and across."""
     found = complex(*place) / complex(math.cos(math.radians(degrees)), math.sin(math.radians(degrees)))
     return found.real - speed * speed / (2.0 * SLOWER), found.imag
@@ -101,8 +103,8 @@ def test_table_stops_a_disc_half_a_step_off_on_its_line(
     Both keep the disc on its line.
     """
     for k, (speed, degrees) in enumerate(TABLE_STARTS):
-        end = finish(named(name), _thrown(speed, degrees, mass_kg=0.5 + k), 1 / RATE_HZ, profile)
-        beyond, aside = _off(tuple(end.position_m[0]), speed, degrees)
+        end = finish(named(name), _build_table_scene(speed, degrees, mass_kg=0.5 + k), 1 / RATE_HZ, profile)
+        beyond, aside = _measure_stop_error(tuple(end.position_m[0]), speed, degrees)
         assert beyond == pytest.approx(side * 0.5 * speed / RATE_HZ, rel=0.01)
         assert abs(aside) < 1e-5
         assert np.abs(end.velocity_m_s).max() == 0.0
@@ -125,7 +127,7 @@ def test_impact_on_a_table_has_the_reduced_speed(named: Named, name: str) -> Non
 
 def test_table_force_beyond_32_bits_is_refused(named: Named) -> None:
     """Box2D's adapter refuses a table force that overflows 32-bit floats; pymunk's adapter accepts it."""
-    scene = _thrown(1.0, 0.0, mass_kg=1e20).model_copy(update={"table_deceleration_m_s2": 1e10})
+    scene = _build_table_scene(1.0, 0.0, mass_kg=1e20).model_copy(update={"table_deceleration_m_s2": 1e10})
     settings = {name: named(name).profiles["tuned"].settings(1 / RATE_HZ) for name in ("box2d", "pymunk")}
     with pytest.raises(AdapterError, match="the table's force on 1e\\+20 kg"):
         named("box2d").prepare(scene, settings["box2d"])
@@ -135,7 +137,7 @@ def test_table_force_beyond_32_bits_is_refused(named: Named) -> None:
 # Bare engines, without Carom; see docs/theory/contact.md. ----------------------------------------------------
 
 
-def _bare_pymunk(speed: float, degrees: float) -> tuple[float, float]:
+def _run_bare_pymunk(speed: float, degrees: float) -> tuple[float, float]:
     """Stop by a `velocity_func`, as others build it, and not by a joint."""
     import pymunk as engine
 
@@ -153,7 +155,7 @@ def _bare_pymunk(speed: float, degrees: float) -> tuple[float, float]:
     return body.position.x, body.position.y
 
 
-def _bare_box2d(speed: float, degrees: float) -> tuple[float, float]:
+def _run_bare_box2d(speed: float, degrees: float) -> tuple[float, float]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         engine: Any = importlib.import_module("Box2D")
@@ -166,7 +168,7 @@ def _bare_box2d(speed: float, degrees: float) -> tuple[float, float]:
     return tuple(body.position)
 
 
-def _bare_mujoco(speed: float, degrees: float) -> tuple[float, float]:
+def _run_bare_mujoco(speed: float, degrees: float) -> tuple[float, float]:
     engine: Any = importlib.import_module("mujoco")
     model = engine.MjModel.from_xml_string(f"""
 <mujoco><option timestep="{1 / RATE_HZ}" gravity="0 0 0"/><worldbody><body>
@@ -179,13 +181,13 @@ def _bare_mujoco(speed: float, degrees: float) -> tuple[float, float]:
 
 
 @pytest.mark.long
-@each("alone, side", [(_bare_pymunk, 1.0), (_bare_box2d, -1.0)])
+@each("alone, side", [(_run_bare_pymunk, 1.0), (_run_bare_box2d, -1.0)])
 def test_bare_engines_stop_like_their_adapters(
     alone: Callable[[float, float], tuple[float, float]], side: float
 ) -> None:
     """Bare pymunk with a `velocity_func` and bare Box2D with a friction joint stop half a step off, on the line."""
     for speed, degrees in TABLE_STARTS:
-        beyond, aside = _off(alone(speed, degrees), speed, degrees)
+        beyond, aside = _measure_stop_error(alone(speed, degrees), speed, degrees)
         assert beyond == pytest.approx(side * 0.5 * speed / RATE_HZ, rel=0.01)
         assert abs(aside) < 1e-5
 
@@ -198,10 +200,10 @@ def test_bare_mujoco_brakes_each_axis_separately() -> None:
     """
     worst = 0.0
     for speed, degrees in TABLE_STARTS:
-        place, angle = _bare_mujoco(speed, degrees), math.radians(degrees)
+        place, angle = _run_bare_mujoco(speed, degrees), math.radians(degrees)
         axes = [part * abs(part) / (2.0 * SLOWER) for part in (speed * math.cos(angle), speed * math.sin(angle))]
         assert place == pytest.approx(axes, abs=0.02)
-        worst = max(worst, math.hypot(*_off(place, speed, degrees)))
+        worst = max(worst, math.hypot(*_measure_stop_error(place, speed, degrees)))
     assert worst > 0.3
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.adapters.engine_scenes import oblique, rounded, width
+from tests.adapters.engine_scenes import build_oblique_scene, round_to_engine, scale_tolerance
 from tests.cases import each, release_after
 from tests.scene_builders import Finish, Named
 
@@ -26,7 +26,7 @@ def _scene(*discs: Disc, walls: tuple[Wall, ...] = ()) -> Scene:
 
 MOVING = Disc(position_m=(0, 0), velocity_m_s=(3, 1), radius_m=0.5, mass_kg=1.7)
 SCENES = {
-    "two discs, then a slanted wall": oblique(),
+    "two discs, then a slanted wall": build_oblique_scene(),
     "an immovable disc": _scene(MOVING, Disc(position_m=(1.72, 0.9), radius_m=0.5, mass_kg=math.inf)),
     "masses 1:1000": _scene(MOVING, Disc(position_m=(1.72, 0.9), radius_m=0.5, mass_kg=1700)),
     "an upright wall, its point far along it": _scene(MOVING, walls=(Wall(point_m=(1.93, 77), normal=(-1, 0)),)),
@@ -69,19 +69,19 @@ def test_tuned_engines_equal_pit_at_the_same_step(engine: Adapter, finish: Finis
     Engines with 32-bit floats have a tolerance of as many of their roundings.
     """
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))
-    assert velocity < width(engine, AGREEMENT)
-    assert position < width(engine, AGREEMENT)
+    assert velocity < scale_tolerance(engine, AGREEMENT)
+    assert position < scale_tolerance(engine, AGREEMENT)
 
 
 @each("scale", [{"length": 1e-6}, {"length": 1e5}, {"mass": 1e-14}, {"mass": 1e10}, {"time": 1e-9}, {"time": 1e4}])
 def test_tuned_engines_equal_pit_in_any_units(engine: Adapter, finish: Finish, scale: dict[str, float]) -> None:
     """Within declared limits the tuned engine equals PIT for tiny, huge, light, heavy, fast and slow scenes."""
     length, time = scale.get("length", 1.0), scale.get("time", 1.0)
-    scene, dt_s = oblique(**scale), time / 240
+    scene, dt_s = build_oblique_scene(**scale), time / 240
     _skip_unsupported(engine, scene, dt_s)
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))
     # MuJoCo's solver works to an absolute precision: at accelerations of 1e-3 m/s^2 and less, 5e-12 is what is left.
-    tolerance = 1e-11 if engine.name == "mujoco" else width(engine, AGREEMENT)
+    tolerance = 1e-11 if engine.name == "mujoco" else scale_tolerance(engine, AGREEMENT)
     assert velocity * time / length < tolerance
     assert position / length < tolerance
 
@@ -89,10 +89,10 @@ def test_tuned_engines_equal_pit_in_any_units(engine: Adapter, finish: Finish, s
 def test_tuned_engines_equal_pit_far_from_the_origin(engine: Adapter, finish: Finish) -> None:
     """At 1e6 m (64 m with 32-bit floats) an engine equals PIT except for the rounding of such coordinates."""
     x_m, dt_s = 1e6 if engine.capabilities.float_bits == 64 else 64.0, 1 / 240
-    scene = oblique(x_m=x_m)
+    scene = build_oblique_scene(x_m=x_m)
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))
     # A position is rounded by half an ulp of 1e6 m at every one of 360 steps, in both methods, and turns the normal.
-    rounding = 360 * width(engine, float(np.spacing(x_m)))
+    rounding = 360 * scale_tolerance(engine, float(np.spacing(x_m)))
     assert position < rounding
     assert velocity < 3 * rounding
 
@@ -130,7 +130,7 @@ def test_two_more_settings_equal_pit(
     name: str, dt_s: float, profile: str, settings: dict[str, Setting], named: Named, finish: Finish
 ) -> None:
     """MuJoCo with free joints equals PIT, and default pymunk does if overlaps stay below its slop of 0.1 m."""
-    scene = oblique()
+    scene = build_oblique_scene()
     velocity, position = _largest_difference(scene, dt_s, finish(named(name), scene, dt_s, profile, **settings))
     assert velocity < AGREEMENT
     assert position < AGREEMENT
@@ -139,7 +139,7 @@ def test_two_more_settings_equal_pit(
 @each("name", ["mujoco", "pybullet"])
 def test_default_mujoco_and_pybullet_are_off_by_percent_at_any_step(name: str, named: Named, finish: Finish) -> None:
     """With default settings MuJoCo and PyBullet have velocity errors of 1 to 10 % at every step."""
-    scene = _scene(*oblique().discs)
+    scene = _scene(*build_oblique_scene().discs)
     errors = [_velocity_error(scene, finish(named(name), scene, dt_s, "default")) for dt_s in STEPS_S[1:]]
     assert all(0.01 < error < 0.1 for error in errors), errors
 
@@ -149,7 +149,7 @@ def test_slow_disc_does_not_fall_asleep(engine: Adapter, finish: Finish) -> None
     scene = Scene(name="slow", discs=[Disc(position_m=(0, 0), velocity_m_s=(0.003, 0), radius_m=1)], duration_s=10)
     for profile in ("default", "tuned"):
         end = finish(engine, scene, 1 / 60, profile)
-        assert end.velocity_m_s.tolist() == rounded(engine, [[0.003, 0]])
+        assert end.velocity_m_s.tolist() == round_to_engine(engine, [[0.003, 0]])
 
 
 def test_mujoco_reset_is_reported_as_a_warning(
@@ -174,23 +174,23 @@ def test_mujoco_reset_is_reported_as_a_warning(
 @each(
     "name, scene, dt_s, field",
     [
-        ("pymunk", oblique(length=1e-101), 1 / 60, "radius_m"),
-        ("pymunk", oblique(length=1e99), 1 / 60, "radius_m"),
-        ("pymunk", oblique(mass=1e-101), 1 / 60, "mass_kg"),
-        ("pymunk", oblique(mass=1e101), 1 / 60, "mass_kg"),
-        ("pymunk", oblique(time=1e-101), 1e-101, "dt_s"),
-        ("pymunk", oblique(time=1e-20), 1 / 60, "duration_s"),
-        ("pybullet", oblique(length=1e-16), 1 / 60, "radius_m"),
-        ("pybullet", oblique(length=1e6), 1 / 60, "radius_m"),
-        ("pybullet", oblique(mass=1e-101), 1 / 60, "mass_kg"),
-        ("pybullet", oblique(mass=1e16), 1 / 60, "mass_kg"),
-        ("pybullet", oblique(time=1e-16), 1e-16, "dt_s"),
-        ("box2d", oblique(x_m=1e8), 1 / 60, "32-bit floats round by more than the smallest radius"),
-        ("box2d", oblique(mass=1e-30), 1 / 60, "mass_kg"),
-        ("mujoco", oblique(length=1e-12), 1 / 60, "radius_m"),
-        ("mujoco", oblique(mass=1e-15), 1 / 60, "mass_kg"),
-        ("mujoco", oblique(mass=1e12), 1 / 60, "mass_kg"),
-        ("mujoco", oblique(time=1e12), 1e10, "dt_s"),
+        ("pymunk", build_oblique_scene(length=1e-101), 1 / 60, "radius_m"),
+        ("pymunk", build_oblique_scene(length=1e99), 1 / 60, "radius_m"),
+        ("pymunk", build_oblique_scene(mass=1e-101), 1 / 60, "mass_kg"),
+        ("pymunk", build_oblique_scene(mass=1e101), 1 / 60, "mass_kg"),
+        ("pymunk", build_oblique_scene(time=1e-101), 1e-101, "dt_s"),
+        ("pymunk", build_oblique_scene(time=1e-20), 1 / 60, "duration_s"),
+        ("pybullet", build_oblique_scene(length=1e-16), 1 / 60, "radius_m"),
+        ("pybullet", build_oblique_scene(length=1e6), 1 / 60, "radius_m"),
+        ("pybullet", build_oblique_scene(mass=1e-101), 1 / 60, "mass_kg"),
+        ("pybullet", build_oblique_scene(mass=1e16), 1 / 60, "mass_kg"),
+        ("pybullet", build_oblique_scene(time=1e-16), 1e-16, "dt_s"),
+        ("box2d", build_oblique_scene(x_m=1e8), 1 / 60, "32-bit floats round by more than the smallest radius"),
+        ("box2d", build_oblique_scene(mass=1e-30), 1 / 60, "mass_kg"),
+        ("mujoco", build_oblique_scene(length=1e-12), 1 / 60, "radius_m"),
+        ("mujoco", build_oblique_scene(mass=1e-15), 1 / 60, "mass_kg"),
+        ("mujoco", build_oblique_scene(mass=1e12), 1 / 60, "mass_kg"),
+        ("mujoco", build_oblique_scene(time=1e12), 1e10, "dt_s"),
     ],
 )
 def test_numbers_beyond_engine_limits_are_refused_by_name(

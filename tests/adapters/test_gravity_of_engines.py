@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.adapters.engine_scenes import width
+from tests.adapters.engine_scenes import scale_tolerance
 from tests.cases import each, release_after
-from tests.scene_builders import Finish, Named, disc_at, staged, sure, wall_at
+from tests.scene_builders import Finish, Named, disc_at, require_value, staged, wall_at
 
 from carom import Disc, Scene
 from carom.engines.api import Adapter
@@ -22,7 +22,7 @@ G = (0.5, -9.81)
 POSITION_FIRST = {"pymunk"}
 
 
-def _falling(velocity: tuple[float, float] = (1.0, 3.0)) -> Scene:
+def _build_falling_scene(velocity: tuple[float, float] = (1.0, 3.0)) -> Scene:
     disc = Disc(position_m=(0.25, 2.0), velocity_m_s=velocity, radius_m=0.5, mass_kg=3.0)
     post = disc_at(9, 9, m=math.inf)
     return staged("fall", disc, post, gravity_m_s2=G, duration_s=1.0)
@@ -32,14 +32,14 @@ def _falling(velocity: tuple[float, float] = (1.0, 3.0)) -> Scene:
 def test_free_fall_follows_the_documented_integrator(engine: Adapter, finish: Finish, profile: str) -> None:
     """After n steps a disc is at x0 + n dt v0 + g dt^2 n(n -+ 1)/2, minus where positions are updated first."""
     assert engine.capabilities.gravity
-    scene, dt_s, n = _falling(), 1 / 64, 64
+    scene, dt_s, n = _build_falling_scene(), 1 / 64, 64
     end = finish(engine, scene, dt_s, profile)
     falls = n * (n - 1) / 2 if engine.name in POSITION_FIRST else n * (n + 1) / 2
     disc = scene.discs[0]
     position = np.array(disc.position_m) + n * dt_s * np.array(disc.velocity_m_s) + np.array(G) * dt_s**2 * falls
     velocity = np.array(disc.velocity_m_s) + n * dt_s * np.array(G)
     # Sums of 64 steps, each rounded at no more than 8 m or 8 m/s.
-    rounding = width(engine, n * float(np.spacing(8.0)))
+    rounding = scale_tolerance(engine, n * float(np.spacing(8.0)))
     np.testing.assert_allclose(end.position_m[0], position, rtol=0, atol=rounding)
     np.testing.assert_allclose(end.velocity_m_s[0], velocity, rtol=0, atol=rounding)
     assert end.velocity_m_s[1].tolist() == [0, 0]
@@ -55,7 +55,7 @@ def test_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
     # another half step in a fall. A bounce at a depth of g t dt keeps as much of the fall's energy again.
     assert trace.impacts["time_s"][:2].tolist() == pytest.approx([fall_s, 3 * fall_s], abs=8 * dt_s)
     # Where the parabolas before and after meet, which are the engine's own.
-    assert sure(trace.effective_time_s)[:2].tolist() == pytest.approx([fall_s, 3 * fall_s], abs=8 * dt_s)
+    assert require_value(trace.effective_time_s)[:2].tolist() == pytest.approx([fall_s, 3 * fall_s], abs=8 * dt_s)
 
 
 @each("profile", ["default", "tuned"])
@@ -76,10 +76,10 @@ def test_landing_with_restitution_zero_is_dated_at_the_touch(engine: Adapter, pr
             duration_s=2.0,
         )
         trace = observe_run(engine, scene, profile, dt_s)
-        assert abs(sure(trace.effective_time_s)[0] - math.sqrt(2 * height / 9.81)) < 2 * dt_s
+        assert abs(require_value(trace.effective_time_s)[0] - math.sqrt(2 * height / 9.81)) < 2 * dt_s
 
 
-def _drop() -> Scene:
+def _build_drop_scene() -> Scene:
     """An elastic disc that falls half a metre to the floor, and comes back for ever."""
     return staged("drop", disc_at(0, 0.7, r=0.2), wall_at(0, 0, 0, 1), gravity_m_s2=(0, -9.81), duration_s=2.6)
 
@@ -93,7 +93,7 @@ def test_located_bounces_gain_or_lose_up_to_g_dt(engine: Adapter) -> None:
         pytest.skip("Box2D adds the speed of the step after the bounce, which is what the fall before has lost")
     dt_s = 1 / 60
     speeds = {
-        profile: observe_run(engine, _drop(), profile, dt_s).impacts["velocity_first_after"][:, 1]
+        profile: observe_run(engine, _build_drop_scene(), profile, dt_s).impacts["velocity_first_after"][:, 1]
         for profile in ("tuned", "located")
     }
     rounding = 64 * float(np.spacing(4.0))
@@ -110,12 +110,12 @@ def test_located_profile_is_refused_for_falls_onto_fixed_bodies(engine: Adapter)
 
     The tuned profile runs the scene.
     """
-    job = Job(_drop(), Method(engine.name, "located"), 1 / 60)
+    job = Job(_build_drop_scene(), Method(engine.name, "located"), 1 / 60)
     with pytest.raises(UnsupportedError, match=r"gains or loses up to g dt \(0\.164 m/s\)"):
         load_supported_adapter(job)
     load_supported_adapter(replace(job, method=Method(engine.name, "tuned")))
     post = disc_at(0, -1, m=math.inf)
-    onto_post = _drop().model_copy(update={"walls": (), "discs": (*_drop().discs, post)})
+    onto_post = _build_drop_scene().model_copy(update={"walls": (), "discs": (*_build_drop_scene().discs, post)})
     with pytest.raises(UnsupportedError, match="this profile cuts its steps"):
         load_supported_adapter(replace(job, scene=onto_post))
 
@@ -128,7 +128,7 @@ def test_impact_of_two_falling_discs_is_located_to_rounding(engine: Adapter) -> 
     trace = observe_run(load_supported_adapter(job), scene, "located", 1 / 60)
     # The centres are 0.5 apart where they meet, 0.1 of it across, and close at 2 m/s from 2 apart.
     meeting_s = (2 - math.sqrt(0.5**2 - 0.1**2)) / 2
-    assert trace.impacts["time_s"].tolist() == pytest.approx([meeting_s], abs=width(engine, 1e-12))
+    assert trace.impacts["time_s"].tolist() == pytest.approx([meeting_s], abs=scale_tolerance(engine, 1e-12))
 
 
 @each("profile", ["default", "tuned"])
@@ -146,15 +146,15 @@ def test_gravity_adds_only_g_t_to_an_impact_of_two_discs(engine: Adapter, profil
         at_s = [trace.effective_time_s for trace in traces]
         assert at_s[0] is not None
         # Some 60 steps, each rounded at 16 m or m/s at most; the instant is a quotient by the speed of closing, 2 m/s.
-        rounding = width(engine, 64 * float(np.spacing(16.0)))
-        assert sure(at_s[1])[0] == pytest.approx(at_s[0][0], abs=rounding)
+        rounding = scale_tolerance(engine, 64 * float(np.spacing(16.0)))
+        assert require_value(at_s[1])[0] == pytest.approx(at_s[0][0], abs=rounding)
         for field in ("first_before", "second_before", "first_after", "second_after"):
             fallen = still[f"velocity_{field}"] + np.array(G) * at_s[0][0]
             # |G| is below 10: so much of the instant's rounding, and that of two velocities.
             np.testing.assert_allclose(falling[f"velocity_{field}"], fallen, rtol=0, atol=12 * rounding)
 
 
-def _head_on() -> Scene:
+def _build_head_on_scene() -> Scene:
     discs = [disc_at(0, 0, 2), disc_at(1.5, 0, -1)]
     return staged("head-on", *discs, duration_s=1.0)
 
@@ -162,7 +162,7 @@ def _head_on() -> Scene:
 def test_spring_contact_of_many_steps_is_one_impact(named: Named) -> None:
     """MuJoCo's default spring acts for pi / sqrt(k) s; its steps are one impact with the outer velocities."""
     mujoco, dt_s = named("mujoco"), 1 / 1000
-    scene = _head_on()
+    scene = _build_head_on_scene()
     world = mujoco.prepare(scene, mujoco.profiles["default"].settings(dt_s))
     in_contact = 0
     for _ in range(scene.step_count(dt_s)):
@@ -213,7 +213,7 @@ def test_two_contacts_in_one_step_are_two_impacts(engine: Adapter) -> None:
 def test_impact_velocities_are_those_of_free_flight(engine: Adapter) -> None:
     """The velocities before and after an impact are the initial and the final ones of the scene."""
     for profile in ("default", "tuned", "located"):
-        trace = observe_run(engine, _head_on(), profile, 1 / 240)
+        trace = observe_run(engine, _build_head_on_scene(), profile, 1 / 240)
         (impact,) = trace.impacts
         assert [impact["velocity_first_before"].tolist(), impact["velocity_second_before"].tolist()] == [
             [2, 0],

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.hazards.spread import starts_of
-from tests.processes import ran
+from tests.hazards.spread import build_starts
+from tests.processes import run_command
 from tests.scene_builders import Named, disc_at, staged
 
 from carom import Scene
@@ -30,7 +30,7 @@ from carom.studies.cross_check.explain import explain
 NAN, INF = math.nan, math.inf
 
 
-def _unchecked(
+def _build_unvalidated_scene(
     mass_kg: float = 1.0,
     radius_m: float = 0.5,
     position_m: tuple[float, float] = (0, 0),
@@ -63,7 +63,7 @@ BAD_SCENES: Mapping[str, list[dict[str, object]]] = {
 def test_invalid_disc_numbers_are_refused_by_field(engine: Adapter, field: str, changes: Mapping[str, object]) -> None:
     """A zero, negative or non-finite number of an unvalidated scene is refused with its field, before the engine."""
     with pytest.raises(AdapterError, match=field):
-        engine.prepare(_unchecked(**changes), engine.profiles["tuned"].settings(1 / 60))  # type: ignore[arg-type] # as it is meant
+        engine.prepare(_build_unvalidated_scene(**changes), engine.profiles["tuned"].settings(1 / 60))  # type: ignore[arg-type] # as it is meant
 
 
 @each(
@@ -90,7 +90,7 @@ def test_invalid_setting_is_refused_by_name(name: str, change: dict[str, Setting
     adapter = named(name)
     settings = {**adapter.profiles["tuned"].settings(1 / 60), **change}
     with pytest.raises(AdapterError, match=re.escape(said)):
-        adapter.prepare(_unchecked(), settings)
+        adapter.prepare(_build_unvalidated_scene(), settings)
 
 
 @each("dt_s", [0.0, -1.0, NAN, INF])
@@ -98,7 +98,7 @@ def test_invalid_step_is_refused(engine: Adapter, dt_s: float) -> None:
     """A step that is not a positive finite number is refused with `dt_s` in the message."""
     settings = {**engine.profiles["tuned"].settings(1 / 60), "dt_s": dt_s}
     with pytest.raises(AdapterError, match="dt_s"):
-        engine.prepare(_unchecked(), settings)
+        engine.prepare(_build_unvalidated_scene(), settings)
 
 
 LEAK = """
@@ -144,7 +144,7 @@ def test_a_thousand_closed_worlds_leak_no_memory(engine: Adapter) -> None:
     """
     if not hasattr(ctypes.CDLL(None), "mallinfo2"):
         pytest.skip("what malloc has handed out is asked of glibc 2.33 or later, which is not here")
-    done = ran([sys.executable, "-c", LEAK, engine.name], env={**os.environ, "PYTHONMALLOC": "malloc"})
+    done = run_command([sys.executable, "-c", LEAK, engine.name], env={**os.environ, "PYTHONMALLOC": "malloc"})
     assert int(done.stdout.split()[-1]) < 1000 * sys.getsizeof(np.empty(0))
 
 
@@ -156,7 +156,7 @@ def test_box2d_runs_with_warnings_as_errors() -> None:
         "w = a.prepare(Scene(name='x', discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1),"
         " a.profiles['tuned'].settings(1 / 60)); w.advance(1); print(w.observe().position_m.tolist()); w.close()"
     )
-    done = ran([sys.executable, "-W", "error", "-c", program], check=False)
+    done = run_command([sys.executable, "-W", "error", "-c", program], check=False)
     if "No module named 'Box2D'" in done.stderr:
         pytest.skip("Box2D is not installed")
     assert done.stdout == "[[0.0, 0.0]]\n"
@@ -177,7 +177,7 @@ def test_pymunk_adapter_sets_no_callback(named: Named, monkeypatch: pytest.Monke
         assert hasattr(kind, name)  # or what is watched for is called otherwise by now
         noted = lambda *_args, name=name, **_kwargs: given.append(name)  # noqa: E731 - one for each name
         monkeypatch.setattr(kind, name, noted if kind is pymunk.Space else property(noted, noted))
-    scene = _unchecked()
+    scene = _build_unvalidated_scene()
     for profile in pymunk_adapter.profiles.values():
         world = pymunk_adapter.prepare(scene, profile.settings(1 / 60))
         world.observe()
@@ -194,7 +194,7 @@ def test_pymunk_adapter_sets_no_callback(named: Named, monkeypatch: pytest.Monke
 PHASES = tuple(k / 16 for k in range(16))
 
 
-def _struck(speed_m_s: float, phase: float = 0.0) -> Scene:
+def _build_struck_scene(speed_m_s: float, phase: float = 0.0) -> Scene:
     """A light disc at rest, which a heavy one makes nearly twice as fast as itself."""
     discs = [disc_at(-phase * speed_m_s / 240, 0, speed_m_s, r=1, m=1000), disc_at(4, 0, r=1)]
     return staged("struck", *discs, duration_s=4 / speed_m_s)
@@ -208,7 +208,7 @@ def test_pybullet_speed_clamp_is_reported_as_a_warning(pybullet: Adapter) -> Non
     for phase in PHASES:
         found = {}
         for profile, speed in (("default", 90.0), ("default", 40.0), ("tuned", 90.0)):
-            scene = _struck(speed, phase)
+            scene = _build_struck_scene(speed, phase)
             assert not unsupported_reason(scene, capabilities_of(pybullet, profile), 1 / 240)
             world = pybullet.prepare(scene, pybullet.profiles[profile].settings(1 / 240))
             assert world.observe().warning == ""
@@ -226,13 +226,15 @@ def test_pybullet_speed_clamp_is_reported_as_a_warning(pybullet: Adapter) -> Non
 def test_plan_skips_pybullet_default_above_its_speed_limit(named: Named) -> None:
     """At 150 m/s the plan skips PyBullet's default profile, names the limit of 100 m/s, and runs the tuned one."""
     named("pybullet")
-    plan = build_plan([_struck(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]), InProcessPool())
+    plan = build_plan(
+        [_build_struck_scene(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]), InProcessPool()
+    )
     default, tuned = list(explain(plan))[-2:]
     assert "default: skipped: a disc moves at 150 m/s, and this method's limit is 100 m/s" in default
     assert "tuned: run at" in tuned
 
 
-def _row_of(discs: int) -> Scene:
+def _build_row_scene(discs: int) -> Scene:
     """Discs in a row, two and two of them approaching."""
     return staged(
         "row", *[disc_at(2 * k + (0.49 if k % 2 == 0 else -0.49), 0, (-1) ** k) for k in range(discs)], duration_s=0.1
@@ -245,7 +247,7 @@ def test_gas_of_free_spheres_leaves_the_plane_in_mujoco(named: Named) -> None:
 
     The tuned profile has slide joints, and completes.
     """
-    starts = starts_of(all_scenes()["engines/gas-of-25"].scene, 16)
+    starts = build_starts(all_scenes()["engines/gas-of-25"].scene, 16)
     assert len(starts) == 16
     for scene in starts:
         left = observe_run(named("mujoco"), scene, "default", 1 / 60)
@@ -257,7 +259,7 @@ def test_gas_of_free_spheres_leaves_the_plane_in_mujoco(named: Named) -> None:
 @pytest.mark.long
 def test_mujoco_runs_3001_discs(mujoco: Adapter) -> None:
     """MuJoCo allocates dense matrices for 3,001 discs and resolves 1,500 simultaneous impacts."""
-    scene = _row_of(3001)
+    scene = _build_row_scene(3001)
     world = mujoco.prepare(scene, mujoco.profiles["tuned"].settings(1 / 60))
     world.advance(3)
     end = world.observe()
@@ -271,18 +273,18 @@ def test_mujoco_runs_3001_discs(mujoco: Adapter) -> None:
 SHORT_OF_MEMORY = """
 import resource
 from pathlib import Path
-from tests.adapters.test_hazards import _row_of
+from tests.adapters.test_hazards import _build_row_scene
 from carom.engines.api import AdapterError
 from carom.engines.registry import load_adapter
 
 adapter = load_adapter("mujoco")
 settings = adapter.profiles["tuned"].settings(1 / 60)
-adapter.prepare(_row_of(2), settings).close()
+adapter.prepare(_build_row_scene(2), settings).close()
 held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 most = held + 20 * 2**20  # dense, five hundred discs ask for more
 resource.setrlimit(resource.RLIMIT_AS, (most, most))
 try:
-    adapter.prepare(_row_of(500), settings)
+    adapter.prepare(_build_row_scene(500), settings)
 except AdapterError as error:
     print(error)
 """
@@ -294,7 +296,7 @@ def test_mujoco_out_of_memory_is_an_adapter_error(named: Named) -> None:
     named("mujoco")
     if not Path("/proc/self/statm").exists():
         pytest.skip("the memory of a process is read from /proc, which is not here")
-    done = ran([sys.executable, "-c", SHORT_OF_MEMORY])
+    done = run_command([sys.executable, "-c", SHORT_OF_MEMORY])
     assert done.stdout.startswith("MuJoCo refuses the scene of 500 discs: ")
     assert "Could not allocate memory" in done.stdout
 
@@ -302,7 +304,7 @@ def test_mujoco_out_of_memory_is_an_adapter_error(named: Named) -> None:
 @each("mass_kg", [1e-20, 1e-3, 7.0, 1e20])
 def test_box2d_keeps_extreme_masses(box2d: Adapter, mass_kg: float) -> None:
     """Masses from 1e-20 to 1e20 kg keep their effect in Box2D, and none is replaced by 1 kg."""
-    world = box2d.prepare(_unchecked(mass_kg=mass_kg), box2d.profiles["tuned"].settings(1 / 60))
+    world = box2d.prepare(_build_unvalidated_scene(mass_kg=mass_kg), box2d.profiles["tuned"].settings(1 / 60))
     world.advance(90)
     end = world.observe()
     world.close()

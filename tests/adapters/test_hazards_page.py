@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each, release_after
-from tests.hazards.measures import CHAOTIC, ENGINES, FINDINGS, measured
-from tests.hazards.page import SHOWN_TO, lines_of, ranges
+from tests.hazards.measures import CHAOTIC, ENGINES, FINDINGS, measure_engines
+from tests.hazards.page import SHOWN_TO, parse_ranges, render_lines
 from tests.scene_builders import Named
 
 from carom.execution.job import Method
@@ -35,9 +35,9 @@ def test_hazards_page_has_the_measured_figures_of_pit() -> None:
 
 def assert_shown(name: str, *tables: str) -> None:
     page = PAGE.read_text(encoding="utf-8").splitlines()
-    figures = list(measured((name,), tables, chaotic=False))
+    figures = list(measure_engines((name,), tables, chaotic=False))
     assert figures
-    assert [line for line in lines_of(figures) if line not in page] == []
+    assert [line for line in render_lines(figures) if line not in page] == []
 
 
 @each("name", [*release_after(0, NAMES), *(row for row in FURTHER if row.values != ("drake",))])
@@ -45,9 +45,9 @@ def test_chaotic_medians_are_within_the_ranges_of_the_page(name: str, named: Nam
     """The median of each chaotic measurement is within the range that the hazards page gives for it."""
     named(name)
     text = PAGE.read_text(encoding="utf-8")
-    gas, findings = ranges(text, "A gas"), ranges(text, "Findings")
+    gas, findings = parse_ranges(text, "A gas"), parse_ranges(text, "Findings")
     chaotic = {finding.engine for finding in FINDINGS if finding.says in CHAOTIC}
-    for figure in measured((name,), ("gas", "findings") if name in chaotic else ("gas",)):
+    for figure in measure_engines((name,), ("gas", "findings") if name in chaotic else ("gas",)):
         assert figure.spread is not None
         method = Method(figure.engine, figure.profile).label
         if figure.table == "gas":

@@ -24,13 +24,13 @@ from carom.errors import AdapterError, InputError
 from carom.execution.scene_import import import_scene
 
 
-def saved(space: pymunk.Space, folder: Path, protocol: int = pickle.DEFAULT_PROTOCOL) -> Path:
+def save_space(space: pymunk.Space, folder: Path, protocol: int = pickle.DEFAULT_PROTOCOL) -> Path:
     path = folder / "space.pkl"
     path.write_bytes(pickle.dumps(space, protocol))
     return path
 
 
-def ball(space: pymunk.Space, x: float, y: float, radius: float = 0.5, *, elasticity: float = 1.0) -> pymunk.Body:
+def add_ball(space: pymunk.Space, x: float, y: float, radius: float = 0.5, *, elasticity: float = 1.0) -> pymunk.Body:
     body = pymunk.Body(2.0, pymunk.moment_for_circle(2.0, 0.0, radius))
     body.position = (x, y)
     circle = pymunk.Circle(body, radius)
@@ -75,7 +75,7 @@ def test_unsupported_parts_of_a_space_are_listed(tmp_path: Path) -> None:
     """Joints, damping, sensors, compounds, filters and moving bodies of a space are listed as dropped."""
     space = pymunk.Space()
     space.damping = 0.9
-    first, second = ball(space, 0, 0, elasticity=0.5), ball(space, 3, 0)
+    first, second = add_ball(space, 0, 0, elasticity=0.5), add_ball(space, 3, 0)
     for circle in first.shapes:
         circle.filter = pymunk.ShapeFilter(group=7)
     space.add(pymunk.PinJoint(first, second))
@@ -84,14 +84,14 @@ def test_unsupported_parts_of_a_space_are_listed(tmp_path: Path) -> None:
     pair = pymunk.Body(1, 1)
     pair.position = (9, 9)
     space.add(pair, pymunk.Circle(pair, 1), pymunk.Circle(pair, 1, (2, 0)))
-    for circle in ball(space, 20, 0).shapes:
+    for circle in add_ball(space, 20, 0).shapes:
         circle.sensor = True
     lift = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
     lift.velocity = (0, 1)
     space.add(lift, pymunk.Segment(lift, (0, -5), (1, -5), 0.1))
     between = pymunk.Segment(space.static_body, (1.5, -1), (1.5, 1), 0.1)
     space.add(between)
-    found = import_scene(saved(space, tmp_path))
+    found = import_scene(save_space(space, tmp_path))
     assert [disc.position_m for disc in found.scene.discs] == [(0.0, 0.0), (3.0, 0.0)]
     assert found.scene.half_planes() == ()
     assert found.scene.restitution == 0.5
@@ -117,12 +117,12 @@ def test_pixels_are_converted_to_metres(tmp_path: Path) -> None:
     """
     space = pymunk.Space()
     space.gravity = (0.0, 900.0)
-    body = ball(space, 128.0, 64.0, 32.0)
+    body = add_ball(space, 128.0, 64.0, 32.0)
     body.velocity = (640.0, 0.0)
     floor = pymunk.Segment(space.static_body, (0, 512), (800, 512), 0.0)
     floor.elasticity = 0.5
     space.add(floor)
-    scene = import_scene(saved(space, tmp_path), pixels_per_metre=64.0).scene
+    scene = import_scene(save_space(space, tmp_path), pixels_per_metre=64.0).scene
     (disc,), (wall,) = scene.discs, scene.half_planes()
     assert (disc.position_m, disc.velocity_m_s, disc.radius_m, disc.mass_kg) == ((2.0, 1.0), (10.0, 0.0), 0.5, 2.0)
     assert (wall.point_m[1], wall.normal) == (8.0, (0.0, -1.0))
@@ -140,7 +140,7 @@ class Bomb:
         return (os.system, (f"touch {self.path}",))
 
 
-def dotted() -> bytes:
+def build_dotted_pickle() -> bytes:
     """Return a pickle that asks for a part of an admitted type by a dotted name."""
     return pickle.PROTO + b"\x04" + b"\x8c\x0cpymunk.space" + b"\x8c\x1aSpace.__init__.__globals__" + b"\x93."
 
@@ -154,11 +154,11 @@ def test_foreign_objects_in_a_pickle_are_refused_and_not_run(tmp_path: Path, kin
     """
     mark, path = tmp_path / "ran", tmp_path / "space.pkl"
     space = pymunk.Space()
-    body = ball(space, 0, 0)
+    body = add_ball(space, 0, 0)
     body.velocity_func = carom_function
     content, name = {
         "bomb": (pickle.dumps(Bomb(mark)), "posix.system"),
-        "dotted": (dotted(), "pymunk.space.Space.__init__.__globals__"),
+        "dotted": (build_dotted_pickle(), "pymunk.space.Space.__init__.__globals__"),
         "callback": (pickle.dumps(space), f"{__name__}.carom_function"),
     }[kind]
     path.write_bytes(content)
@@ -205,8 +205,8 @@ def test_import_command_writes_a_loadable_scene(tmp_path: Path) -> None:
     """`carom import FILE TO` writes the scene, lists what was dropped, and never overwrites a file."""
     space = pymunk.Space()
     space.damping = 0.5
-    ball(space, 0, 0)
-    path, to = saved(space, tmp_path), tmp_path / "mine.toml"
+    add_ball(space, 0, 0)
+    path, to = save_space(space, tmp_path), tmp_path / "mine.toml"
     result = CliRunner().invoke(app, ["import", str(path), str(to), "--duration", "2"])
     assert result.exit_code == 0, result.output
     assert "dropped: the damping of the space, 0.5" in result.output
@@ -216,7 +216,7 @@ def test_import_command_writes_a_loadable_scene(tmp_path: Path) -> None:
     assert CliRunner().invoke(app, ["import", str(path)]).output.count("[[discs]]") == 1
 
 
-def model_of(scene: Scene, profile: str, folder: Path) -> Path:
+def save_model(scene: Scene, profile: str, folder: Path) -> Path:
     adapter = load_adapter("mujoco")
     path = folder / "model.xml"
     path.write_text(adapter.code(scene, adapter.profiles[profile].settings(0.002), "A model."))  # type: ignore[attr-defined]
@@ -227,7 +227,7 @@ def model_of(scene: Scene, profile: str, folder: Path) -> Path:
 @each("profile", ["tuned", "default"])
 def test_model_of_a_scene_is_imported_as_that_scene(tmp_path: Path, profile: str) -> None:
     """The MuJoCo model of the printed code is imported as the original scene, with masses in its mass unit."""
-    scene = import_scene(model_of(CORNER, profile, tmp_path), duration_s=1.0).scene
+    scene = import_scene(save_model(CORNER, profile, tmp_path), duration_s=1.0).scene
     assert scene.gravity_m_s2 == CORNER.gravity_m_s2
     discs = sorted(scene.discs, key=lambda disc: disc.position_m)  # MuJoCo has what can't move first
     unit = discs[0].mass_kg / CORNER.discs[0].mass_kg
@@ -252,7 +252,7 @@ def test_model_of_a_scene_is_imported_as_that_scene(tmp_path: Path, profile: str
 def test_disc_on_slide_joints_has_infinite_inertia_factor(tmp_path: Path) -> None:
     """No impact can turn a body on two slide joints, so its imported inertia factor is infinite."""
     plain = staged("plain", disc_at(0, 1, 1, r=0.25, m=3), wall_at(5, 0, -1, 0), duration_s=1)
-    found = import_scene(model_of(plain, "tuned", tmp_path), duration_s=1.0)
+    found = import_scene(save_model(plain, "tuned", tmp_path), duration_s=1.0)
     (disc,) = found.scene.discs
     assert disc == plain.discs[0].model_copy(update={"inertia_factor": math.inf})
     assert found.scene.half_planes() == plain.walls

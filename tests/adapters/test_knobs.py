@@ -6,7 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from tests.adapters.engine_scenes import along_a_floor, break_, cradle, oblique, width
+from tests.adapters.engine_scenes import (
+    build_break_scene,
+    build_cradle_scene,
+    build_floor_scene,
+    build_oblique_scene,
+    scale_tolerance,
+)
 from tests.cases import each
 from tests.scene_builders import Finish, Named
 
@@ -23,33 +29,35 @@ def test_knobs_accept_the_ends_of_their_ranges(engine: Adapter) -> None:
     for name, knob in knobs.items():
         for value in knob.choices or (knob.low, knob.high):
             assert value is not None
-            world = engine.prepare(oblique(), {**engine.profiles["default"].settings(1 / 60), name: value})
+            world = engine.prepare(build_oblique_scene(), {**engine.profiles["default"].settings(1 / 60), name: value})
             try:
                 found = world.settings[name]
-                same = found == value or math.isclose(float(found), float(value), rel_tol=width(engine, 2.0**-52))
+                same = found == value or math.isclose(
+                    float(found), float(value), rel_tol=scale_tolerance(engine, 2.0**-52)
+                )
                 assert same, (name, value, found)
             finally:
                 world.close()
 
 
-def _fine() -> Scene:
-    return oblique().model_copy(update={"frame_rate_hz": 240.0})
+def _fine_scene() -> Scene:
+    return build_oblique_scene().model_copy(update={"frame_rate_hz": 240.0})
 
 
-def _coarse() -> Scene:
-    return oblique().model_copy(update={"frame_rate_hz": 16.0})
+def _coarse_scene() -> Scene:
+    return build_oblique_scene().model_copy(update={"frame_rate_hz": 16.0})
 
 
-def _rubbing() -> Scene:
-    return oblique().model_copy(update={"frame_rate_hz": 240.0, "friction": 0.1, "wall_friction": 0.1})
+def _rough_scene() -> Scene:
+    return build_oblique_scene().model_copy(update={"frame_rate_hz": 240.0, "friction": 0.1, "wall_friction": 0.1})
 
 
-def _slow() -> Scene:
+def _slow_scene() -> Scene:
     """At 4 cm/s, below the speeds under which engines ship contacts inelastic."""
-    return oblique(time=100.0).model_copy(update={"frame_rate_hz": 2.4})
+    return build_oblique_scene(time=100.0).model_copy(update={"frame_rate_hz": 2.4})
 
 
-def _bullet() -> Scene:
+def _bullet_scene() -> Scene:
     """A disc that is 33 radii on after a step, and meets another on the way."""
     discs = [
         Disc(position_m=(-8.9, 0), velocity_m_s=(100, 0), radius_m=0.05),
@@ -58,34 +66,34 @@ def _bullet() -> Scene:
     return Scene(name="bullet", discs=discs, duration_s=0.2, frame_rate_hz=60.0)
 
 
-def _fast() -> Scene:
+def _fast_scene() -> Scene:
     return Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(200, 0), radius_m=1)], duration_s=0.1)
 
 
-def _far() -> Scene:
+def _far_scene() -> Scene:
     return Scene(name="far", discs=[Disc(position_m=(9.99e9, 0), velocity_m_s=(1e9, 0), radius_m=1)], duration_s=0.1)
 
 
-def _inelastic() -> Scene:
+def _inelastic_scene() -> Scene:
     return catalogue()["classics/perfectly-inelastic"].scene
 
 
-def _shared() -> Scene:
-    return cradle().model_copy(update={"frame_rate_hz": 240.0})
+def _shared_contact_scene() -> Scene:
+    return build_cradle_scene().model_copy(update={"frame_rate_hz": 240.0})
 
 
-def _break() -> Scene:
-    return break_().model_copy(update={"frame_rate_hz": 240.0})
+def _break_scene() -> Scene:
+    return build_break_scene().model_copy(update={"frame_rate_hz": 240.0})
 
 
-def _seams() -> Scene:
+def _seams_scene() -> Scene:
     """The start of sixteen at which pymunk's segments, each on its own, turn the disc aside most."""
-    return along_a_floor(10, 11 / 16)
+    return build_floor_scene(10, 11 / 16)
 
 
-def _slow_seams() -> Scene:
+def _slow_seams_scene() -> Scene:
     """The start of sixteen at which tuned Box2D turns the disc aside at half a metre a second, if edges stand alone."""
-    return along_a_floor(10, 10 / 16, 0.5)
+    return build_floor_scene(10, 10 / 16, 0.5)
 
 
 @dataclass(frozen=True)
@@ -106,35 +114,35 @@ class Knob:
 #: The least effects are a tenth of what was measured, in metres a second or metres; all are far above rounding, except
 #: for an order of solving, and for MuJoCo's tolerance.
 KNOBS = [
-    Knob("pymunk", "iterations", 10, _break, 1e-7),
-    Knob("pymunk", "collision_bias", 0.0018, _coarse, 1e-2, of="position"),
-    Knob("pymunk", "set_neighbors", 0, _seams, 1e-1),
-    Knob("pybullet", "linearDamping", 0.04, _fine, 1e-2),
-    Knob("pybullet", "useMaximalCoordinates", False, _fast, 1e1),
-    Knob("pybullet", "contactERP", 0.08, _fine, 1e-2),
-    Knob("pybullet", "contactProcessingThreshold", 1e18, _fine, 1e-1),
-    Knob("pybullet", "contactSlop", 1e-5, _shared, 1e-4),
-    Knob("pybullet", "restitutionVelocityThreshold", 0.2, _slow, 1e-3),
-    Knob("pybullet", "deterministicOverlappingPairs", 0, _shared, 1e-12),
-    Knob("pybullet", "solverResidualThreshold", 1e-7, _shared, 1e-5),
-    Knob("pybullet", "numSolverIterations", 10, _shared, 1e-3),
-    Knob("pybullet", "ccd_radius_fraction", 0.0, _bullet, 1e1),
-    Knob("mujoco", "joints", "free", _bullet, 1e1),
-    Knob("mujoco", "stiffness", 1000.0, _fine, 1e-2),
-    Knob("mujoco", "in_turn", False, _rubbing, 1e-2),
-    Knob("mujoco", "solimp", "0.9 0.95 0.001 0.5 2", _break, 1e-2),
-    Knob("mujoco", "integrator", "RK4", _fine, 1e-1),
-    Knob("mujoco", "integrator", "discrete", _fine, 1e-1),
-    Knob("mujoco", "jacobian", "sparse", _break, 1e-1),
-    Knob("mujoco", "tolerance", 1e-8, _fine, 1e-13),
-    Knob("mujoco", "autoreset", True, _far, 1e-1),
-    Knob("mujoco", "speculative", False, _bullet, 1e1),
-    Knob("box2d", "velocity_scale", 1.0, _slow, 1e-3),
-    Knob("box2d", "velocityIterations", 8, _shared, 1e-3),
-    Knob("box2d", "positionIterations", 3, _inelastic, 1e-3, of="position"),
-    Knob("box2d", "sweep", "none", _bullet, 1e1),
-    Knob("box2d", "chains", False, _slow_seams, 1.0),
-    Knob("box2d", "polygon_radius_m", 0.01, _fine, 1e-3, of="position"),
+    Knob("pymunk", "iterations", 10, _break_scene, 1e-7),
+    Knob("pymunk", "collision_bias", 0.0018, _coarse_scene, 1e-2, of="position"),
+    Knob("pymunk", "set_neighbors", 0, _seams_scene, 1e-1),
+    Knob("pybullet", "linearDamping", 0.04, _fine_scene, 1e-2),
+    Knob("pybullet", "useMaximalCoordinates", False, _fast_scene, 1e1),
+    Knob("pybullet", "contactERP", 0.08, _fine_scene, 1e-2),
+    Knob("pybullet", "contactProcessingThreshold", 1e18, _fine_scene, 1e-1),
+    Knob("pybullet", "contactSlop", 1e-5, _shared_contact_scene, 1e-4),
+    Knob("pybullet", "restitutionVelocityThreshold", 0.2, _slow_scene, 1e-3),
+    Knob("pybullet", "deterministicOverlappingPairs", 0, _shared_contact_scene, 1e-12),
+    Knob("pybullet", "solverResidualThreshold", 1e-7, _shared_contact_scene, 1e-5),
+    Knob("pybullet", "numSolverIterations", 10, _shared_contact_scene, 1e-3),
+    Knob("pybullet", "ccd_radius_fraction", 0.0, _bullet_scene, 1e1),
+    Knob("mujoco", "joints", "free", _bullet_scene, 1e1),
+    Knob("mujoco", "stiffness", 1000.0, _fine_scene, 1e-2),
+    Knob("mujoco", "in_turn", False, _rough_scene, 1e-2),
+    Knob("mujoco", "solimp", "0.9 0.95 0.001 0.5 2", _break_scene, 1e-2),
+    Knob("mujoco", "integrator", "RK4", _fine_scene, 1e-1),
+    Knob("mujoco", "integrator", "discrete", _fine_scene, 1e-1),
+    Knob("mujoco", "jacobian", "sparse", _break_scene, 1e-1),
+    Knob("mujoco", "tolerance", 1e-8, _fine_scene, 1e-13),
+    Knob("mujoco", "autoreset", True, _far_scene, 1e-1),
+    Knob("mujoco", "speculative", False, _bullet_scene, 1e1),
+    Knob("box2d", "velocity_scale", 1.0, _slow_scene, 1e-3),
+    Knob("box2d", "velocityIterations", 8, _shared_contact_scene, 1e-3),
+    Knob("box2d", "positionIterations", 3, _inelastic_scene, 1e-3, of="position"),
+    Knob("box2d", "sweep", "none", _bullet_scene, 1e1),
+    Knob("box2d", "chains", False, _slow_seams_scene, 1.0),
+    Knob("box2d", "polygon_radius_m", 0.01, _fine_scene, 1e-3, of="position"),
 ]
 
 
@@ -170,18 +178,21 @@ def test_omitted_settings_have_no_effect(
 ) -> None:
     """Settings that others recommend, but no profile sets, change velocities by rounding only."""
     adapter = named(name)
-    for scene in (oblique(), _shared(), _inelastic(), _slow()):
+    for scene in (build_oblique_scene(), _shared_contact_scene(), _inelastic_scene(), _slow_scene()):
         dt_s = 1 / scene.frame_rate_hz
         kept, changed = finish(adapter, scene, dt_s, profile), finish(adapter, scene, dt_s, profile, **changes)
         # A few units of rounding at 4 m/s.
         np.testing.assert_allclose(
-            changed.velocity_m_s, kept.velocity_m_s, rtol=0, atol=width(adapter, 4 * float(np.spacing(4.0)))
+            changed.velocity_m_s, kept.velocity_m_s, rtol=0, atol=scale_tolerance(adapter, 4 * float(np.spacing(4.0)))
         )
 
 
 @each(
     "name, scene, shipped",
-    [("pymunk", break_(), {"iterations": 10}), ("pybullet", cradle(), {"solverResidualThreshold": 1e-7})],
+    [
+        ("pymunk", build_break_scene(), {"iterations": 10}),
+        ("pybullet", build_cradle_scene(), {"solverResidualThreshold": 1e-7}),
+    ],
 )
 def test_tuned_iterations_conserve_energy_in_shared_contacts(
     named: Named, finish: Finish, name: str, scene: Scene, shipped: dict[str, Setting]

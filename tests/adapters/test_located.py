@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.adapters.engine_scenes import width
+from tests.adapters.engine_scenes import scale_tolerance
 from tests.cases import each, release_after
 from tests.scene_builders import Named, disc_at, staged
 
@@ -42,8 +42,8 @@ def test_located_impacts_match_pic_to_rounding(engine: Adapter, name: str) -> No
     assert not score.missed
     assert not score.spurious
     # A normal turns by v dt / R: the error of the time counts times v / R, which is at most 20 here.
-    assert abs(score.total.time_s) < width(engine, EXACT)
-    assert score.total.velocity < 20 * width(engine, EXACT)
+    assert abs(score.total.time_s) < scale_tolerance(engine, EXACT)
+    assert score.total.velocity < 20 * scale_tolerance(engine, EXACT)
 
 
 @each("dt_s", release_after(2, [1 / 10, 1 / 60, 1 / 1000]))
@@ -52,7 +52,9 @@ def test_located_impact_does_not_depend_on_the_step(engine: Adapter, dt_s: float
     scene = catalogue()["classics/oblique-3-4-5"].scene
     found = observe_run(engine, scene, "located", dt_s)
     # Its own sum of up to 1250 steps, each rounded at 1 s or 4 m.
-    assert found.impacts["time_s"].tolist() == pytest.approx([0.42], abs=width(engine, 1250 * float(np.spacing(4.0))))
+    assert found.impacts["time_s"].tolist() == pytest.approx(
+        [0.42], abs=scale_tolerance(engine, 1250 * float(np.spacing(4.0)))
+    )
     assert found.counts["probes"] < 60 * len(found.impacts)
 
 

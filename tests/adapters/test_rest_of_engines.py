@@ -6,9 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.falling_balls import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
+from tests.adapters.falling_balls import (
+    RADIUS_M,
+    STARTS,
+    G,
+    build_floor_scene,
+    list_hopping_balls,
+    measure_speeds_at_rest,
+)
 from tests.cases import each, release_after
-from tests.scene_builders import Finish, Named, sure
+from tests.scene_builders import Finish, Named, require_value
 
 from carom import Disc
 from carom.engines.api import Adapter, AdapterError, Observation, Setting
@@ -39,7 +46,7 @@ def test_ball_comes_to_rest_with_tuned_settings(
     named: Named, name: str, rate_hz: float, e: float, share: float
 ) -> None:
     """After its bounces a ball moves by at most 1 % (optional engines 0.1 %) of what it falls in a step."""
-    for speeds in speeds_at_rest(named(name), "tuned", rate_hz, e):
+    for speeds in measure_speeds_at_rest(named(name), "tuned", rate_hz, e):
         assert float(np.abs(speeds).max()) <= share * G / rate_hz
 
 
@@ -47,23 +54,23 @@ def test_ball_comes_to_rest_with_tuned_settings(
 @each("name, threshold", [("planck", "velocityThreshold"), ("physx", "bounceThresholdVelocity")])
 def test_tuned_planck_and_physx_hop_for_ever_without_a_threshold(named: Named, name: str, threshold: str) -> None:
     """At 60 steps a second all balls keep hopping; with a bounce threshold of three steps' fall none does."""
-    assert all(hops(speeds_at_rest(named(name), "tuned", 60.0), 60.0))
-    assert not any(speeds.any() for speeds in speeds_at_rest(named(name), "tuned", 60.0, **{threshold: 0.5}))
+    assert all(list_hopping_balls(measure_speeds_at_rest(named(name), "tuned", 60.0), 60.0))
+    assert not any(speeds.any() for speeds in measure_speeds_at_rest(named(name), "tuned", 60.0, **{threshold: 0.5}))
 
 
 @pytest.mark.long
 @each("rate_hz", RATES_HZ)
 def test_box2d_hops_when_tuned_and_rests_with_its_resting_profile(box2d: Adapter, rate_hz: float) -> None:
     """Tuned Box2D keeps hopping from all starts; with the profile `resting` no ball moves."""
-    assert all(hops(speeds_at_rest(box2d, "tuned", rate_hz), rate_hz))
-    assert not any(speeds.any() for speeds in speeds_at_rest(box2d, "resting", rate_hz))
+    assert all(list_hopping_balls(measure_speeds_at_rest(box2d, "tuned", rate_hz), rate_hz))
+    assert not any(speeds.any() for speeds in measure_speeds_at_rest(box2d, "resting", rate_hz))
 
 
 @each("e", [0.0, 0.3, 0.6])
 def test_resting_profile_of_box2d_keeps_the_first_bounce(named: Named, e: float) -> None:
     """The first bounce with the profile `resting` equals the tuned one, and returns e of the speed."""
     box2d, height, rate_hz = named("box2d"), 1.0, 240.0
-    scene = on_a_floor(Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M), 1.0, e=e)
+    scene = build_floor_scene(Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M), 1.0, e=e)
     after = {}
     for profile in ("tuned", "resting"):
         world = box2d.prepare(scene, box2d.profiles[profile].settings(1 / rate_hz))
@@ -81,7 +88,7 @@ def test_default_box2d_hops_for_ever_at_high_restitution(named: Named, e: float,
 
     It hops at ``g dt / (1 - e)``, at 60 steps a second 1.7 m/s; contacts below 1 m/s are inelastic.
     """
-    speeds = speeds_at_rest(named("box2d"), "default", 60.0, e)
+    speeds = measure_speeds_at_rest(named("box2d"), "default", 60.0, e)
     assert {float(of_start.max()) > 1.0 for of_start in speeds} == {lasts}
 
 
@@ -92,38 +99,38 @@ def test_pybullet_multibodies_hop_for_ever_below_a_threshold(named: Named) -> No
     So they do by default. At 2.5 steps' fall they rest.
     """
     pybullet, own = named("pybullet"), {"useMaximalCoordinates": False}
-    assert all(hops(speeds_at_rest(pybullet, "default", 60.0), 60.0))
+    assert all(list_hopping_balls(measure_speeds_at_rest(pybullet, "default", 60.0), 60.0))
     for rate_hz in RATES_HZ:
         for threshold in (0.0, 1.25 * G / rate_hz):
             changes = own | {"restitutionVelocityThreshold": threshold}
-            assert all(hops(speeds_at_rest(pybullet, "tuned", rate_hz, **changes), rate_hz))
+            assert all(list_hopping_balls(measure_speeds_at_rest(pybullet, "tuned", rate_hz, **changes), rate_hz))
         changes = own | {"restitutionVelocityThreshold": 2.5 * G / rate_hz}
-        assert not any(speeds.any() for speeds in speeds_at_rest(pybullet, "tuned", rate_hz, **changes))
+        assert not any(speeds.any() for speeds in measure_speeds_at_rest(pybullet, "tuned", rate_hz, **changes))
 
 
-def _rolls(
+def _run_rolling_disc(
     finish: Finish, engine: Adapter, profile: str, speed: float, seconds: float, **changes: Setting
 ) -> Observation:
     """Return where a disc is, at 60 steps a second, that starts in rolling."""
     disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
-    return finish(engine, on_a_floor(disc, seconds, friction=0.5), 1 / 60, profile, **changes)
+    return finish(engine, build_floor_scene(disc, seconds, friction=0.5), 1 / 60, profile, **changes)
 
 
 @each("name", ["mujoco", "pybullet", "pymunk"])
 def test_slowly_rolling_disc_keeps_rolling(named: Named, finish: Finish, name: str) -> None:
     """A disc that rolls at 5 to 10 mm/s has the right position after 10 s, to 0.1 %."""
     for speed in np.linspace(0.005, 0.01, STARTS).tolist():
-        end = _rolls(finish, named(name), "default", speed, 10.0)
+        end = _run_rolling_disc(finish, named(name), "default", speed, 10.0)
         assert end.position_m[0, 0] == pytest.approx(10.0 * speed, rel=1e-3)
 
 
 def test_box2d_sleep_stops_slowly_rolling_discs(named: Named, finish: Finish) -> None:
     """With sleeping allowed Box2D stops a disc slower than 1 cm/s after 0.5 s; profiles keep it awake."""
     for speed in np.linspace(0.005, 0.0085, STARTS).tolist():
-        end = _rolls(finish, named("box2d"), "default", speed, 10.0, sleepingAllowed=True)
+        end = _run_rolling_disc(finish, named("box2d"), "default", speed, 10.0, sleepingAllowed=True)
         assert end.position_m[0, 0] == pytest.approx(0.5 * speed, rel=0.01)
         assert end.velocity_m_s[0, 0] == 0.0
-        awake = _rolls(finish, named("box2d"), "default", speed, 10.0)
+        awake = _run_rolling_disc(finish, named("box2d"), "default", speed, 10.0)
         assert awake.position_m[0, 0] == pytest.approx(10.0 * speed, rel=0.01)
 
 
@@ -137,7 +144,7 @@ def test_default_sleep_stops_slowly_sliding_discs(
 ) -> None:
     """With sleep enabled an engine stops a slowly sliding disc after 0.5 s; profiles keep it awake."""
     for speed in np.linspace(0.005, fastest, STARTS).tolist():
-        scene = on_a_floor(Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M), 10.0)
+        scene = build_floor_scene(Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M), 10.0)
         asleep = finish(named(name), scene, 1 / 60, "default", **{sleeps: True}).position_m[0, 0]
         assert asleep == pytest.approx(0.5 * speed, rel=0.05)
         awake = finish(named(name), scene, 1 / 60, "default").position_m[0, 0]
@@ -163,8 +170,8 @@ def test_slip_of_rolling_discs_is_as_documented(
     Box2D's friction acts 2.5 mm outside the rim of 0.5 m, half its skin and half its slop.
     """
     for speed in np.linspace(1.5, 3.0, STARTS).tolist():
-        end = _rolls(finish, named(name), profile, speed, 2.0)
-        found = (end.velocity_m_s[0, 0] + RADIUS_M * sure(end.spin_rad_s)[0]) / speed
+        end = _run_rolling_disc(finish, named(name), profile, speed, 2.0)
+        found = (end.velocity_m_s[0, 0] + RADIUS_M * require_value(end.spin_rad_s)[0]) / speed
         assert found == pytest.approx(slip, abs=1e-4)
 
 
@@ -175,9 +182,11 @@ def test_pybullet_default_damping_slows_rolling_discs(named: Named, finish: Fini
     The default profile sets damping to 0, and the disc keeps its speed.
     """
     for speed in np.linspace(1.75, 2.25, STARTS).tolist():
-        end = _rolls(finish, named("pybullet"), "default", speed, 10.0, linearDamping=0.04, angularDamping=0.04)
+        end = _run_rolling_disc(
+            finish, named("pybullet"), "default", speed, 10.0, linearDamping=0.04, angularDamping=0.04
+        )
         assert 0.3 < end.velocity_m_s[0, 0] / speed < 0.4
-        undamped = _rolls(finish, named("pybullet"), "default", speed, 10.0)
+        undamped = _run_rolling_disc(finish, named("pybullet"), "default", speed, 10.0)
         assert undamped.velocity_m_s[0, 0] == pytest.approx(speed, rel=1e-9)
 
 
@@ -201,7 +210,7 @@ def test_discs_held_by_friction_creep_in_mujoco(
     """
     for fall in np.linspace(0.1, 0.28, STARTS).tolist():
         disc = Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M, inertia_factor=math.inf)
-        end = finish(named(name), on_a_floor(disc, 2.5, fall=fall, friction=0.3), 1 / 240, profile)
+        end = finish(named(name), build_floor_scene(disc, 2.5, fall=fall, friction=0.3), 1 / 240, profile)
         assert least <= abs(end.position_m[0, 0]) / 2.5 <= most
 
 
@@ -211,7 +220,9 @@ def test_pybullet_rolling_resistance_follows_the_law(named: Named, finish: Finis
     """Rolling resistance leaves ``v - c g t / (1 + k)``, from 8 speeds; a disc that stopped stays at rest."""
     for speed, resists in zip(np.linspace(1.5, 3.0, STARTS), np.linspace(0.01, 0.2, STARTS), strict=True):
         disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
-        scene = on_a_floor(disc, 1.0, friction=0.5).model_copy(update={"wall_rolling_resistance": float(resists)})
+        scene = build_floor_scene(disc, 1.0, friction=0.5).model_copy(
+            update={"wall_rolling_resistance": float(resists)}
+        )
         end = finish(named("pybullet"), scene, 1 / 240, profile)
         assert end.velocity_m_s[0, 0] == pytest.approx(speed - resists * G / 1.5, abs=2e-4)
         slow = scene.model_copy(update={"duration_s": 1.5 * speed / (resists * G) + 1.0})
@@ -221,7 +232,7 @@ def test_pybullet_rolling_resistance_follows_the_law(named: Named, finish: Finis
 def test_pybullet_refuses_rolling_resistance_with_unequal_radii(named: Named) -> None:
     """A wall has one rolling torque for all discs, so discs of unequal radii are refused with their radii."""
     discs = [Disc(position_m=(3.0 * k, 0.5 + 0.1 * k), radius_m=0.5 + 0.1 * k) for k in range(2)]
-    scene = on_a_floor(discs[0], 1.0, friction=0.5)
+    scene = build_floor_scene(discs[0], 1.0, friction=0.5)
     scene = scene.model_copy(update={"discs": tuple(discs), "wall_rolling_resistance": 0.1})
     with pytest.raises(AdapterError, match=r"radii are 0\.5 to 0\.6 m"):
         named("pybullet").prepare(scene, named("pybullet").profiles["tuned"].settings(1 / 60))
@@ -233,7 +244,9 @@ EXACT = 'cone="elliptic" noslip_iterations="20" integrator="implicitfast"'
 OPTIONS = {"shipped": "", "exact": EXACT}
 
 
-def speed_of(options: str, friction: float, resists: float, seconds: float, *, tangent: float, speed: float) -> float:
+def measure_mujoco_speed(
+    options: str, friction: float, resists: float, seconds: float, *, tangent: float, speed: float
+) -> float:
     """Return how fast a disc (k = 1/2) is along a slope that begins rolling; `friction[2]` is in metres, c R."""
     engine: Any = importlib.import_module("mujoco")
     long, moment = math.hypot(1.0, tangent), 0.5 * RADIUS_M**2
@@ -254,7 +267,7 @@ def speed_of(options: str, friction: float, resists: float, seconds: float, *, t
 def test_mujoco_slips_where_friction_and_resistance_should_hold(options: str, least: float, most: float) -> None:
     """On slopes that the law holds with friction 0.8 and resistance 2 % above the slope, MuJoCo's disc slips."""
     for tangent in np.linspace(0.3, 0.79, STARTS).tolist():
-        slipped = speed_of(OPTIONS[options], 0.8, 1.02 * tangent, 2.0, tangent=tangent, speed=0.0)
+        slipped = measure_mujoco_speed(OPTIONS[options], 0.8, 1.02 * tangent, 2.0, tangent=tangent, speed=0.0)
         assert least < slipped < most
 
 
@@ -266,7 +279,7 @@ def test_mujoco_rolling_resistance_is_weaker_than_the_law(options: str, least: f
     for speed, resists in zip(
         np.linspace(1.5, 2.9, STARTS).tolist(), np.linspace(0.01, 0.15, STARTS).tolist(), strict=True
     ):
-        left = speed_of(OPTIONS[options], 0.5, resists, 1.0, tangent=0.0, speed=speed)
+        left = measure_mujoco_speed(OPTIONS[options], 0.5, resists, 1.0, tangent=0.0, speed=speed)
         parts.append((speed - left) / (resists * G / 1.5))
     assert all(least < part < most for part in parts)
     assert parts[-1] < parts[0]

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.adapters import bare_impacts
-from tests.adapters.engine_scenes import width
-from tests.adapters.shipped_settings import OF_ALL, assert_default_is_shipped, worst_difference
+from tests.adapters.engine_scenes import scale_tolerance
+from tests.adapters.shipped_settings import OF_ALL, assert_default_is_shipped, measure_largest_difference
 from tests.cases import each
 from tests.engines.shipped_settings import OF_ENGINES
 from tests.scene_builders import Drive, Finish, Named, disc_at, staged
@@ -20,7 +20,7 @@ from carom.model.walls import Leg
 from carom_adapters.shared.legs import Legs
 
 
-def _head_on(closing_m_s: float, restitution: float = 1.0) -> Scene:
+def _build_head_on_scene(closing_m_s: float, restitution: float = 1.0) -> Scene:
     """Two equal discs that close at this speed and touch halfway through the scene."""
     gap = 0.5
     return staged(
@@ -32,7 +32,7 @@ def _head_on(closing_m_s: float, restitution: float = 1.0) -> Scene:
     )
 
 
-def _restitution(end: Observation, closing_m_s: float) -> float:
+def _measure_restitution(end: Observation, closing_m_s: float) -> float:
     return float(end.velocity_m_s[1, 0] - end.velocity_m_s[0, 0]) / closing_m_s
 
 
@@ -73,13 +73,13 @@ def test_contacts_below_the_restitution_threshold_are_inelastic(
     threshold = capabilities.restitution_threshold_m_s
     found = []
     for closing in (0.9 * threshold, 1.1 * threshold):
-        scene = _head_on(closing)
-        found.append(_restitution(finish(adapter, scene, scene.duration_s / 256, profile), closing))
+        scene = _build_head_on_scene(closing)
+        found.append(_measure_restitution(finish(adapter, scene, scene.duration_s / 256, profile), closing))
     # PyBullet as shipped adds up to a few percent to a bounce, and Box2D's positions are corrected.
     assert found[0] < 0.5 < found[1]
-    assert "inelastic" in unsupported_reason(_head_on(0.9 * threshold), capabilities, 1 / 60)
-    assert not unsupported_reason(_head_on(1.1 * threshold), capabilities, 1 / 60)
-    assert not unsupported_reason(_head_on(0.9 * threshold, restitution=0.0), capabilities, 1 / 60)
+    assert "inelastic" in unsupported_reason(_build_head_on_scene(0.9 * threshold), capabilities, 1 / 60)
+    assert not unsupported_reason(_build_head_on_scene(1.1 * threshold), capabilities, 1 / 60)
+    assert not unsupported_reason(_build_head_on_scene(0.9 * threshold, restitution=0.0), capabilities, 1 / 60)
 
 
 @each("profile", ["default", "tuned"])
@@ -87,12 +87,12 @@ def test_engines_without_a_threshold_bounce_at_1_mm_per_s(engine: Adapter, finis
     """Without a declared threshold, discs that close at 1 mm/s rebound with restitution 1."""
     if capabilities_of(engine, profile).restitution_threshold_m_s > 1e-3:
         pytest.skip("declares a threshold above that")
-    scene = _head_on(1e-3)
+    scene = _build_head_on_scene(1e-3)
     dt_s = scene.duration_s / 1024
-    restitution = _restitution(finish(engine, scene, dt_s, profile), 1e-3)
+    restitution = _measure_restitution(finish(engine, scene, dt_s, profile), 1e-3)
     # MuJoCo as shipped has a spring of period 0.2 s, which steps of 1 s can't follow: any bounce will do there.
     if not (engine.name == "mujoco" and profile == "default"):
-        assert restitution == pytest.approx(1, abs=width(engine, 1e-8))
+        assert restitution == pytest.approx(1, abs=scale_tolerance(engine, 1e-8))
 
 
 def test_pybullet_multibody_speed_is_clamped_as_declared(pybullet: Adapter, finish: Finish) -> None:
@@ -167,7 +167,7 @@ def test_default_profile_equals_the_bare_engine(name: str, named: Named) -> None
     adapter = named(name)
     shipped = (OF_ALL | OF_ENGINES)[name]()
     assert_default_is_shipped(adapter, shipped)
-    assert worst_difference(adapter, shipped) <= shipped.roundings
+    assert measure_largest_difference(adapter, shipped) <= shipped.roundings
 
 
 # Starts of the legs of engines' driven bodies -------------------------------------------------------------------------

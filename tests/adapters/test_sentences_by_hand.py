@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage, States
-from tests.adapters.exact_trajectories import Truth, turned_at, turns
+from tests.adapters.exact_trajectories import Truth, estimate_impact_time, find_velocity_changes
 from tests.cases import each
-from tests.scene_builders import cross_checked
+from tests.scene_builders import run_cross_check
 
 from carom import Scene
 from carom.catalogue import all_scenes, find_scenes
@@ -72,27 +72,27 @@ class Bare:
 
         return (of(self.end[1]) - of(self.truth.end_velocity)) / of(self.states[0, :, 2:])
 
-    def astray(self) -> float:
+    def largest_deviation(self) -> float:
         """How far places are from those of free flight, metres: of a scene without an impact."""
         times = np.arange(len(self.states)) * self.dt_s
         free = self.states[0, :, :2] + self.states[0, :, 2:] * times[:, None, None]
         return float(np.abs(self.states[:, :, :2] - free).max())
 
-    def polygon(self) -> float:
+    def first_step_error(self) -> float:
         """How far the first step ends from its parabola, metres."""
         falls = np.isfinite(self.truth.mass)[:, None] * np.array(self.stage.gravity)
         parabola = self.states[0, :, 2:] * self.dt_s + falls * self.dt_s**2 / 2
         return float(np.hypot(*(self.states[1, :, :2] - self.states[0, :, :2] - parabola).T).max())
 
 
-def _stage(scene: Scene) -> Stage:
+def _build_stage(scene: Scene) -> Stage:
     discs = [Body(one.position_m, one.velocity_m_s, one.radius_m, one.mass_kg) for one in scene.discs]
     walls = [(wall.point_m, wall.normal) for wall in scene.half_planes()]
     return Stage(tuple(discs), tuple(walls), scene.restitution, scene.wall_restitution, scene.gravity_m_s2)
 
 
-def _bare(engine: str, profile: str, scene: Scene, float_bits: int) -> Bare:
-    stage = _stage(scene)
+def _run_bare(engine: str, profile: str, scene: Scene, float_bits: int) -> Bare:
+    stage = _build_stage(scene)
     truth, steps = Truth(stage, scene.duration_s), math.ceil(scene.duration_s / DT_S - STEP)
     states = ENGINES[engine](stage, profile, DT_S, steps)[:, :, :4]
     movable = np.isfinite(truth.mass)
@@ -103,10 +103,10 @@ def _bare(engine: str, profile: str, scene: Scene, float_bits: int) -> Bare:
     least = truth.fastest * (1e-9 if float_bits == 64 else SINGLE)
     for first, second in sorted({(one.first, one.second) for one in truth.meetings}):
         true = [one for one in truth.meetings if (one.first, one.second) == (first, second)]
-        found = turns(states, DT_S, stage, first, second, least)
+        found = find_velocity_changes(states, DT_S, stage, first, second, least)
         lost += len(true) - len(found)
         for one, turn in zip(true, found, strict=False) if len(true) == len(found) else ():
-            at_s = turned_at(states, DT_S, stage, first, second, turn)
+            at_s = estimate_impact_time(states, DT_S, stage, first, second, turn)
             late.append(at_s - one.time_s)
             # Two discs that fall alike leave as fast as they fell until then; a wall's bounce is looked at as it is.
             alike = second >= 0 and movable[[first, second]].all()
@@ -120,17 +120,17 @@ def _bare(engine: str, profile: str, scene: Scene, float_bits: int) -> Bare:
     return Bare(stage, truth, states, DT_S, end, tuple(late), tuple(off), tuple(turned), lost)
 
 
-def _most(of: Callable[[Bare], tuple[float, ...]], sign: float = 1.0) -> Callable[[Bare], float]:
+def _largest_of(of: Callable[[Bare], tuple[float, ...]], sign: float = 1.0) -> Callable[[Bare], float]:
     return lambda bare: max((sign * one for one in of(bare)), default=0.0)
 
 
 #: Of a verdict that gives a number: which of its numbers it is, what the bare run has for it, and what the same run may
 #: differ by if it is built otherwise.
 SAID: Mapping[Verdict, tuple[int, Callable[[Bare], float], float]] = {
-    Verdict.LATE: (0, _most(lambda bare: bare.late_s), STEP * DT_S),
-    Verdict.EARLY: (0, _most(lambda bare: bare.late_s, -1.0), STEP * DT_S),
-    Verdict.WRONG_VELOCITY: (0, _most(lambda bare: bare.off), SINGLE),
-    Verdict.WRONG_DIRECTION: (0, _most(lambda bare: bare.turned_deg), math.degrees(SINGLE)),
+    Verdict.LATE: (0, _largest_of(lambda bare: bare.late_s), STEP * DT_S),
+    Verdict.EARLY: (0, _largest_of(lambda bare: bare.late_s, -1.0), STEP * DT_S),
+    Verdict.WRONG_VELOCITY: (0, _largest_of(lambda bare: bare.off), SINGLE),
+    Verdict.WRONG_DIRECTION: (0, _largest_of(lambda bare: bare.turned_deg), math.degrees(SINGLE)),
     Verdict.ENERGY_GAINED: (0, Bare.energy, SINGLE),
     Verdict.ENERGY_LOST: (0, lambda bare: -bare.energy(), SINGLE),
     Verdict.MISPLACED: (
@@ -143,7 +143,7 @@ SAID: Mapping[Verdict, tuple[int, Callable[[Bare], float], float]] = {
         lambda bare: np.hypot(*(bare.end[1] - bare.truth.end_velocity).T).max() / bare.truth.fastest,
         SINGLE,
     ),
-    Verdict.POLYGON: (-1, Bare.polygon, SINGLE),
+    Verdict.POLYGON: (-1, Bare.first_step_error, SINGLE),
     Verdict.MISSED: (0, lambda bare: bare.lost, 0.0),
     Verdict.MULTIPLE_MISSED: (0, lambda bare: bare.lost, 0.0),
     Verdict.PARTED: (-3, lambda bare: bare.lost, 0.0),
@@ -152,10 +152,10 @@ SAID: Mapping[Verdict, tuple[int, Callable[[Bare], float], float]] = {
 OVERLAPPING = {("gravity/box", "mujoco", "default")}
 
 
-def _sentences(engine: str) -> Iterator[tuple[str, str, Verdict, str]]:
+def _iterate_sentences(engine: str) -> Iterator[tuple[str, str, Verdict, str]]:
     """Yield scene, profile, verdict and sentence of every run of the two groups."""
     scenes = [scene for scene in find_scenes(["engines", "gravity"]) if scene.name != CHAOTIC]
-    found = cross_checked(scenes, ["pic", "pit", engine], dts=[DT_S], profiles=["default", "tuned"], certified=False)
+    found = run_cross_check(scenes, ["pic", "pit", engine], dts=[DT_S], profiles=["default", "tuned"], certified=False)
     named = {verdict.name.lower(): verdict for verdict in Verdict}
     for row in map(json.loads, format_records(found).splitlines()[1:]):
         if row["engine"] == engine and row["status"] == "ran":
@@ -169,16 +169,16 @@ def test_report_sentences_match_bare_engine_runs(engine: str) -> None:
     bits = load_adapter(engine).capabilities.float_bits
     runs: dict[tuple[str, str], Bare] = {}
     checked, false = 0, []
-    for name, profile, verdict, reason in _sentences(engine):
+    for name, profile, verdict, reason in _iterate_sentences(engine):
         if (name, engine, profile) in OVERLAPPING and verdict in {Verdict.EARLY, Verdict.LATE}:
             continue
         if (name, profile) not in runs:
-            runs[name, profile] = _bare(engine, profile, all_scenes()[name].scene, bits)
+            runs[name, profile] = _run_bare(engine, profile, all_scenes()[name].scene, bits)
         bare = runs[name, profile]
         if verdict is Verdict.NO_IMPACT:
             # Half a rounding of the farthest place a step.
             farthest = float(np.abs(bare.states[:, :, :2]).max())
-            said, own = 0.0, bare.astray()
+            said, own = 0.0, bare.largest_deviation()
             differs = len(bare.states) * farthest * 2.0 ** (-24 if bits == 32 else -53)
         elif verdict in SAID:
             which, of, differs = SAID[verdict]

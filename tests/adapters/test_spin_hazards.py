@@ -14,7 +14,7 @@ from tests.adapters import bare_impacts
 from tests.adapters.bare_impacts import DT_S, LATE, RADIUS_M, Left, Thrown
 from tests.cases import each, release_after
 from tests.scene_builders import Named
-from tests.validation.exact_impact import Body, Law, after_impact
+from tests.validation.exact_impact import Body, Law, resolve_exact_impact
 
 FLOOR = Body((0, 0), 0, math.inf, math.inf, (0, 0))
 
@@ -34,25 +34,25 @@ IN_TURN = 'cone="elliptic" solver="PGS" iterations="1"'
 MADE_UP = (0.9999 + 0.0001 / 3) / DT_S
 
 
-def law(thrown: Thrown, friction: float, inertia: float = 0.125, slip_kept: float = 0.0) -> Left:
+def compute_law(thrown: Thrown, friction: float, inertia: float = 0.125, slip_kept: float = 0.0) -> Left:
     """Return velocity and spin after the impact by the law, `slip_kept` being the tangential restitution."""
     disc = Body(thrown.velocity, thrown.spin, 1, inertia, (0, -RADIUS_M))
-    after, _, _ = after_impact(disc, FLOOR, (0, -1), Law(thrown.restitution, friction, slip_kept))
+    after, _, _ = resolve_exact_impact(disc, FLOOR, (0, -1), Law(thrown.restitution, friction, slip_kept))
     x, y = after.velocity
     return (float(x), float(y), float(after.spin))
 
 
-def listed(friction: float) -> str:
+def format_pair(friction: float) -> str:
     return f'friction="{friction!r} {friction!r} 0 0 0" solreffriction="0 {-MADE_UP!r}"'
 
 
-def roots(friction: float) -> tuple[float, float]:
+def square_roots(friction: float) -> tuple[float, float]:
     return (math.sqrt(friction), math.sqrt(friction))
 
 
 def test_law_gives_the_quoted_answer() -> None:
     """With friction 0.1 and a push of 6 N s the disc loses 0.6 m/s and gains 0.6 / 2 / (1/8) rad/s of spin."""
-    assert law(Thrown(), 0.1) == pytest.approx((1.4, 3.0, -2.4), abs=1e-15)
+    assert compute_law(Thrown(), 0.1) == pytest.approx((1.4, 3.0, -2.4), abs=1e-15)
 
 
 @each("friction", release_after(1, [0.1, 10.0, 0.01, 0.5]))
@@ -63,8 +63,8 @@ def test_engines_follow_the_friction_law_with_the_right_settings(
 ) -> None:
     """Sliding or sticking, with spin either way, each bare engine follows the law, except for a shortened arm."""
     thrown = Thrown(spin=spin, restitution=restitution)
-    product, pair = Thrown(spin=spin, restitution=restitution, friction=roots(friction)), listed(friction)
-    expected = law(thrown, friction)
+    product, pair = Thrown(spin=spin, restitution=restitution, friction=square_roots(friction)), format_pair(friction)
+    expected = compute_law(thrown, friction)
     found: dict[str, tuple[Callable[[], Left], float]] = {
         "pymunk": (lambda: bare_impacts.pymunk(product), 1e-14),
         "pybullet": (lambda: bare_impacts.pybullet(product), 1e-14),
@@ -106,7 +106,7 @@ def test_engines_combine_frictions_as_documented(
         assert (100.0 - x) / 3.0 == pytest.approx(combine(*frictions), rel=1e-5)
 
 
-def _spun_for_a_second(spin: float, *, maximal: bool, **dynamics: float) -> float:
+def _measure_spin_after_a_second(spin: float, *, maximal: bool, **dynamics: float) -> float:
     pybullet: Any = importlib.import_module("pybullet")
     client = pybullet.connect(pybullet.DIRECT)
     ball = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=RADIUS_M, physicsClientId=client)
@@ -128,17 +128,19 @@ def test_default_pybullet_damps_spin(named: Named) -> None:
     Without damping, or with maximal coordinates, it keeps its spin.
     """
     named("pybullet")
-    assert _spun_for_a_second(10.0, maximal=False) == pytest.approx(6.9, abs=0.01)
-    assert _spun_for_a_second(90.0, maximal=False) == pytest.approx(19.0, abs=0.01)
-    assert _spun_for_a_second(10.0, maximal=False, angularDamping=0) == 10.0
-    assert _spun_for_a_second(10.0, maximal=True) == pytest.approx(10.0, rel=240 * 2.0**-53)
+    assert _measure_spin_after_a_second(10.0, maximal=False) == pytest.approx(6.9, abs=0.01)
+    assert _measure_spin_after_a_second(90.0, maximal=False) == pytest.approx(19.0, abs=0.01)
+    assert _measure_spin_after_a_second(10.0, maximal=False, angularDamping=0) == 10.0
+    assert _measure_spin_after_a_second(10.0, maximal=True) == pytest.approx(10.0, rel=240 * 2.0**-53)
 
 
 def test_pybullet_clamps_multibody_spin_to_100_rad_per_s(named: Named) -> None:
     """PyBullet silently clamps a multibody's spin to 100 rad/s; with maximal coordinates any spin is kept."""
     named("pybullet")
-    assert _spun_for_a_second(150.0, maximal=False, angularDamping=0) == 100.0
-    assert _spun_for_a_second(150.0, maximal=True, angularDamping=0) == pytest.approx(150.0, rel=240 * 2.0**-53)
+    assert _measure_spin_after_a_second(150.0, maximal=False, angularDamping=0) == 100.0
+    assert _measure_spin_after_a_second(150.0, maximal=True, angularDamping=0) == pytest.approx(
+        150.0, rel=240 * 2.0**-53
+    )
 
 
 @pytest.mark.long
@@ -149,9 +151,9 @@ def test_pybullet_multibody_needs_inertia_about_all_axes(named: Named) -> None:
     """
     named("pybullet")
     for late in LATES:
-        thrown = Thrown(spin=5.0, friction=roots(0.1), late=late)
+        thrown = Thrown(spin=5.0, friction=square_roots(0.1), late=late)
         assert bare_impacts.pybullet(thrown, maximal=False, planar=True) == pytest.approx((1.4, 3.0, 5.0), abs=1e-14)
-        expected = pytest.approx(law(thrown, 0.1), abs=1e-14)
+        expected = pytest.approx(compute_law(thrown, 0.1), abs=1e-14)
         assert bare_impacts.pybullet(thrown, maximal=False) == expected
         assert bare_impacts.pybullet(thrown, maximal=True, planar=True) == expected
 
@@ -162,10 +164,10 @@ def test_pybullet_ignores_a_changed_inertia_in_the_first_step(named: Named) -> N
     In later steps, and as a multibody, it has the inertia that was set.
     """
     named("pybullet")
-    at_once, later = (Thrown(friction=roots(10.0), steps_before=steps) for steps in (0.0, 1.0))
-    assert bare_impacts.pybullet(at_once) == pytest.approx(law(at_once, 10.0, inertia=0.1), abs=1e-14)
-    assert bare_impacts.pybullet(later) == pytest.approx(law(later, 10.0), abs=1e-14)
-    assert bare_impacts.pybullet(at_once, maximal=False) == pytest.approx(law(at_once, 10.0), abs=1e-14)
+    at_once, later = (Thrown(friction=square_roots(10.0), steps_before=steps) for steps in (0.0, 1.0))
+    assert bare_impacts.pybullet(at_once) == pytest.approx(compute_law(at_once, 10.0, inertia=0.1), abs=1e-14)
+    assert bare_impacts.pybullet(later) == pytest.approx(compute_law(later, 10.0), abs=1e-14)
+    assert bare_impacts.pybullet(at_once, maximal=False) == pytest.approx(compute_law(at_once, 10.0), abs=1e-14)
 
 
 @pytest.mark.long
@@ -175,7 +177,7 @@ def test_pybullet_clamps_friction_to_10(named: Named) -> None:
     for asked, used in ((9.0, 9.0), (10.0, 10.0), (40.0, 10.0)):
         for late in LATES:
             thrown = Thrown(velocity=(200.0, -3.0), friction=(asked, 1.0), late=late)
-            assert bare_impacts.pybullet(thrown) == pytest.approx(law(thrown, used), abs=1e-11)
+            assert bare_impacts.pybullet(thrown) == pytest.approx(compute_law(thrown, used), abs=1e-11)
 
 
 def test_box2d_needs_two_iterations_for_friction(named: Named) -> None:
@@ -191,7 +193,7 @@ def test_box2d_velocity_is_nan_beyond_the_largest_friction(named: Named) -> None
     """At the largest declared friction a disc grips the floor; at ten times that its velocity is NaN."""
     greatest = named("box2d").capabilities.friction[1]
     thrown = Thrown(friction=(greatest, greatest))
-    assert bare_impacts.box2d(thrown) == pytest.approx(law(thrown, 1e3), abs=SINGLE)
+    assert bare_impacts.box2d(thrown) == pytest.approx(compute_law(thrown, 1e3), abs=SINGLE)
     assert all(map(math.isnan, bare_impacts.box2d(Thrown(friction=(10 * greatest, 10 * greatest)))))
 
 
@@ -216,7 +218,7 @@ def test_mujoco_optimum_lifts_sliding_discs(named: Named, solver: str, friction:
     One PGS pass in turn follows the law.
     """
     named("mujoco")
-    pair = listed(friction)
+    pair = format_pair(friction)
     for late in LATES:
         thrown = Thrown(velocity=(4.0, -3.0), restitution=restitution, late=late)
         x, y, spin = bare_impacts.mujoco(thrown, f'cone="elliptic" solver="{solver}"', pair)
@@ -225,7 +227,7 @@ def test_mujoco_optimum_lifts_sliding_discs(named: Named, solver: str, friction:
         # The slip is that at the shortened arm.
         assert y == pytest.approx(restitution * 3.0 + friction * slip, rel=1e-4, abs=SHORTER * friction * abs(spin))
     thrown = Thrown(velocity=(4.0, -3.0), restitution=restitution)
-    assert bare_impacts.mujoco(thrown, IN_TURN, pair) == pytest.approx(law(thrown, friction), abs=10 * CLOSE)
+    assert bare_impacts.mujoco(thrown, IN_TURN, pair) == pytest.approx(compute_law(thrown, friction), abs=10 * CLOSE)
 
 
 @each("restitution", [0.5, 1.0])
@@ -237,12 +239,16 @@ def test_mujoco_friction_bounces_without_solreffriction(named: Named, restitutio
     named("mujoco")
     thrown = Thrown(restitution=restitution)
     left_out = bare_impacts.mujoco(thrown, IN_TURN, 'friction="10 10 0 0 0"')
-    assert left_out == pytest.approx(law(thrown, 10.0, slip_kept=restitution), abs=1e-3)  # of its regularisation
-    assert bare_impacts.mujoco(thrown, IN_TURN, listed(10.0)) == pytest.approx(law(thrown, 10.0), abs=10 * CLOSE)
+    assert left_out == pytest.approx(
+        compute_law(thrown, 10.0, slip_kept=restitution), abs=1e-3
+    )  # of its regularisation
+    assert bare_impacts.mujoco(thrown, IN_TURN, format_pair(10.0)) == pytest.approx(
+        compute_law(thrown, 10.0), abs=10 * CLOSE
+    )
     for late in LATES:
         left_out = bare_impacts.mujoco(Thrown(restitution=restitution, late=late), IN_TURN, 'friction="10 10 0 0 0"')
         # A shorter arm changes the slip that is given back by up to as large a part.
-        expected = law(thrown, 10.0, slip_kept=restitution)
+        expected = compute_law(thrown, 10.0, slip_kept=restitution)
         assert left_out == pytest.approx(expected, abs=SHORTER * 2.0 * (1 + restitution))
 
 
@@ -269,15 +275,21 @@ def test_mujoco_loses_small_frictions_of_heavy_bodies(named: Named) -> None:
     """
     named("mujoco")
     for late in LATES:
-        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, listed(1e-3)) == (2.0, 3.0, 0.0)
-        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, listed(0.1), mass=3e3) == (2.0, 3.0, 0.0)
-    assert bare_impacts.mujoco(Thrown(), IN_TURN, listed(0.1), mass=1e3) == pytest.approx(law(Thrown(), 0.1), abs=CLOSE)
-    assert bare_impacts.mujoco(Thrown(), IN_TURN, listed(1e-2)) == pytest.approx(law(Thrown(), 1e-2), abs=CLOSE)
+        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, format_pair(1e-3)) == (2.0, 3.0, 0.0)
+        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, format_pair(0.1), mass=3e3) == (2.0, 3.0, 0.0)
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(0.1), mass=1e3) == pytest.approx(
+        compute_law(Thrown(), 0.1), abs=CLOSE
+    )
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(1e-2)) == pytest.approx(
+        compute_law(Thrown(), 1e-2), abs=CLOSE
+    )
 
 
 def test_mujoco_loses_frictions_whose_fourth_power_overflows(named: Named) -> None:
     """At the largest declared friction a disc grips; at 1e80, whose fourth power overflows, there is no friction."""
     greatest = named("mujoco").capabilities.friction[1]
-    assert bare_impacts.mujoco(Thrown(), IN_TURN, listed(greatest)) == pytest.approx(law(Thrown(), 1e3), abs=10 * CLOSE)
+    assert bare_impacts.mujoco(Thrown(), IN_TURN, format_pair(greatest)) == pytest.approx(
+        compute_law(Thrown(), 1e3), abs=10 * CLOSE
+    )
     for late in LATES:
-        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, listed(1e80)) == (2.0, 3.0, 0.0)
+        assert bare_impacts.mujoco(Thrown(late=late), IN_TURN, format_pair(1e80)) == (2.0, 3.0, 0.0)

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.engine_scenes import oblique, width
+from tests.adapters.engine_scenes import build_oblique_scene, scale_tolerance
 from tests.cases import each, release_after
-from tests.scene_builders import Drive, Finish, Named, disc_at, staged, sure, wall_at, with_discs
-from tests.validation.exact_impact import Body, Law, after_impact
+from tests.scene_builders import Drive, Finish, Named, disc_at, require_value, staged, wall_at, with_discs
+from tests.validation.exact_impact import Body, Law, resolve_exact_impact
 
 from carom import Disc, Scene, solve_pit
 from carom.engines.api import Adapter, AdapterError
@@ -36,7 +36,7 @@ PAIRS = {
 LINE = (0.8, 0.6)
 
 
-def meeting(first: Disc, second: Disc, friction: float, restitution: float, mass: float = 1.0) -> Scene:
+def build_meeting_scene(first: Disc, second: Disc, friction: float, restitution: float, mass: float = 1.0) -> Scene:
     """The two discs as they are before they touch along `LINE` at `TOUCH_S`; masses are scaled."""
     apart = first.radius_m + second.radius_m
     discs = []
@@ -47,17 +47,17 @@ def meeting(first: Disc, second: Disc, friction: float, restitution: float, mass
     return staged("meeting", *discs, friction=friction, restitution=restitution, duration_s=1.5 * TOUCH_S)
 
 
-def body(disc: Disc, arm: tuple[float, float]) -> Body:
+def build_body(disc: Disc, arm: tuple[float, float]) -> Body:
     inertia = disc.inertia_factor * disc.mass_kg * disc.radius_m**2
     return Body(disc.velocity_m_s, disc.spin_rad_s, disc.mass_kg, inertia, arm)
 
 
-def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+def compute_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """Velocities and spins after the discs of `meeting` have met."""
     one, other = scene.discs
     arms = [(disc.radius_m * sign * LINE[0], disc.radius_m * sign * LINE[1]) for disc, sign in ((one, 1), (other, -1))]
     law = Law(scene.restitution, scene.friction, 0)
-    after = after_impact(body(one, arms[0]), body(other, arms[1]), LINE, law)[:2]
+    after = resolve_exact_impact(build_body(one, arms[0]), build_body(other, arms[1]), LINE, law)[:2]
     return (
         np.array([[float(v) for v in found.velocity] for found in after]),
         np.array([float(found.spin) for found in after]),
@@ -71,12 +71,14 @@ def test_located_engines_follow_the_friction_law_to_rounding(
 ) -> None:
     """Located at the impact, each engine gives the velocities and spins of the law, for any friction and mass."""
     for restitution in (0.0, 0.75):
-        scene = meeting(*PAIRS[pair], friction, restitution, mass)
+        scene = build_meeting_scene(*PAIRS[pair], friction, restitution, mass)
         trace = observe_run(engine, scene, "located", 1 / 60)
-        velocity, spin = by_the_law(scene)
-        np.testing.assert_allclose(trace.final_velocity_m_s, velocity, rtol=0, atol=width(engine, ROUNDING))
+        velocity, spin = compute_law(scene)
+        np.testing.assert_allclose(trace.final_velocity_m_s, velocity, rtol=0, atol=scale_tolerance(engine, ROUNDING))
         # A disc of a quarter of a metre has four times the spin of its rim's speed.
-        np.testing.assert_allclose(sure(trace.final_spin_rad_s), spin, rtol=0, atol=4 * width(engine, ROUNDING))
+        np.testing.assert_allclose(
+            require_value(trace.final_spin_rad_s), spin, rtol=0, atol=4 * scale_tolerance(engine, ROUNDING)
+        )
 
 
 def test_least_inertia_factor_follows_the_law(engine: Adapter) -> None:
@@ -86,16 +88,21 @@ def test_least_inertia_factor_follows_the_law(engine: Adapter) -> None:
     """
     factor = engine.capabilities.min_inertia_factor
     first, second = (disc.model_copy(update={"inertia_factor": factor}) for disc in PAIRS["equal"])
-    scene = meeting(first, second, 0.1, 0.5)
+    scene = build_meeting_scene(first, second, 0.1, 0.5)
     trace = observe_run(engine, scene, "located", 1 / 60)
-    velocity, spin = by_the_law(scene)
-    np.testing.assert_allclose(trace.final_velocity_m_s, velocity, rtol=0, atol=width(engine, ROUNDING))
-    np.testing.assert_allclose(sure(trace.final_spin_rad_s), spin, rtol=0, atol=width(engine, 100 * 2.0**-53) / factor)
+    velocity, spin = compute_law(scene)
+    np.testing.assert_allclose(trace.final_velocity_m_s, velocity, rtol=0, atol=scale_tolerance(engine, ROUNDING))
+    np.testing.assert_allclose(
+        require_value(trace.final_spin_rad_s), spin, rtol=0, atol=scale_tolerance(engine, 100 * 2.0**-53) / factor
+    )
 
 
-def rubbing(dt_s: float) -> Scene:
+def build_rough_scene(dt_s: float) -> Scene:
     """The oblique discs with a wall, rubbing, and late by half a step at the first contact."""
-    discs = [disc.model_copy(update={"spin_rad_s": spin}) for disc, spin in zip(oblique().discs, (4, -3), strict=True)]
+    discs = [
+        disc.model_copy(update={"spin_rad_s": spin})
+        for disc, spin in zip(build_oblique_scene().discs, (4, -3), strict=True)
+    ]
     changed = {
         "discs": tuple(discs),
         "friction": 0.2,
@@ -103,18 +110,18 @@ def rubbing(dt_s: float) -> Scene:
         "restitution": 0.9,
         "frame_rate_hz": 1 / dt_s,
     }
-    return oblique().model_copy(update=changed)
+    return build_oblique_scene().model_copy(update=changed)
 
 
 @each("dt_s", [1 / 60, 1 / 240])
 @each("name", FULL_ARM)
 def test_pymunk_and_pybullet_equal_pit_with_friction(named: Named, finish: Finish, name: str, dt_s: float) -> None:
     """Friction acts at the full radius in pymunk and PyBullet, as in PIT: velocities and spins agree to 1e-12."""
-    scene = rubbing(dt_s)
+    scene = build_rough_scene(dt_s)
     end, pit = finish(named(name), scene, dt_s), solve_pit(scene, frame_rate_hz=1 / dt_s)
     assert len(pit.impacts) > 1
     np.testing.assert_allclose(end.velocity_m_s, pit.final_velocity_m_s, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(sure(end.spin_rad_s), sure(pit.final_spin_rad_s), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(require_value(end.spin_rad_s), require_value(pit.final_spin_rad_s), rtol=0, atol=1e-12)
 
 
 @each("name", [*FULL_ARM, *MIDDLE_OF_OVERLAP])
@@ -130,19 +137,19 @@ def test_friction_arm_is_as_documented(named: Named, finish: Finish, name: str) 
     scene = staged("late", disc, floor, wall_friction=5, wall_restitution=0.5, duration_s=0.25)
     arm = radius - (0 if name in FULL_ARM else overlap / 2)
     still = Body((0, 0), 0, math.inf, math.inf, (0, 0))
-    after, _, _ = after_impact(body(disc, (0, -arm)), still, (0, -1), Law(0.5, 5, 0))
+    after, _, _ = resolve_exact_impact(build_body(disc, (0, -arm)), still, (0, -1), Law(0.5, 5, 0))
     adapter = named(name)
     end = finish(adapter, scene, dt_s)
     # MuJoCo's regularisation is made up for at the full radius: 1e-4 of a thirtieth off at another arm.
-    tolerance = 1e-5 if name == "mujoco" else width(adapter, 1e-13)
+    tolerance = 1e-5 if name == "mujoco" else scale_tolerance(adapter, 1e-13)
     assert end.velocity_m_s[0].tolist() == pytest.approx([float(v) for v in after.velocity], abs=tolerance)
-    assert sure(end.spin_rad_s)[0] == pytest.approx(float(after.spin), abs=2 * tolerance)
+    assert require_value(end.spin_rad_s)[0] == pytest.approx(float(after.spin), abs=2 * tolerance)
 
 
 @each("profile", ["default", "tuned"])
 def test_mujoco_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None:
     """Spheres that rub and spin in MuJoCo leave the plane by less than 1e-12 m."""
-    scene = rubbing(1 / 240)
+    scene = build_rough_scene(1 / 240)
     world: Any = mujoco.prepare(scene, mujoco.profiles[profile].settings(1 / 240))
     world.advance(scene.step_count(1 / 240))
     z = world._data.xpos[1:, 2]  # noqa: SLF001 - the seam has two dimensions
@@ -154,7 +161,7 @@ def test_mujoco_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None
 
 def test_inertia_factor_has_no_effect_without_friction(engine: Adapter, drive: Drive) -> None:
     """Without friction and spin, a hoop moves like a disc, to the bit, and no spin is observed."""
-    plain = oblique()
+    plain = build_oblique_scene()
     hoops = with_discs(plain, inertia_factor=1.0)
     for profile in ("default", "tuned"):
         seen = [drive(engine, scene, 1 / 60, profile)[-1] for scene in (plain, hoops)]
@@ -184,19 +191,19 @@ def test_spin_beyond_the_engine_limit_is_reported_as_a_warning(named: Named, nam
 def test_friction_beyond_engine_limits_is_refused(named: Named, name: str, friction: float) -> None:
     """A coefficient that the engine would clamp, raise or lose is refused with the supported range."""
     adapter = named(name)
-    for scene in (meeting(*PAIRS["equal"], friction, 1.0), _floored(wall_friction=friction)):
+    for scene in (build_meeting_scene(*PAIRS["equal"], friction, 1.0), _build_floor_scene(wall_friction=friction)):
         with pytest.raises(AdapterError, match=r"friction is .* and this method simulates only .* exactly"):
             adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 60))
 
 
-def _floored(**fields: float) -> Scene:
+def _build_floor_scene(**fields: float) -> Scene:
     disc = disc_at(0, 1, 1, -1)
     return staged("floored", disc, wall_at(0, 0, 0, 1), duration_s=1.0, **fields)
 
 
 def test_mujoco_settings_report_the_friction_solver(mujoco: Adapter) -> None:
     """In a scene with friction the world's settings report that contacts are solved in turn, and the mass unit."""
-    heavy = meeting(*PAIRS["equal"], 0.1, 1.0, mass=1e6)
+    heavy = build_meeting_scene(*PAIRS["equal"], 0.1, 1.0, mass=1e6)
     world = mujoco.prepare(heavy, mujoco.profiles["tuned"].settings(1 / 60))
     told = dict(world.settings)
     world.close()
@@ -223,15 +230,15 @@ def test_mujoco_gains_energy_in_shared_contacts_solved_in_turn(named: Named, fin
 
 def test_box2d_warm_start_breaks_shortened_steps(box2d: Adapter) -> None:
     """After a shortened step, warm starting changes velocities by more than 0.1 m/s; without it they are exact."""
-    scene = meeting(*PAIRS["unequal"], 0.0, 0.5)
-    velocity, _ = by_the_law(scene)
+    scene = build_meeting_scene(*PAIRS["unequal"], 0.0, 0.5)
+    velocity, _ = compute_law(scene)
     found = {}
     for warm in (False, True):
         profile = box2d.profiles["located"]
         settings = {**profile.settings(1 / 60), "warmStarting": warm}
         adapter = _with_settings(box2d, settings)
         found[warm] = float(np.abs(observe_run(adapter, scene, "located", 1 / 60).final_velocity_m_s - velocity).max())
-    assert found[False] < width(box2d, ROUNDING)
+    assert found[False] < scale_tolerance(box2d, ROUNDING)
     assert found[True] > 0.1
 
 
@@ -250,10 +257,10 @@ def _with_settings(adapter: Any, settings: Any) -> Adapter:
 @each("profile", ["default", "tuned"])
 def test_rough_pair_repeats_to_the_bit_after_other_worlds(engine: Adapter, drive: Drive, profile: str) -> None:
     """A scene that runs again after another of the same structure has the bits of its first run."""
-    scene = meeting(*PAIRS["unequal"], 0.1, 0.9)
+    scene = build_meeting_scene(*PAIRS["unequal"], 0.1, 0.9)
     spun = tuple(disc.model_copy(update={"spin_rad_s": 2 * disc.spin_rad_s}) for disc in scene.discs)
     ends = []
     for one in (scene, scene.model_copy(update={"discs": spun}), scene):
         end = drive(engine, one, 1 / 240, profile)[-1]
-        ends.append(end.velocity_m_s.tobytes() + sure(end.spin_rad_s).tobytes())
+        ends.append(end.velocity_m_s.tobytes() + require_value(end.spin_rad_s).tobytes())
     assert ends[0] == ends[2] != ends[1]

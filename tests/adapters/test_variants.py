@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from tests.adapters.engine_scenes import bullet
+from tests.adapters.engine_scenes import build_bullet_scene
 from tests.cases import each, release_after
 from tests.scene_builders import Named
 
@@ -45,7 +45,7 @@ def test_continuous_detection_does_not_depend_on_the_phase(named: Named, name: s
     hits = {"tuned": 0, "no-ccd": 0}
     for phase in np.linspace(0, 1, 24, endpoint=False):
         for profile in hits:
-            hits[profile] += len(observe_run(adapter, bullet(phase, dt_s), profile, dt_s).impacts)
+            hits[profile] += len(observe_run(adapter, build_bullet_scene(phase, dt_s), profile, dt_s).impacts)
     assert hits["tuned"] == 24
     assert hits["no-ccd"] < 12
 

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.engine_scenes import (
-    along_a_floor,
-    assert_begun_late,
-    at_a_belt,
-    at_a_paddle,
-    at_a_thin_wall,
-    with_a_late_leg,
+    assert_leg_began_late,
+    build_belt_scene,
+    build_floor_scene,
+    build_late_leg_scene,
+    build_paddle_scene,
+    build_thin_wall_scene,
 )
 from tests.cases import each, long_until, release_after
-from tests.scene_builders import Finish, Named, cross_checked
+from tests.scene_builders import Finish, Named, run_cross_check
 
 from carom import Chain, Disc, Ring, Scene, Wall
 from carom.catalogue import all_scenes
@@ -36,7 +36,7 @@ ROUNDING_M_S = {"pymunk": 1e-12, "box2d": 0.0}
 SINGLE = {"box2d3": 1e-5, "rapier2d": 1e-5}
 
 
-def of_engines(**profiles: str) -> list[Any]:
+def optional_engine_rows(**profiles: str) -> list[Any]:
     """Return rows of engine, profile and half width, without thickness and with, of engines not in `all`."""
     return [
         pytest.param(name, profile, width, marks=pytest.mark.engines)
@@ -56,8 +56,8 @@ def of_engines(**profiles: str) -> list[Any]:
             ("mujoco", "no-ccd", 0.02),
             ("pybullet", "no-ccd", 0.0),
         ),
-        *of_engines(jolt="tuned", physx="tuned", p2="default tuned", cannon="default tuned"),
-        *of_engines(matter="tuned", rapier2d="tuned ccd"),
+        *optional_engine_rows(jolt="tuned", physx="tuned", p2="default tuned", cannon="default tuned"),
+        *optional_engine_rows(matter="tuned", rapier2d="tuned ccd"),
     ],
 )
 def test_discrete_engines_tunnel_as_often_as_the_closed_form(
@@ -67,7 +67,7 @@ def test_discrete_engines_tunnel_as_often_as_the_closed_form(
 
     The disc moves by q times its reach a step.
     """
-    scenes = [at_a_thin_wall(q, k / STARTS, half_width_m=half_width_m) for k in range(STARTS)]
+    scenes = [build_thin_wall_scene(q, k / STARTS, half_width_m=half_width_m) for k in range(STARTS)]
     passed = sum(finish(named(name), scene, 1 / 60, profile).position_m[0, 0] > 0 for scene in scenes)
     assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
 
@@ -77,8 +77,10 @@ def test_discrete_engines_tunnel_as_often_as_the_closed_form(
     "name, profile, half_width_m",
     [
         *(("box2d", "default", 0.0), ("box2d", "tuned", 0.0)),
-        *of_engines(jolt="swept", p2="swept", physx="swept", rapier="default tuned", box2d3="default tuned swept"),
-        *of_engines(rapier2d="default swept"),  # of contacts ahead: from segments and capsules
+        *optional_engine_rows(
+            jolt="swept", p2="swept", physx="swept", rapier="default tuned", box2d3="default tuned swept"
+        ),
+        *optional_engine_rows(rapier2d="default swept"),  # of contacts ahead: from segments and capsules
     ],
 )
 def test_swept_discs_never_pass_a_thin_wall(
@@ -86,7 +88,7 @@ def test_swept_discs_never_pass_a_thin_wall(
 ) -> None:
     """With a sweep a disc comes back from each of sixteen starts, its velocity reversed to 32 bits."""
     for k in range(STARTS):
-        scene = at_a_thin_wall(q, k / STARTS, half_width_m=half_width_m)
+        scene = build_thin_wall_scene(q, k / STARTS, half_width_m=half_width_m)
         speed = scene.discs[0].velocity_m_s[0]
         seen = finish(named(name), scene, 1 / 60, profile)
         np.testing.assert_allclose(seen.velocity_m_s[0], (-speed, 0.0), atol=SINGLE.get(name, 1e-6) * speed)
@@ -100,7 +102,7 @@ def test_tuned_mujoco_passes_no_thin_wall_and_default_passes_all(mujoco: Adapter
     """
     for q in (0.9, 3.0, 20.0):
         for k in range(0, STARTS, 2):
-            scene = at_a_thin_wall(q, k / STARTS)
+            scene = build_thin_wall_scene(q, k / STARTS)
             seen = finish(mujoco, scene, 1 / 60, "tuned")
             np.testing.assert_allclose(seen.velocity_m_s[0], -np.array(scene.discs[0].velocity_m_s), rtol=1e-12)
             assert finish(mujoco, scene, 1 / 60, "default").position_m[0, 0] > 0
@@ -132,7 +134,7 @@ def test_driven_bodies_add_twice_their_velocity(
 ) -> None:
     """An edge and a disc driven at -1 m/s send a disc of 2 m/s back at -4 m/s, 2 V - v, from four starts."""
     for k in range(0, STARTS, 4):
-        seen = finish(named(name), at_a_paddle(k / STARTS, disc=disc), 1 / 60, profile)
+        seen = finish(named(name), build_paddle_scene(k / STARTS, disc=disc), 1 / 60, profile)
         np.testing.assert_allclose(seen.velocity_m_s[0], (-4.0, 0.0), rtol=0, atol=rounding)
 
 
@@ -146,8 +148,8 @@ def test_driven_bodies_add_twice_their_velocity(
 def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: Finish, name: str) -> None:
     """A leg that begins within a step starts with the next step, so its body is behind by its speed times that."""
     for k in range(0, STARTS, 5):
-        seen = finish(named(name), with_a_late_leg(k / STARTS, 1 / 64), 1 / 64, "tuned")
-        assert_begun_late(seen, k > 0, 1 / 64, rounding=2e-6)
+        seen = finish(named(name), build_late_leg_scene(k / STARTS, 1 / 64), 1 / 64, "tuned")
+        assert_leg_began_late(seen, k > 0, 1 / 64, rounding=2e-6)
 
 
 @each("side", [1, -1])
@@ -169,7 +171,7 @@ def test_belt_pushes_discs_the_same_way_on_both_sides(
     plane = Wall(point_m=(0.0, 0.0), normal=(side, 0.0), surface_speed_m_s=9.0)
     for wall in (edge, plane):
         for k in range(STARTS):
-            seen = finish(named(name), at_a_belt(k / STARTS, wall, side), 1 / 64, profile)
+            seen = finish(named(name), build_belt_scene(k / STARTS, wall, side), 1 / 64, profile)
             np.testing.assert_allclose(seen.velocity_m_s[0], (3.0 * side, 1.5 * side), rtol=0, atol=rounding)
 
 
@@ -186,7 +188,7 @@ def test_pymunk_skips_two_sided_belts_with_a_reason(pymunk: Adapter) -> None:
     for scene in (Scene(name="belt", walls=[wall], **laws) for wall in (edge, circle)):
         said = "the scene has edges or circles with a moving surface, which this method does not support"
         assert unsupported_reason(scene, pymunk.capabilities, 1 / 64) == said
-        result = cross_checked([scene], ["pymunk"], dts=[1 / 64], profiles=["tuned"])
+        result = run_cross_check([scene], ["pymunk"], dts=[1 / 64], profiles=["tuned"])
         assert [(row.status, row.reason) for row in result.rows] == [(Status.UNSUPPORTED, said)]
         with pytest.raises(AdapterError, match=said):
             pymunk.prepare(scene, pymunk.profiles["tuned"].settings(1 / 64))
@@ -201,10 +203,10 @@ def test_tuned_pybullet_passes_no_thin_wall_and_default_errs(
     By default the given number passes, and the given number comes back with an error of more than 1 %.
     """
     ends = [
-        [finish(pybullet, at_a_thin_wall(q, k / STARTS), 1 / 60, profile) for k in range(STARTS)]
+        [finish(pybullet, build_thin_wall_scene(q, k / STARTS), 1 / 60, profile) for k in range(STARTS)]
         for profile in ("tuned", "default")
     ]
-    speed = at_a_thin_wall(q, 0.0).discs[0].velocity_m_s[0]
+    speed = build_thin_wall_scene(q, 0.0).discs[0].velocity_m_s[0]
     tuned, shipped = (np.array([end.velocity_m_s[0, 0] for end in each]) / speed for each in ends)
     np.testing.assert_allclose(tuned, -1.0, rtol=1e-12)
     assert (shipped > 0).sum() == passing
@@ -231,14 +233,14 @@ def test_pybullet_contacts_are_projected_into_the_plane(named: Named, profile: s
 
 def test_pybullet_refuses_spinning_or_fast_driven_discs(pybullet: Adapter) -> None:
     """Bullet bends the path of a driven disc that spins, and clamps its speed to 100 m/s, so both are refused."""
-    scene = at_a_paddle(0.0, disc=True)
+    scene = build_paddle_scene(0.0, disc=True)
     for changed in ({"spin_rad_s": 2.0}, {"velocity_m_s": (-101.0, 0.0)}):
         discs = (scene.discs[0], scene.discs[1].model_copy(update=changed))
         with pytest.raises(AdapterError, match="driven"):
             pybullet.prepare(scene.model_copy(update={"discs": discs}), pybullet.profiles["tuned"].settings(1 / 60))
 
 
-def _pymunk_put(start_m: float, step_m: float) -> float:
+def _run_pymunk_teleport(start_m: float, step_m: float) -> float:
     import pymunk
 
     space, disc, held = pymunk.Space(), pymunk.Body(1, math.inf), pymunk.Body(body_type=pymunk.Body.KINEMATIC)
@@ -253,7 +255,7 @@ def _pymunk_put(start_m: float, step_m: float) -> float:
     return float(disc.velocity.x)
 
 
-def _box2d_put(start_m: float, step_m: float) -> float:
+def _run_box2d_teleport(start_m: float, step_m: float) -> float:
     box2d: Any = importlib.import_module("Box2D")
     world = box2d.b2World(gravity=(0, 0))
     disc = world.CreateDynamicBody(position=(start_m, 0), linearVelocity=(2, 0), fixedRotation=True, allowSleep=False)
@@ -266,7 +268,7 @@ def _box2d_put(start_m: float, step_m: float) -> float:
     return float(disc.linearVelocity.x)
 
 
-def _mujoco_put(start_m: float, step_m: float) -> float:
+def _run_mujoco_teleport(start_m: float, step_m: float) -> float:
     mujoco: Any = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><option timestep="0.01" gravity="0 0 0" integrator="Euler" jacobian="dense"/>
@@ -283,7 +285,7 @@ def _mujoco_put(start_m: float, step_m: float) -> float:
     return float(data.qvel[0])
 
 
-@each("name, put", [("pymunk", _pymunk_put), ("Box2D", _box2d_put), ("mujoco", _mujoco_put)])
+@each("name, put", [("pymunk", _run_pymunk_teleport), ("Box2D", _run_box2d_teleport), ("mujoco", _run_mujoco_teleport)])
 def test_teleported_paddle_acts_like_a_wall_at_rest(name: str, put: Callable[[float, float], float]) -> None:
     """A body moved by its position at -1 m/s (`mocap` in MuJoCo) sends a disc of 2 m/s back at only -2 m/s."""
     pytest.importorskip(name)
@@ -298,7 +300,7 @@ def test_tuned_floor_in_pieces_is_smooth(named: Named, finish: Finish, name: str
 
     def bump(profile: str, start: int) -> float:
         ends = [
-            finish(adapter, along_a_floor(n, start / STARTS, half_width_m=width), 1 / 60, profile).velocity_m_s
+            finish(adapter, build_floor_scene(n, start / STARTS, half_width_m=width), 1 / 60, profile).velocity_m_s
             for n in (1, 10)
         ]
         return float(np.abs(ends[1] - ends[0]).max())
@@ -337,7 +339,7 @@ def test_number_of_discs_that_catch_on_floor_joints(
     """
 
     def end(pieces: int, phase: float) -> np.ndarray:
-        scene = along_a_floor(pieces, phase, half_width_m=half_width_m)
+        scene = build_floor_scene(pieces, phase, half_width_m=half_width_m)
         velocity: np.ndarray = finish(named(name), scene, 1 / 60, profile).velocity_m_s[0]
         return velocity
 

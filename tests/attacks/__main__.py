@@ -82,13 +82,13 @@ ATTACKS = {
         "journals cut at any byte",
         "every complete line is read, and the incomplete one is dropped",
         4_000,
-        journals.cuts,
+        journals.attack_by_cuts,
     ),
     "journal-garbage": Attack(
         "journals with random bytes",
         "the journal is read, or refused with a message and not changed",
         2_000,
-        journals.garbage,
+        journals.attack_by_garbage,
     ),
     "journal-types": Attack(
         "journals with values of wrong types", "the file is read, or refused with a message", 2_000, results.journals

@@ -11,7 +11,7 @@ from random import Random
 from typing import Any
 from unittest import mock
 
-from tests.attacks.guard import HangError, within
+from tests.attacks.guard import HangError, limit_time
 from tests.unit.execution.test_timing import SCENE, Adapter
 
 from carom.engines.registry import load_adapter
@@ -33,11 +33,11 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     del folder
     while True:
         seed = rng.random()
-        lost = _lost(Random(seed))
+        lost = _find_loss(Random(seed))
         yield lost and f"seed {seed!r}: {lost}"
 
 
-def _shown(draw: Random) -> tuple[Any, ...]:
+def _draw_clock_values(draw: Random) -> tuple[Any, ...]:
     """Return what a clock shows, one value after each call, and the last for ever."""
     tick, odd = draw.choice(TICKS), draw.random() < 0.3
     now, shown = 0.0, []
@@ -47,16 +47,16 @@ def _shown(draw: Random) -> tuple[Any, ...]:
     return tuple(shown)
 
 
-def _lost(draw: Random) -> str:
+def _find_loss(draw: Random) -> str:
     """Return what is wrong after a timing pass; empty where nothing is."""
-    shown, dt_s = _shown(draw), SCENE.duration_s / draw.choice((1, 20, 300))
+    shown, dt_s = _draw_clock_values(draw), SCENE.duration_s / draw.choice((1, 20, 300))
     asked = tuple((Method(name, "tuned"), dt_s) for name in draw.sample(("clocked", "pit"), 2))
 
     def found(name: str) -> Any:
         return Adapter(*shown) if name == "clocked" else load_adapter(name)
 
     try:
-        with within(LONGEST_S), mock.patch.object(timing_pass, "load_adapter", found):
+        with limit_time(LONGEST_S), mock.patch.object(timing_pass, "load_adapter", found):
             answer = TimeScene(SCENE, asked, rounds=3).run(InProcessPool())
     except HangError:
         return f"no end after {LONGEST_S:g} s, of a clock that shows {shown[:8]}"

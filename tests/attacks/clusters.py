@@ -17,8 +17,8 @@ from random import Random
 from tempfile import TemporaryDirectory
 from unittest import mock
 
-from tests.attacks.guard import HangError, within
-from tests.random_scenes import drawn
+from tests.attacks.guard import HangError, limit_time
+from tests.random_scenes import draw_scene
 
 from carom.execution import cluster
 from carom.execution.cluster import ClusterError, ClusterPool
@@ -45,7 +45,7 @@ class Processes:
 
 
 @contextmanager
-def started(folder: Path) -> Iterator[Processes]:
+def start_cluster(folder: Path) -> Iterator[Processes]:
     """Start a cluster of one worker; at the end both are killed."""
     log, dask = folder / "scheduler.log", [sys.executable, "-m", "dask"]
     running: list[subprocess.Popen[bytes]] = []
@@ -53,10 +53,10 @@ def started(folder: Path) -> Iterator[Processes]:
         try:
             listens = ["--port", "0", "--host", "127.0.0.1", "--no-dashboard"]
             running.append(subprocess.Popen([*dask, "scheduler", *listens], stderr=file, cwd=folder))
-            address = _told(log, r"tcp://127.0.0.1:\d+")
+            address = _wait_for_log(log, r"tcp://127.0.0.1:\d+")
             works = [address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
             running.append(subprocess.Popen([*dask, "worker", *works], stderr=file, cwd=folder))
-            _told(log, "Register worker")
+            _wait_for_log(log, "Register worker")
             yield Processes(address, *running)
         finally:
             for process in running:
@@ -64,7 +64,7 @@ def started(folder: Path) -> Iterator[Processes]:
                 process.wait(PATIENT_S)
 
 
-def _told(log: Path, words: str) -> str:
+def _wait_for_log(log: Path, words: str) -> str:
     """Wait until a log holds some words, and return them."""
     until = time.monotonic() + PATIENT_S
     while not (found := re.search(words, log.read_text())):
@@ -78,10 +78,10 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Kill a worker or a scheduler at a moment drawn by lot."""
     import_module("distributed")  # half a minute on a machine that is busy: no part of what the guard allows
     while True:
-        yield _lost(rng, rng.choice(("worker", "scheduler")), folder)
+        yield _find_loss(rng, rng.choice(("worker", "scheduler")), folder)
 
 
-def _lost(rng: Random, which: str, folder: Path) -> str:
+def _find_loss(rng: Random, which: str, folder: Path) -> str:
     """Return what is wrong after a cluster went away; empty where nothing is."""
     number, path, after_s = rng.randrange(2**32), folder / "journal.jsonl", rng.uniform(0.0, 4.0)
     path.unlink(missing_ok=True)
@@ -91,9 +91,9 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
     try:
         with (
             TemporaryDirectory(dir=folder) as place,
-            started(Path(place)) as processes,
+            start_cluster(Path(place)) as processes,
             mock.patch.object(cluster, "WORKERLESS_S", WORKERLESS_S),
-            within(PATIENT_S, busy=1.0),
+            limit_time(PATIENT_S, busy=1.0),
             mock.patch.object(cluster, "CONNECT_S", PATIENT_S),
         ):
             killer = threading.Timer(after_s, getattr(processes, which).kill)
@@ -119,7 +119,7 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
 
 
 def _sweep(number: int, pool: Pool, path: Path) -> None:
-    scene = drawn("anywhere", number).model_copy(update={"duration_s": 3.0})
+    scene = draw_scene("anywhere", number).model_copy(update={"duration_s": 3.0})
     jobs = [Job(scene, Method(engine, "tuned"), dt_s) for engine in ("pit", "pic") for dt_s in DTS]
     with score_journal(path, resume=True) as journal:
         score_jobs(jobs, pool, journal)

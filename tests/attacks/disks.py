@@ -20,15 +20,15 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Limit the length of files, by a system's own limit; and print to a full device."""
     rmtree(folder / "work", ignore_errors=True)
     alone, out = folder / "work" / "alone", folder / "work" / "full"
-    _bench(alone, None)
+    _run_bench(alone, None)
     while True:
         rmtree(out, ignore_errors=True)
         most = rng.choice((1, 100, 1000, 5000, 20_000, rng.randrange(1, 100_000)))
-        done = _bench(out, most)
+        done = _run_bench(out, most)
         if done.returncode not in (0, 2) or "Traceback" in done.stderr or (done.returncode and not done.stderr):
             yield f"{most} bytes a file: exit code {done.returncode}: {done.stderr[-300:]}"
             continue
-        done = _bench(out, None, "--resume")
+        done = _run_bench(out, None, "--resume")
         held = not done.returncode and read_canonical_lines(out / "journal.jsonl") == read_canonical_lines(
             alone / "journal.jsonl"
         )
@@ -42,7 +42,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         )
 
 
-def _bench(out: Path, most: int | None, *options: str) -> subprocess.CompletedProcess[str]:
+def _run_bench(out: Path, most: int | None, *options: str) -> subprocess.CompletedProcess[str]:
     def limit() -> None:
         if most is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))

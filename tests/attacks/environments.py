@@ -85,27 +85,27 @@ CODES = range(5)
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Run a command in one of these surroundings, or two at once."""
-    acts = [_streams, _arguments, _environment, _two_at_once, _no_folder]
+    acts = [_close_streams, _pass_odd_arguments, _change_environment, _run_two_at_once, _remove_folder]
     if _can_mount():
-        acts += [_read_only, _full]
+        acts += [_mount_read_only, _fill_disk]
     while True:
         rmtree(folder / "work", ignore_errors=True)
         (folder / "work").mkdir()
         yield rng.choice(acts)(rng, folder / "work")
 
 
-def _words(rng: Random, work: Path) -> list[str]:
+def _draw_command(rng: Random, work: Path) -> list[str]:
     return [word.replace("OUT", str(work / "out")) for word in rng.choice(COMMANDS)]
 
 
-def _carom(words: Sequence[str | bytes], work: Path, **options: Any) -> subprocess.CompletedProcess[bytes]:
+def _run_carom(words: Sequence[str | bytes], work: Path, **options: Any) -> subprocess.CompletedProcess[bytes]:
     """Run a command of Carom in a folder; `before` are the words of a program that starts it."""
     command = [*options.pop("before", ()), sys.executable, "-m", "carom", *words]
     usual = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.run(command, cwd=work, timeout=4 * PATIENT_S, check=False, **{**usual, **options})
 
 
-def _lost(done: subprocess.CompletedProcess[bytes], what: str, *, says: bool = True) -> str:
+def _find_loss(done: subprocess.CompletedProcess[bytes], what: str, *, says: bool = True) -> str:
     """Return what is wrong with the end of a command."""
     said = (done.stdout or b"") + (done.stderr or b"")
     if done.returncode not in CODES or b"Traceback" in said or b"Exception ignored" in said:
@@ -115,52 +115,54 @@ def _lost(done: subprocess.CompletedProcess[bytes], what: str, *, says: bool = T
     return f"{what}: an escape sequence in {said[-300:]!r}" if b"\x1b[31m" in said else ""
 
 
-def _streams(rng: Random, work: Path) -> str:
+def _close_streams(rng: Random, work: Path) -> str:
     """Close standard streams, or lead them to a pipe that nobody reads, or a device that is full."""
-    words, closed = _words(rng, work), [number for number in range(3) if rng.random() < 0.5]
+    words, closed = _draw_command(rng, work), [number for number in range(3) if rng.random() < 0.5]
 
     def close() -> None:
         for number in closed:
             os.close(number)
 
     if rng.random() < 0.5:
-        done = _carom(words, work, preexec_fn=close)
-        return _lost(done, f"{words}, closed {closed}", says=2 not in closed)
+        done = _run_carom(words, work, preexec_fn=close)
+        return _find_loss(done, f"{words}, closed {closed}", says=2 not in closed)
     reader, writer = os.pipe()
     os.close(reader)
     with os.fdopen(writer, "wb") as unread, Path("/dev/full").open("wb") as full:
         out, err = rng.choice((unread, full, subprocess.PIPE)), rng.choice((unread, full, subprocess.PIPE))
-        done = _carom(words, work, stdout=out, stderr=err)
-    return _lost(done, f"{words}, to {out} and {err}", says=False)
+        done = _run_carom(words, work, stdout=out, stderr=err)
+    return _find_loss(done, f"{words}, to {out} and {err}", says=False)
 
 
-def _arguments(rng: Random, work: Path) -> str:
-    words: list[bytes] = [word.encode() for word in _words(rng, work)]
+def _pass_odd_arguments(rng: Random, work: Path) -> str:
+    words: list[bytes] = [word.encode() for word in _draw_command(rng, work)]
     odd = rng.choice(BYTES)
     if rng.random() < 0.5:  # a file or folder of that name
         words = [word.replace(os.fsencode(work / "out"), os.fsencode(work / "out") + odd) for word in words]
     else:
         words.insert(rng.randrange(len(words) + 1), odd)
     environment = {**os.environ, **rng.choice(({}, {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}))}
-    return _lost(_carom(words, work, env=environment), f"{words}")
+    return _find_loss(_run_carom(words, work, env=environment), f"{words}")
 
 
-def _environment(rng: Random, work: Path) -> str:
-    words, changed = _words(rng, work), rng.choice(ENVIRONMENTS)
+def _change_environment(rng: Random, work: Path) -> str:
+    words, changed = _draw_command(rng, work), rng.choice(ENVIRONMENTS)
     environment = {name: value for name, value in {**os.environ, **changed}.items() if value}
-    done = _carom(words, work, env=environment)
-    return "" if "FORCE_COLOR" in changed and b"Traceback" not in done.stderr else _lost(done, f"{words}, {changed}")
+    done = _run_carom(words, work, env=environment)
+    return (
+        "" if "FORCE_COLOR" in changed and b"Traceback" not in done.stderr else _find_loss(done, f"{words}, {changed}")
+    )
 
 
-def _no_folder(rng: Random, work: Path) -> str:
+def _remove_folder(rng: Random, work: Path) -> str:
     """Take the current folder away before the command starts."""
-    words, gone = _words(rng, work), work / "gone"
+    words, gone = _draw_command(rng, work), work / "gone"
     gone.mkdir()
-    done = _carom(words, work, before=("sh", "-c", f'cd "{gone}" && rmdir "{gone}" && exec "$@"', "sh"))
-    return _lost(done, f"{words} in a folder that is gone")
+    done = _run_carom(words, work, before=("sh", "-c", f'cd "{gone}" && rmdir "{gone}" && exec "$@"', "sh"))
+    return _find_loss(done, f"{words} in a folder that is gone")
 
 
-def _two_at_once(rng: Random, work: Path) -> str:
+def _run_two_at_once(rng: Random, work: Path) -> str:
     """Have two commands write into one folder; then it has the files of one of them, whole."""
     what = rng.choice((("run", "--report"), ("bench", "-o"), ("run", "--report")))
     commands = [
@@ -184,13 +186,13 @@ def _two_at_once(rng: Random, work: Path) -> str:
         out, err = one.communicate(timeout=4 * PATIENT_S)
         ends.append(subprocess.CompletedProcess(one.args, one.returncode, out, err))
     for done in ends:
-        if lost := _lost(done, f"two at once: {done.args[3:]}"):
+        if lost := _find_loss(done, f"two at once: {done.args[3:]}"):
             return lost
     left = [path.name for path in (work / "out").glob(".carom?*")]
     if left:
         return f"two at once: {left} stay: {[done.args[3:] for done in ends]}"
     if what[0] == "run" and any(done.returncode == 0 for done in ends):
-        return _lost(_carom(["report", str(work / "out")], work), "two at once, then carom report")
+        return _find_loss(_run_carom(["report", str(work / "out")], work), "two at once, then carom report")
     return ""
 
 
@@ -204,27 +206,29 @@ def _can_mount() -> bool:
     return done.returncode == 0
 
 
-def _mounted(script: str) -> tuple[str, ...]:
+def _mount_command(script: str) -> tuple[str, ...]:
     """Return the begin of a command that runs it after mounting something that no other process sees."""
     return ("unshare", "-rm", "sh", "-c", f'{script} && exec "$@"', "sh")
 
 
-def _read_only(rng: Random, work: Path) -> str:
+def _mount_read_only(rng: Random, work: Path) -> str:
     """Make the install, or all of the disk, read-only."""
-    words = _words(rng, work)
+    words = _draw_command(rng, work)
     root = rng.choice((Path(__file__).parents[2], Path(sys.prefix), Path("/")))
     mount = f'mount --bind "{root}" "{root}" && mount -o remount,bind,ro "{root}"'
-    done = _carom(words, Path("/"), before=_mounted(mount if root != Path("/") else "mount -o remount,bind,ro /"))
-    return _lost(done, f"{words}, with {root} read-only")
+    done = _run_carom(
+        words, Path("/"), before=_mount_command(mount if root != Path("/") else "mount -o remount,bind,ro /")
+    )
+    return _find_loss(done, f"{words}, with {root} read-only")
 
 
-def _full(rng: Random, work: Path) -> str:
+def _fill_disk(rng: Random, work: Path) -> str:
     """Fill the disk of the output folder, or of the temporary one."""
-    words, temporary = _words(rng, work), work / "temporary"
+    words, temporary = _draw_command(rng, work), work / "temporary"
     temporary.mkdir()
     place = rng.choice((work, temporary))
     size, files = rng.choice((4096, 8192, 65536, 2**20)), rng.choice((2, 10, 100))
     mount = f'mount -t tmpfs -o size={size},nr_inodes={files} tmpfs "{place}"'
     surroundings = {**os.environ, "TMPDIR": str(temporary)}
-    done = _carom(words, Path("/"), before=_mounted(mount), env=surroundings)
-    return _lost(done, f"{words}, {mount}")
+    done = _run_carom(words, Path("/"), before=_mount_command(mount), env=surroundings)
+    return _find_loss(done, f"{words}, {mount}")

@@ -17,7 +17,7 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from tests.attacks.guard import HangError, within
+from tests.attacks.guard import HangError, limit_time
 from tests.installed_adapters import clear_entry_point_caches, write_distribution
 
 from carom import Scene, cross_check
@@ -89,25 +89,25 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     known = all_scenes()
     scenes = [known[name].scene for name in SCENES]
     while True:
-        with _installed(folder) as module:
+        with _install_adapter(folder) as module:
             scene, wildness = rng.choice(scenes), rng.choice(("near", "small", "wild", "types"))
             seed = rng.random()
             draw = Random(seed)
 
             def handed_over(scene: Scene, steps: int, draw: Random = draw, wildness: str = wildness) -> Observation:
-                return _observation(draw, wildness, scene, steps)
+                return _draw_observation(draw, wildness, scene, steps)
 
             module.handed_over = handed_over  # type: ignore[attr-defined] # the module's own
-            lost = _lost(scene, folder, whole=draw.random() < WHOLE)
+            lost = _find_loss(scene, folder, whole=draw.random() < WHOLE)
         yield lost and f"{scene.name}, {wildness}, seed {seed!r}: {lost}"
 
 
-def _lost(scene: Scene, folder: Path, *, whole: bool) -> str:
+def _find_loss(scene: Scene, folder: Path, *, whole: bool) -> str:
     """Return what is wrong after a cross-check and its report; empty where nothing is."""
     out = folder / "report"
     rmtree(out, ignore_errors=True)
     try:
-        with within(60.0):
+        with limit_time(60.0):
             asked: dict[str, Any] = {"dts": [scene.duration_s / STEPS], "profiles": ["tuned"], "timing": False}
             results: Results = cross_check([scene], ["pit", NAME], pool=InProcessPool(), **asked)
             if whole:
@@ -134,7 +134,7 @@ def _lost(scene: Scene, folder: Path, *, whole: bool) -> str:
     return ""
 
 
-def _number(draw: Random, wildness: str, sound: float) -> Any:
+def _draw_number(draw: Random, wildness: str, sound: float) -> Any:
     match wildness:
         case "near":
             return math.nextafter(sound, draw.choice((-math.inf, math.inf))) if draw.random() < 0.5 else sound
@@ -146,7 +146,7 @@ def _number(draw: Random, wildness: str, sound: float) -> Any:
     return draw.choice((sound, sound, sound, None, "1", b"1", 1j, 10**400, True, [], (), {}))
 
 
-def _observation(draw: Random, wildness: str, scene: Scene, steps: int) -> Observation:
+def _draw_observation(draw: Random, wildness: str, scene: Scene, steps: int) -> Observation:
     """Return a state and contacts, most numbers of which are sound or nearly so."""
     if draw.random() < 0.5:  # what is refused at once is never scored
         wildness = "near"
@@ -155,7 +155,7 @@ def _observation(draw: Random, wildness: str, scene: Scene, steps: int) -> Obser
         of_state = "near"
 
     def drawn(sound: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        flat = [_number(draw, of_state, float(value)) if draw.random() < 0.2 else value for value in sound.flat]
+        flat = [_draw_number(draw, of_state, float(value)) if draw.random() < 0.2 else value for value in sound.flat]
         return np.array(flat, np.float64).reshape(sound.shape)
 
     spins = scene.arrays.spins
@@ -163,12 +163,12 @@ def _observation(draw: Random, wildness: str, scene: Scene, steps: int) -> Obser
     return Observation(
         drawn(np.array([disc.position_m for disc in discs])),
         drawn(np.array([disc.velocity_m_s for disc in discs])),
-        tuple(_contact(draw, wildness, scene, steps) for _ in range(count)),
+        tuple(_draw_contact(draw, wildness, scene, steps) for _ in range(count)),
         spin_rad_s=drawn(np.zeros(len(discs)) if spins is None else spins),
     )
 
 
-def _contact(draw: Random, wildness: str, scene: Scene, steps: int) -> Contact:
+def _draw_contact(draw: Random, wildness: str, scene: Scene, steps: int) -> Contact:
     discs, walls = len(scene.discs), len(scene.walls)
     first = draw.randrange(discs if walls else discs - 1)
     second = draw.choice([*range(first + 1, discs), *range(-walls, 0)])
@@ -176,12 +176,12 @@ def _contact(draw: Random, wildness: str, scene: Scene, steps: int) -> Contact:
     told = draw.random() < 0.6
     time_s: Any = scene.duration_s / STEPS * (steps - draw.random())
     if draw.random() < 0.05:
-        time_s = _number(draw, wildness, time_s)
+        time_s = _draw_number(draw, wildness, time_s)
 
     def pair(sound: float) -> Any:
         if draw.random() < 0.5:
             return (sound, 0.0)
-        return (_number(draw, wildness, sound), _number(draw, wildness, 0.0))
+        return (_draw_number(draw, wildness, sound), _draw_number(draw, wildness, 0.0))
 
     still = second < 0 and draw.random() < 0.95
     velocities: Any = None
@@ -191,13 +191,13 @@ def _contact(draw: Random, wildness: str, scene: Scene, steps: int) -> Contact:
             pair(1.0),
             *(((0.0, 0.0), pair(-1.0), (0.0, 0.0)) if still else (pair(-1.0), pair(-1.0), pair(1.0))),
         )
-        spins = tuple(0.0 if still and k % 2 else _number(draw, wildness, 0.0) for k in range(4))
-    impulse: Any = draw.choice((None, None, 1.0, _number(draw, wildness, 1.0)))
+        spins = tuple(0.0 if still and k % 2 else _draw_number(draw, wildness, 0.0) for k in range(4))
+    impulse: Any = draw.choice((None, None, 1.0, _draw_number(draw, wildness, 1.0)))
     return Contact(first, second, time_s, (math.cos(angle), math.sin(angle)), impulse, velocities, impulse, spins)
 
 
 @contextmanager
-def _installed(folder: Path) -> Iterator[ModuleType]:
+def _install_adapter(folder: Path) -> Iterator[ModuleType]:
     """Install the adapter for this process: a distribution in a folder of its own."""
     rmtree(folder / "site", ignore_errors=True)
     (folder / "site").mkdir()

@@ -25,7 +25,7 @@ class HangError(BaseException):
 
 
 @contextmanager
-def within(limit_s: float = HANG_S, busy: float = _BUSY) -> Iterator[None]:
+def limit_time(limit_s: float = HANG_S, busy: float = _BUSY) -> Iterator[None]:
     """Raise `HangError` if the body takes longer.
 
     Args:
@@ -53,13 +53,13 @@ def within(limit_s: float = HANG_S, busy: float = _BUSY) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def tried(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float = HANG_S) -> str:
+def try_act(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float = HANG_S) -> str:
     """Return what an act says is lost, or what it raises: all but a refusal in a sentence that has one of some names.
 
     A sentence shows no control characters, and has a limited length.
     """
     try:
-        with within(limit_s):
+        with limit_time(limit_s):
             return act()
     except CaromError as error:
         text = str(error)
@@ -71,7 +71,7 @@ def tried(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float 
         return f"{type(error).__name__}: {str(error)[:300]!r}"
 
 
-def shrunk(data: bytes, fails: Callable[[bytes], bool]) -> bytes:
+def shrink(data: bytes, fails: Callable[[bytes], bool]) -> bytes:
     """Return a part of the data that still fails, from which no piece can be taken away."""
     size = len(data) // 2
     while size:
@@ -86,11 +86,11 @@ def shrunk(data: bytes, fails: Callable[[bytes], bool]) -> bytes:
     return data
 
 
-def left_over(mark: str, temporary: Path, patience_s: float = PATIENT_S) -> str:
+def find_leftovers(mark: str, temporary: Path, patience_s: float = PATIENT_S) -> str:
     """Say which processes with `mark` in their environment, or folders of Carom's, are still there after a while."""
     until = time.monotonic() + patience_s
     while True:
-        pids = [pid for pid in map(int, filter(str.isdigit, os.listdir("/proc"))) if _has(pid, mark)]
+        pids = [pid for pid in map(int, filter(str.isdigit, os.listdir("/proc"))) if _has_mark(pid, mark)]
         folders = sorted(os.listdir(temporary)) if temporary.exists() else []
         if not pids and not folders:
             return ""
@@ -99,7 +99,7 @@ def left_over(mark: str, temporary: Path, patience_s: float = PATIENT_S) -> str:
         time.sleep(0.05)
 
 
-def _has(pid: int, mark: str) -> bool:
+def _has_mark(pid: int, mark: str) -> bool:
     try:
         living = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
         return living and pid != os.getpid() and mark.encode() in Path(f"/proc/{pid}/environ").read_bytes()

@@ -13,9 +13,9 @@ from random import Random
 from typing import Any
 from unittest.mock import patch
 
-from tests.attacks.guard import tried
-from tests.attacks.results import spoilt
-from tests.attacks.scenes import mutated
+from tests.attacks.guard import try_act
+from tests.attacks.results import spoil
+from tests.attacks.scenes import mutate
 
 from carom.catalogue import all_scenes
 from carom.engines.registry import load_adapter
@@ -48,7 +48,7 @@ BOMB = b"<!DOCTYPE m [<!ENTITY a 'aaaaaaaaaa'>" + b"".join(
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Mutate what the engines' own programs write, and import it."""
-    sound = _sound()
+    sound = _build_sound_files()
     canary = folder / "canary"
     pool = LocalPool(1, LIMIT_S, memory_limit_mb=1500)
 
@@ -65,7 +65,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     with pool, patch.object(scene_import, "LocalPool", Shared):
         while True:
             suffix = rng.choice([*sound])
-            data = _spoilt(rng, suffix, rng.choice(sound[suffix]), canary)
+            data = _spoil(rng, suffix, rng.choice(sound[suffix]), canary)
             path, again = folder / f"world{suffix}", folder / "again.json"
             path.write_bytes(data)
 
@@ -74,7 +74,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
                 save_scene(found.scene, again)
                 return "" if load_scene(again) == found.scene else "what was imported and saved does not load equal"
 
-            lost = tried(imported, path.name, most=20_000, limit_s=20.0)
+            lost = try_act(imported, path.name, most=20_000, limit_s=20.0)
             again.unlink(missing_ok=True)
             if canary.exists():
                 lost = "a file ran a program"
@@ -86,7 +86,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             yield lost
 
 
-def _sound() -> dict[str, list[bytes]]:
+def _build_sound_files() -> dict[str, list[bytes]]:
     """Return files of each kind whose reader is installed, by their ending."""
     found = {".json": [DUMP.read_bytes()]}
     scenes = [all_scenes()[name].scene for name in MODELS]
@@ -115,7 +115,7 @@ class _Runs:
         return self._call
 
 
-def _spoilt(rng: Random, suffix: str, data: bytes, canary: Path) -> bytes:
+def _spoil(rng: Random, suffix: str, data: bytes, canary: Path) -> bytes:
     """Return the file with pieces changed, or another one that its reader must not follow."""
     kind = rng.random()
     if suffix == ".pkl" and kind < 0.2:
@@ -130,5 +130,5 @@ def _spoilt(rng: Random, suffix: str, data: bytes, canary: Path) -> bytes:
     if suffix == ".xml" and kind < 0.35:
         return BOMB + b"]><mujoco model='&j;'/>"
     if suffix == ".json" and kind < 0.5:
-        return json.dumps(spoilt(rng, json.loads(data))).encode()
-    return mutated(rng, data)
+        return json.dumps(spoil(rng, json.loads(data))).encode()
+    return mutate(rng, data)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
-from tests.attacks.guard import tried
+from tests.attacks.guard import try_act
 
 from carom.catalogue import find_scenes
 from carom.errors import InputError
@@ -32,7 +32,7 @@ GARBAGE = [
 ]
 
 
-def _made(folder: Path) -> bytes:
+def _make_journal(folder: Path) -> bytes:
     """Return a journal of a bench of a few steps."""
     path = folder / "made.jsonl"
     if not path.exists():
@@ -43,16 +43,16 @@ def _made(folder: Path) -> bytes:
     return path.read_bytes()
 
 
-def _entries(path: Path) -> list[str]:
+def _read_entries(path: Path) -> list[str]:
     with score_journal(path, resume=True) as journal:
         return [repr(entry) for entry in journal.entries.values()]
 
 
-def cuts(rng: Random, folder: Path) -> Iterator[str]:
+def attack_by_cuts(rng: Random, folder: Path) -> Iterator[str]:
     """Cut a journal at every byte, and take it up again."""
-    whole, path = _made(folder), folder / "cut.jsonl"
+    whole, path = _make_journal(folder), folder / "cut.jsonl"
     path.write_bytes(whole)
-    every = _entries(path)
+    every = _read_entries(path)
     while True:
         sizes = [*range(len(whole) + 1)]
         rng.shuffle(sizes)
@@ -60,7 +60,7 @@ def cuts(rng: Random, folder: Path) -> Iterator[str]:
             path.write_bytes(whole[:size])
             expected = every[: max(0, whole[:size].count(b"\n") - 1)]
             try:
-                found = _entries(path)
+                found = _read_entries(path)
                 held = found == expected and (
                     not expected or path.read_bytes() == whole[: whole[:size].rfind(b"\n") + 1]
                 )
@@ -69,11 +69,11 @@ def cuts(rng: Random, folder: Path) -> Iterator[str]:
             yield "" if held else f"cut at byte {size}: {len(found)} of {len(expected)} entries: {found[:1]}"
 
 
-def garbage(rng: Random, folder: Path) -> Iterator[str]:
+def attack_by_garbage(rng: Random, folder: Path) -> Iterator[str]:
     """Put garbage between, into and behind the lines: the lines come back, or the file is refused and left as it is."""
-    whole, path = _made(folder), folder / "garbage.jsonl"
+    whole, path = _make_journal(folder), folder / "garbage.jsonl"
     path.write_bytes(whole)
-    every = _entries(path)
+    every = _read_entries(path)
     while True:
         lines = whole.splitlines(keepends=True)
         for _ in range(rng.choice((1, 1, 2))):
@@ -88,16 +88,16 @@ def garbage(rng: Random, folder: Path) -> Iterator[str]:
 
         def read(data: bytes = data) -> str:
             try:
-                found = _entries(path)
+                found = _read_entries(path)
             except InputError:
                 if path.read_bytes() != data:
                     return "refused, but touched"
                 raise
-            return "" if set(found) <= set(every) or _all_json(path) else f"entries that nobody wrote: {found}"
+            return "" if set(found) <= set(every) or _is_all_json(path) else f"entries that nobody wrote: {found}"
 
-        yield tried(read, "")
+        yield try_act(read, "")
 
 
-def _all_json(path: Path) -> bool:
+def _is_all_json(path: Path) -> bool:
     """Whether garbage has made other lines, which are sound."""
     return all(isinstance(json.loads(line), dict) for line in read_canonical_lines(path))

@@ -11,7 +11,7 @@ from random import Random
 from shutil import rmtree
 from typing import Any
 
-from tests.attacks.guard import left_over
+from tests.attacks.guard import find_leftovers
 
 from carom.execution.journal import read_canonical_lines
 
@@ -23,7 +23,7 @@ KILLS = 10
 LONGEST_S = 1800.0
 
 
-def _run(folder: Path) -> Any:
+def _read_cross_check(folder: Path) -> Any:
     """Return what a cross-check says, without its times."""
     head, *rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]
     for row in rows:
@@ -31,68 +31,72 @@ def _run(folder: Path) -> Any:
     return [head["rows"], head["scenes"], head["sampling"], *(json.dumps(row, sort_keys=True) for row in rows)]
 
 
-def _bench(folder: Path) -> Any:
+def _read_bench(folder: Path) -> Any:
     return read_canonical_lines(folder / "journal.jsonl")
 
 
-def _timed(folder: Path) -> Any:
+def _read_timed_bench(folder: Path) -> Any:
     """Return what a bench has scored, and what it has timed, without the times."""
     timings = [json.loads(line) for line in (folder / "timings.jsonl").read_text().splitlines()[1:]]
     return [
-        _bench(folder),
+        _read_bench(folder),
         *sorted(json.dumps(one["key"], sort_keys=True) for one in timings),
         (folder / "bench.json").exists(),
     ]
 
 
-def _stress(folder: Path) -> Any:
+def _read_stress(folder: Path) -> Any:
     found = json.loads((folder / "stress.json").read_text())
     scenes = {path.name: path.read_bytes() for path in (folder / "scenes").iterdir()}
     return [json.dumps(found["lines"], sort_keys=True), scenes]
 
 
-def _tuned(folder: Path) -> Any:
+def _read_tuning(folder: Path) -> Any:
     """Return what a search has tried, and its page without its date, its time and its command."""
     page = (folder / "tune.md").read_text().splitlines()
     own = ("| Date |", "| Whole run |", "carom tune")
-    return [_bench(folder), *(line for line in page if not any(word in line for word in own))]
+    return [_read_bench(folder), *(line for line in page if not any(word in line for word in own))]
 
 
-def _said(folder: Path) -> Any:
+def _read_output(folder: Path) -> Any:
     """Return what a command that keeps nothing has printed."""
     return (folder / SAID).read_text()
 
 
-def _certified(folder: Path) -> Any:
+def _read_certified(folder: Path) -> Any:
     """Return the proven results; no other files may be there."""
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != SAID}
 
 
-def _compared(folder: Path) -> Any:
+def _read_comparison(folder: Path) -> Any:
     """Return a comparison, as it was printed and as its page."""
-    return [_said(folder), (folder / "page.html").read_bytes()]
+    return [_read_output(folder), (folder / "page.html").read_bytes()]
 
 
 #: Where the output of a command goes, in its folder.
 SAID = "printed.txt"
 #: By name: the command, the option of its folder, and what must be equal. What has no journal begins again.
 WORK: dict[str, tuple[tuple[str, ...], str, Callable[[Path], Any]]] = {
-    "run": (("run", "paper/late", "-e", "pit", "-e", "pic", "--no-timing", "--fail-on", "never"), "--report", _run),
+    "run": (
+        ("run", "paper/late", "-e", "pit", "-e", "pic", "--no-timing", "--fail-on", "never"),
+        "--report",
+        _read_cross_check,
+    ),
     "bench": (
         ("bench", "paper/late", "-e", "pit", "-e", "pic", "--no-timing", "--dt", "1/60..1/4000:12"),
         "--out",
-        _bench,
+        _read_bench,
     ),
     "timing": (
         ("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "1e5"),
         "--out",
-        _timed,
+        _read_timed_bench,
     ),
-    "stress": (("stress", "tunnelling", "-e", "pit", "--quick"), "--out", _stress),
-    "tune": (("tune", "pymunk", "paper/late", "--trials", "6"), "--out", _tuned),
-    "advise": (("advise", "paper/late", "-e", "pit", "--phases", "2", "--budget", "20000"), "", _said),
-    "certify": (("certify", "paper/late", "classics/bank-shot", "--digits", "30"), "--out", _certified),
-    "diff": (("diff", "old", "new", "--engine", "pymunk=box2d", "--fail-on", "never"), "--page", _compared),
+    "stress": (("stress", "tunnelling", "-e", "pit", "--quick"), "--out", _read_stress),
+    "tune": (("tune", "pymunk", "paper/late", "--trials", "6"), "--out", _read_tuning),
+    "advise": (("advise", "paper/late", "-e", "pit", "--phases", "2", "--budget", "20000"), "", _read_output),
+    "certify": (("certify", "paper/late", "classics/bank-shot", "--digits", "30"), "--out", _read_certified),
+    "diff": (("diff", "old", "new", "--engine", "pymunk=box2d", "--fail-on", "never"), "--page", _read_comparison),
 }
 #: Those that go on with what is there.
 RESUMED = ("run", "bench", "timing", "stress", "tune")
@@ -104,35 +108,35 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Kill each command a few times, then let it end."""
     temporary = folder / "temporary"
     temporary.mkdir(exist_ok=True)
-    _reports(folder)
+    _make_reports(folder)
     while True:
         for name, (_, _, equal) in WORK.items():
             rmtree(folder / "work", ignore_errors=True)
             began = time.monotonic()
             alone, out = folder / "work" / "alone", folder / "work" / "killed"
-            done = _worked(name, folder, alone)
+            done = _run_work(name, folder, alone)
             took_s = time.monotonic() - began
             if done.returncode:
                 yield f"{name}: exit code {done.returncode}: {done.stderr[-300:]}"
                 continue
             for _ in range(KILLS):
-                _worked(name, folder, out, kill_after_s=rng.uniform(0.0, took_s))
-                yield _orphans(name)
-            done = _worked(name, folder, out)
+                _run_work(name, folder, out, kill_after_s=rng.uniform(0.0, took_s))
+                yield _find_orphans(name)
+            done = _run_work(name, folder, out)
             if done.returncode or equal(out) != equal(alone):
                 yield f"{name}: taken up {KILLS} times it is not what one left alone is: {done.stderr[-300:]}"
-            yield left_over(MARK, temporary)
+            yield find_leftovers(MARK, temporary)
 
 
-def _reports(folder: Path) -> None:
+def _make_reports(folder: Path) -> None:
     """Make the two reports that are compared."""
     for name, engine in REPORTS.items():
         if not (folder / name / "results.jsonl").exists():
             asked = ("run", "paper", "-e", engine, "--no-timing", "--fail-on", "never", "--dt", "1/60")
-            carom(folder, *asked, "--report", str(folder / name))
+            run_carom(folder, *asked, "--report", str(folder / name))
 
 
-def _worked(
+def _run_work(
     name: str, folder: Path, out: Path, *, kill_after_s: float | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Do a piece of work into a folder, or go on with it."""
@@ -144,13 +148,13 @@ def _worked(
         words += [option, str(out)]
     if name in RESUMED:
         words.append("--resume")
-        return carom(folder, *words, kill_after_s=kill_after_s)
+        return run_carom(folder, *words, kill_after_s=kill_after_s)
     out.mkdir(parents=True, exist_ok=True)
     (out / SAID).unlink(missing_ok=True)
-    return carom(folder, *words, kill_after_s=kill_after_s, said=None if option == "--out" else out / SAID)
+    return run_carom(folder, *words, kill_after_s=kill_after_s, said=None if option == "--out" else out / SAID)
 
 
-def carom(
+def run_carom(
     folder: Path, *arguments: str, kill_after_s: float | None = None, said: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run a command with a folder of its own for temporary files; kill it outright after a while if it still runs.
@@ -171,7 +175,7 @@ def carom(
     return subprocess.CompletedProcess(arguments, process.returncode, "", told)
 
 
-def _orphans(name: str) -> str:
+def _find_orphans(name: str) -> str:
     """Return the processes that survive a killed command; its temporary folders may remain until the next start."""
-    found = left_over(MARK, Path("/nowhere"))
+    found = find_leftovers(MARK, Path("/nowhere"))
     return found and f"{name}: {found}"

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
-from tests.attacks.guard import tried
-from tests.attacks.scenes import mutated
+from tests.attacks.guard import try_act
+from tests.attacks.scenes import mutate
 
 from carom.conformance.known_failures import load_known_failures
 
@@ -26,7 +26,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Read a list of which pieces are cut, doubled, moved, flipped or put in."""
     path = folder / "known.toml"
     while True:
-        data = mutated(rng, SOUND)
+        data = mutate(rng, SOUND)
         path.write_bytes(data)
 
         def read() -> str:
@@ -34,5 +34,5 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             sound = all(isinstance(name, str) and one.reason.strip() for one in entries for name in one.cases)
             return "" if sound else "a case without a reason"
 
-        lost = tried(read, "known.toml", most=5000)
+        lost = try_act(read, "known.toml", most=5000)
         yield lost and f"{lost}; {data!r}"

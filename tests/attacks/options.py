@@ -13,7 +13,7 @@ from random import Random
 from shutil import rmtree
 from unittest.mock import patch
 
-from tests.attacks.guard import HangError, within
+from tests.attacks.guard import HangError, limit_time
 from typer.testing import CliRunner
 
 from carom.cli import app
@@ -62,21 +62,21 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         for command, option, word in tries:
             work = folder / "work"
             rmtree(work, ignore_errors=True)  # of a campaign that was killed
-            yield _tried([*command, option, word], work)
+            yield _try_in_process([*command, option, word], work)
         tries = [(command, option, rng.choice(WORDS) + rng.choice(WORDS)) for command, option, _ in tries]
 
 
-def _tried(arguments: list[str], work: Path) -> str:
+def _try_in_process(arguments: list[str], work: Path) -> str:
     work.mkdir()
     try:
-        with chdir(work), patch("carom.execution.pool.LocalPool", _in_process), within():
+        with chdir(work), patch("carom.execution.pool.LocalPool", _in_process), limit_time():
             result = CliRunner().invoke(app, arguments)
     except HangError:
         result = None
     finally:
         rmtree(work)
     if result is None or isinstance(result.exception, HangError):
-        return _as_a_command(arguments, work)
+        return _try_as_command(arguments, work)
     shown = " ".join(arguments)[:300]
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         return f"{shown!r}: {type(result.exception).__name__}: {str(result.exception)[:200]!r}"
@@ -89,7 +89,7 @@ def _in_process(*_: object, **__: object) -> InProcessPool:
     return InProcessPool()
 
 
-def _as_a_command(arguments: list[str], work: Path) -> str:
+def _try_as_command(arguments: list[str], work: Path) -> str:
     shown = " ".join(arguments)[:300]
     work.mkdir()
     limited = [*arguments, "--time-limit", "3"] if arguments[0] in {"run", "bench", "advise", "stress"} else arguments

@@ -10,7 +10,7 @@ from pathlib import Path
 from random import Random
 from shutil import rmtree
 
-from tests.attacks.guard import tried
+from tests.attacks.guard import try_act
 from tests.attacks.reports import kill_at
 
 from carom.studies.history.clients import ClientError
@@ -55,12 +55,12 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         rmtree(folder / "outside", ignore_errors=True)
         (folder / "outside").mkdir()
         (folder / "outside" / "mine").write_text("mine")
-        yield rng.choice((_killed, _killed, _spoilt))(rng, folder / "root")
+        yield rng.choice((_kill_installs, _kill_installs, _spoil_cache))(rng, folder / "root")
         if (folder / "outside" / "mine").read_text() != "mine":
             yield "a file outside of the folder is changed"
 
 
-def _killed(rng: Random, root: Path) -> str:
+def _kill_installs(rng: Random, root: Path) -> str:
     """Install a release in one or two processes that end at a call drawn by lot, then in one that is left alone."""
     client, number, children = _Client(rng), rng.randrange(20), list[int]()
     for _ in range(rng.choice((1, 2))):
@@ -84,7 +84,7 @@ def _killed(rng: Random, root: Path) -> str:
     return f"killed at call {number}: {left} stay" if left else ""
 
 
-def _spoilt(rng: Random, root: Path) -> str:
+def _spoil_cache(rng: Random, root: Path) -> str:
     """Put something else in the place of a list, a release or its folder, or a link to what is not Carom's."""
     client = _Client(rng)
     client.fails = False
@@ -113,5 +113,5 @@ def _spoilt(rng: Random, root: Path) -> str:
                 return ""
             return "" if client.is_whole(place) else "a release installed again is not whole"
 
-    lost = tried(again, "")
+    lost = try_act(again, "")
     return lost and f"{target.name} spoilt: {lost}"

@@ -17,8 +17,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from tests.attacks.results import spoilt
-from tests.attacks.scenes import mutated
+from tests.attacks.results import spoil
+from tests.attacks.scenes import mutate
 
 from carom import Scene
 from carom.catalogue import all_scenes
@@ -60,7 +60,9 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         with closing(_Page()) as page:
             try:
                 while True:
-                    yield rng.choice((_name, _link, _link, _link, _block, _block))(rng, folder, page)
+                    yield rng.choice((_try_name, _try_link, _try_link, _try_link, _try_block, _try_block))(
+                        rng, folder, page
+                    )
             except TimeoutError:
                 lost = f"no answer of the page within {LIMIT_S:g} s to {page.asked[:300]!r}"
             except EOFError:
@@ -126,7 +128,7 @@ class _Scripts(HTMLParser):
         self._into = ""
 
 
-def _name(rng: Random, folder: Path, page: _Page) -> str:
+def _try_name(rng: Random, folder: Path, page: _Page) -> str:
     name = "".join(rng.choice(NAMES) for _ in range(rng.choice((1, 1, 2))))[:200]
     try:
         scene = Scene(**{**dict(all_scenes()["paper/late"].scene), "name": name})
@@ -181,21 +183,21 @@ _LINK: list[Any] = [
 ]
 
 
-def _packed_link(values: Any) -> str:
+def _pack_link(values: Any) -> str:
     return "2=" + base64.urlsafe_b64encode(json.dumps(values).encode("latin-1")).decode().rstrip("=")
 
 
-def _link(rng: Random, folder: Path, page: _Page) -> str:
+def _try_link(rng: Random, folder: Path, page: _Page) -> str:
     del folder
     values = _LINK
     for _ in range(rng.choice((0, 1, 1, 2))):
-        values = spoilt(rng, values)
+        values = spoil(rng, values)
     if rng.random() < 0.3:  # within what the page takes, and far from what a hand draws
         discs = [[*rng.choice(_EXTREMES), 1, 0, 0.5] for _ in range(rng.choice((2, 10)))]
         values = [discs, [], *_LINK[2:4], 60, 10000, 0.5, "pit"]
-    text = _packed_link(values)
+    text = _pack_link(values)
     if rng.random() < 0.3:
-        text = mutated(rng, text.encode()).decode("latin-1")
+        text = mutate(rng, text.encode()).decode("latin-1")
     answer = page.ask(do="link", text=text)
     return answer.get("lost", "") and f"the link {text[:400]!r}: {answer['lost']}"
 
@@ -211,15 +213,15 @@ _EXTREMES = [
 
 
 @cache
-def _packed(content: bytes) -> str:
+def _pack(content: bytes) -> str:
     return pack_block(content)
 
 
-def _block(rng: Random, folder: Path, page: _Page) -> str:
+def _try_block(rng: Random, folder: Path, page: _Page) -> str:
     """Spoil a packed block, as of a page that was damaged on its way: it is refused, or its content is as it was."""
     del folder
     content = rng.choice((b"abc" * 1000, *_CONTENTS))
-    text = bytearray(_packed(content), "ascii")
+    text = bytearray(_pack(content), "ascii")
     for _ in range(rng.choice((1, 3))):
         text[rng.randrange(len(text))] = rng.choice((33, *range(35, 60), *range(61, 126)))
     if rng.random() < 0.3:

@@ -13,10 +13,10 @@ from random import Random
 from unittest import mock
 
 import pytest
-from tests.attacks.guard import HangError, within
+from tests.attacks.guard import HangError, limit_time
 from tests.processes import PATIENT_S, limit_only
-from tests.unit.engines.protocol.programs import manifest_of
-from tests.unit.engines.protocol.test_template_fuzz import Talk, mutated
+from tests.unit.engines.protocol.programs import write_manifest
+from tests.unit.engines.protocol.test_template_fuzz import Talk, mutate_request
 
 from carom import Disc, Scene, cross_check
 from carom.engines.registry import MANIFESTS, list_adapter_points
@@ -83,22 +83,22 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Run a program that spoils some of its answers next to PIT, and serve PIT to spoilt requests."""
     folder.joinpath("program").mkdir(exist_ok=True)
     while True:
-        yield _program(rng, folder / "program")
-        yield from _serve(rng, folder)
+        yield _try_program(rng, folder / "program")
+        yield from _try_serve(rng, folder)
 
 
-def _program(rng: Random, folder: Path) -> str:
+def _try_program(rng: Random, folder: Path) -> str:
     """Return what is lost after a cross-check with a program that does one thing to one kind of answer."""
     when = rng.choice(("hello", "prepare", "step", "observe", "close"))
     act = rng.choice(ACTS) if rng.random() < 0.5 else f"answer[{rng.choice(FIELDS)!r}] = {rng.choice(VALUES)}"
     spoilt = f"if do == {when!r}: {act}"
-    manifest = manifest_of(folder, spoilt)
+    manifest = write_manifest(folder, spoilt)
     rows = {}
     try:
         with (
             pytest.MonkeyPatch.context() as patch,
             mock.patch.dict(os.environ, {MANIFESTS: ""}),
-            within(4.0 * PATIENT_S, busy=1.0),
+            limit_time(4.0 * PATIENT_S, busy=1.0),
             LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool,
         ):
             limit_only(patch, "toy")
@@ -122,11 +122,11 @@ def _program(rng: Random, folder: Path) -> str:
     return ""
 
 
-def _serve(rng: Random, folder: Path) -> Iterator[str]:
+def _try_serve(rng: Random, folder: Path) -> Iterator[str]:
     """Yield what is lost over each line of a session of `carom serve`."""
     with closing(Talk([sys.executable, "-m", "carom", "serve", "pit"], folder)) as talk:
         for _ in range(SESSION):
-            line = mutated(rng)
+            line = mutate_request(rng)
             try:
                 answer = talk.ask(line)
             except (AssertionError, ValueError, OSError) as error:

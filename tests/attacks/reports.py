@@ -16,7 +16,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Write a report over another in a process that ends at a call drawn by lot; look at what the next one finds."""
     out, number = folder / "out", 0
     while True:
-        old, new = ({name: rng.randbytes(rng.choice((0, 10, 10**5))) for name in _drawn(rng)} for _ in range(2))
+        old, new = ({name: rng.randbytes(rng.choice((0, 10, 10**5))) for name in _draw_names(rng)} for _ in range(2))
         for path in [*out.glob("*"), *out.glob(".carom*/*")] if out.exists() else ():
             path.unlink() if path.is_file() else None
         write_files(out, "bench", old)
@@ -39,7 +39,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         )
 
 
-def _drawn(rng: Random) -> list[str]:
+def _draw_names(rng: Random) -> list[str]:
     return rng.sample(NAMES, rng.randrange(1, len(NAMES) + 1))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from tests.attacks.guard import tried
+from tests.attacks.guard import try_act
 
 from carom import cross_check, solve_pit
 from carom.catalogue import all_scenes
@@ -46,16 +46,16 @@ PIECES: tuple[Any, ...] = (
 )
 
 
-def spoilt(rng: Random, value: Any) -> Any:
+def spoil(rng: Random, value: Any) -> Any:
     """Return a copy of a value of JSON in which one thing is replaced, taken away or doubled."""
     if isinstance(value, dict) and value and rng.random() < 0.9:
         key = rng.choice([*value])
         if rng.random() < 0.1:
             return {name: one for name, one in value.items() if name != key}
-        return {**value, key: spoilt(rng, value[key])}
+        return {**value, key: spoil(rng, value[key])}
     if isinstance(value, list) and value and rng.random() < 0.9:
         k = rng.randrange(len(value))
-        return [*value[:k], spoilt(rng, value[k]), *value[k + rng.choice((1, 1, 0, 2)) :]]
+        return [*value[:k], spoil(rng, value[k]), *value[k + rng.choice((1, 1, 0, 2)) :]]
     return rng.choice(PIECES)
 
 
@@ -70,7 +70,7 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
         changed = [*lines]
         for _ in range(rng.choice((1, 1, 1, 3))):
             k = rng.choice((0, rng.randrange(len(lines))))
-            changed[k] = spoilt(rng, changed[k])
+            changed[k] = spoil(rng, changed[k])
         path.write_text("".join(f"{json.dumps(line)}\n" for line in changed), encoding="utf-8")
 
         def compared() -> str:
@@ -81,7 +81,7 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
                 else "nothing is said"
             )
 
-        yield tried(compared, "results.jsonl", "no cell was run")
+        yield try_act(compared, "results.jsonl", "no cell was run")
 
 
 def journals(rng: Random, folder: Path) -> Iterator[str]:
@@ -96,15 +96,15 @@ def journals(rng: Random, folder: Path) -> Iterator[str]:
     while True:
         first, second = head, entry
         if rng.random() < 0.2:
-            first = spoilt(rng, head) if rng.random() < 0.7 else {**head, rng.choice("ab"): rng.choice(PIECES)}
+            first = spoil(rng, head) if rng.random() < 0.7 else {**head, rng.choice("ab"): rng.choice(PIECES)}
         elif rng.random() < 0.3:
-            second = spoilt(rng, entry)
+            second = spoil(rng, entry)
         else:
-            second = {**entry, "answer": {**entry["answer"], "value": json.dumps(spoilt(rng, told))}}
+            second = {**entry, "answer": {**entry["answer"], "value": json.dumps(spoil(rng, told))}}
         path.write_text(f"{json.dumps(first)}\n{json.dumps(second)}\n", encoding="utf-8")
 
         def opened() -> str:
             with observed_journal(path, Options().stamp, resume=True):
                 return ""
 
-        yield tried(opened, "journal.jsonl")
+        yield try_act(opened, "journal.jsonl")

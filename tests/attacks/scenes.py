@@ -7,7 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from random import Random
 
-from tests.attacks.guard import HangError, shrunk, within
+from tests.attacks.guard import HangError, limit_time, shrink
 
 from carom.catalogue import all_scenes
 from carom.errors import SceneError
@@ -33,22 +33,22 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     seen: set[str] = set()
     while True:
         suffix, data = rng.choice(corpus)
-        data = mutated(rng, data)
+        data = mutate(rng, data)
         path = folder / f"scene{suffix}"
-        lost, kind = _tried(path, data)
+        lost, kind = _try_scene(path, data)
         if kind not in seen and len(corpus) < MOST_KEPT and len(data) < MOST_BYTES:
             seen.add(kind)
             corpus.append((suffix, data))
             (folder / "corpus" / f"{len(corpus)}{suffix}").write_bytes(data)
         if lost:
-            least = shrunk(data, partial(_fails, path))
+            least = shrink(data, partial(_fails, path))
             found = folder / f"found-{sha256(least).hexdigest()[:16]}{suffix}"
             found.write_bytes(least)
             lost = f"{lost}; see {found.name}: {least[:200]!r}"
         yield lost
 
 
-def mutated(rng: Random, data: bytes) -> bytes:
+def mutate(rng: Random, data: bytes) -> bytes:
     """Return the data with a few pieces cut, doubled, moved, flipped or put in."""
     for _ in range(rng.choice((1, 1, 2, 3, 8))):
         at, to = sorted(rng.randrange(len(data) + 1) for _ in range(2))
@@ -76,7 +76,7 @@ def mutated(rng: Random, data: bytes) -> bytes:
 
 
 def _fails(path: Path, data: bytes) -> bool:
-    return bool(_tried(path, data)[0])
+    return bool(_try_scene(path, data)[0])
 
 
 def _corpus(folder: Path) -> list[tuple[str, bytes]]:
@@ -89,11 +89,11 @@ def _corpus(folder: Path) -> list[tuple[str, bytes]]:
     return [(path.suffix, path.read_bytes()) for path in sorted(folder.iterdir())]
 
 
-def _tried(path: Path, data: bytes) -> tuple[str, str]:
+def _try_scene(path: Path, data: bytes) -> tuple[str, str]:
     """Return what was lost, "" where nothing was, and what kind of answer it was, for the corpus."""
     path.write_bytes(data)
     try:
-        with within():
+        with limit_time():
             scene = load_scene(path)
             again = path.with_name(f"again{path.suffix}")
             save_scene(scene, again)

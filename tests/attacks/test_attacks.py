@@ -11,7 +11,7 @@ from random import Random
 
 import pytest
 from tests.attacks import __main__ as campaign
-from tests.attacks.guard import HangError, shrunk, within
+from tests.attacks.guard import HangError, limit_time, shrink
 from tests.cases import each
 from tests.fake_clock import Clock
 
@@ -94,8 +94,8 @@ def test_campaign_detects_hangs_and_shrinks_failures() -> None:
         while True:
             pass
 
-    with pytest.raises(HangError), within(0.01):
+    with pytest.raises(HangError), limit_time(0.01):
         time.sleep(3600.0)
-    with pytest.raises(HangError), within(0.01, busy=1e6):  # by its processor time: the clock allows it hours
+    with pytest.raises(HangError), limit_time(0.01, busy=1e6):  # by its processor time: the clock allows it hours
         loop()
-    assert shrunk(b"a long text with a bad sign in it", lambda data: b"bad" in data) == b"bad"
+    assert shrink(b"a long text with a bad sign in it", lambda data: b"bad" in data) == b"bad"

@@ -25,7 +25,7 @@ MODULES = sorted(
 )
 
 
-def called(path: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> object:
+def run_module(path: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> object:
     """Run a module as a command, and return its exit code."""
     monkeypatch.setattr(sys, "argv", [str(path), *arguments])
     with pytest.raises(SystemExit) as ended:
@@ -38,10 +38,10 @@ def test_benchmarks_print_help_and_refuse_unknown_options(
     path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """`--help` prints the usage and exits with 0; an unknown option is named and exits with 2."""
-    assert called(path, monkeypatch, "--help") == 0
+    assert run_module(path, monkeypatch, "--help") == 0
     told = capsys.readouterr().out
     assert told.startswith(f"usage: python -m benchmarks.{path.stem} ")
-    assert called(path, monkeypatch, "--nonsense") == 2
+    assert run_module(path, monkeypatch, "--nonsense") == 2
     assert "unrecognized arguments: --nonsense" in capsys.readouterr().err
 
 

@@ -36,7 +36,7 @@ HOSTILE = (
 )
 
 
-def _chromium() -> str:
+def _find_chromium() -> str:
     found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     assert found, "the page is tested in Chromium: install Debian's package chromium"
     return found
@@ -51,7 +51,7 @@ def hostile_scenes() -> list[carom.Scene]:
     return [carom.Scene(name=name, description=name, duration_s=1.0, discs=discs) for name in HOSTILE]
 
 
-def made_once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[], Report]) -> Path:
+def make_report_once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callable[[], Report]) -> Path:
     """Return the page of a report, which the first process of the session makes and the others wait for."""
     base = tmp_path_factory.getbasetemp()
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
@@ -66,10 +66,10 @@ def made_once(tmp_path_factory: pytest.TempPathFactory, name: str, make: Callabl
 @pytest.fixture(scope="session")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of every scene that has a name, and of the hostile ones, by PIC, PIT and pymunk at their best."""
-    return made_once(tmp_path_factory, "report", report_of_scenes)
+    return make_report_once(tmp_path_factory, "report", build_scenes_report)
 
 
-def report_of_scenes() -> Report:
+def build_scenes_report() -> Report:
     """Return the report of every scene that has a name, and of the hostile ones."""
     by_frame: dict[float, list[carom.Scene | CatalogueScene]] = {}
     for entry in all_scenes().values():
@@ -96,7 +96,7 @@ def wide_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of four engines with three profiles each."""
     scenes = [entry for entry in all_scenes().values() if entry.name.startswith(("paper/", "gravity/"))]
     engines = ["pic", "pit", "box2d", "mujoco", "pybullet", "pymunk"]
-    return made_once(
+    return make_report_once(
         tmp_path_factory, "wide", lambda: build_report(carom.cross_check(scenes, engines, timing=False, jobs=2))
     )
 
@@ -107,7 +107,7 @@ def browser() -> Iterator[Browser]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        yield playwright.chromium.launch(executable_path=_chromium(), args=list(FLAGS))
+        yield playwright.chromium.launch(executable_path=_find_chromium(), args=list(FLAGS))
 
 
 #: Opens a page: its path, the link within it, its width and height, and options of Playwright's window.
@@ -124,9 +124,9 @@ class Faults(list[str]):
         page.on("pageerror", lambda error: self.append(f"error: {error}"))
         page.on("console", lambda message: self.append(f"{message.type}: {message.text}"))
         page.on("dialog", lambda dialog: self.append(f"dialog: {dialog.message}"))
-        page.on("request", lambda request: self._asked(request.url))
+        page.on("request", lambda request: self._note_request(request.url))
 
-    def _asked(self, url: str) -> None:
+    def _note_request(self, url: str) -> None:
         if not url.startswith(("file:", "about:")):
             self.append(url)
 
@@ -158,7 +158,7 @@ def page(window: Window, report: Path) -> Page:
     return window(report)
 
 
-def serious(page: Page, *impacts: str) -> set[str]:
+def find_violations(page: Page, *impacts: str) -> set[str]:
     """Return the rules of accessibility that axe finds broken, of these impacts or of any."""
     from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
 
@@ -166,7 +166,7 @@ def serious(page: Page, *impacts: str) -> set[str]:
     return {f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found if one["impact"] in impacts or not impacts}
 
 
-def cut_on_paper(page: Page, things: str = "table, pre, svg") -> Any:
+def find_cut_off(page: Page, things: str = "table, pre, svg") -> Any:
     """Return which of these things are wider than A4, upright with usual margins, on a page of that width."""
     page.emulate_media(media="print")
     seen = f"all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > {A4_PX})"

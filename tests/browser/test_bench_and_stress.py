@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 import pytest
 from playwright.sync_api import Locator, Page
-from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
-from tests.unit.studies.examples import bench, campaign_results, growth
+from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
+from tests.unit.studies.examples import build_bench, build_campaign_results, build_growth
 
 from carom.report import formatting
 from carom.studies.bench.document import write_bench
@@ -26,9 +26,9 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The page of a bench of one scene, that of a campaign, and that of a growth bench, of every method."""
     folder = tmp_path_factory.mktemp("pages")
     return {
-        "bench": write_bench(bench(), folder / "bench"),
-        "stress": write_stress(campaign_results(), folder / "stress"),
-        "growth": write_growth(growth(), folder / "growth"),
+        "bench": write_bench(build_bench(), folder / "bench"),
+        "stress": write_stress(build_campaign_results(), folder / "stress"),
+        "growth": write_growth(build_growth(), folder / "growth"),
     }
 
 
@@ -38,19 +38,19 @@ def path(request: pytest.FixtureRequest, pages: dict[str, Path]) -> Path:
     return pages[request.param]
 
 
-def said(page: Page) -> dict[str, str]:
+def read_tip(page: Page) -> dict[str, str]:
     """Return what is shown of a point: each number by its name."""
     names = page.locator(".tip dt").all_inner_texts()
     return dict(zip(names, page.locator(".tip dd").all_inner_texts(), strict=True))
 
 
-def points(pages: dict[str, Path]) -> list[Any]:
+def load_points(pages: dict[str, Path]) -> list[Any]:
     """Return every point of the bench's own file, in its order."""
     (scene,) = json.loads((pages["bench"].parent / "bench.json").read_text())["scenes"]
     return [point for curve in scene["curves"] for point in curve["points"]]
 
 
-def agrees(shown: dict[str, str], point: dict[str, Any]) -> None:
+def assert_point_agrees(shown: dict[str, str], point: dict[str, Any]) -> None:
     """Fail unless what is shown of a point is what the file holds, to the digits shown."""
     error = formatting.format_number(point["error"]) if point["error"] else "exact"
     assert shown["error"].split()[0] == error
@@ -61,7 +61,7 @@ def agrees(shown: dict[str, str], point: dict[str, Any]) -> None:
     assert shown["command"] == f"carom bench paper/late {method}"
 
 
-def links(page: Page, diagram: int) -> Locator:
+def locate_points(page: Page, diagram: int) -> Locator:
     """Return the points of a diagram."""
     return page.locator(".charts svg:visible").nth(diagram).locator("a")
 
@@ -69,12 +69,12 @@ def links(page: Page, diagram: int) -> Locator:
 def test_hovered_point_shows_its_numbers(window: Window, pages: dict[str, Path]) -> None:
     """A hovered point of a bench diagram shows the error, times and command of the file; Escape hides them."""
     opened = window(pages["bench"])
-    every = points(pages)
+    every = load_points(pages)
     assert opened.locator(".charts svg:visible").count() == 3
     for diagram in range(3):
-        assert links(opened, diagram).count() == len(every)
-        links(opened, diagram).nth(40).hover(force=True)
-        agrees(said(opened), every[40])
+        assert locate_points(opened, diagram).count() == len(every)
+        locate_points(opened, diagram).nth(40).hover(force=True)
+        assert_point_agrees(read_tip(opened), every[40])
         opened.keyboard.press("Escape")
         assert not opened.locator(".tip").is_visible()
 
@@ -85,8 +85,8 @@ def test_hovered_run_of_the_growth_bench_shows_its_memory(window: Window, pages:
     curve = json.loads((pages["growth"].parent / "growth.json").read_text())["curves"][3]
     point = curve["points"][2]
     for diagram in range(2):
-        links(opened, diagram).nth(17).hover(force=True)
-        shown = said(opened)
+        locate_points(opened, diagram).nth(17).hover(force=True)
+        shown = read_tip(opened)
         assert float(shown["memory, MiB"]) == pytest.approx(point["memory_bytes"] / 2**20, rel=5e-3)
         assert float(shown["peak, MiB"]) == pytest.approx(point["peak_bytes"] / 2**20, rel=5e-3)
         method = f"-e {curve['engine']} -p {curve['profile']} --discs {point['discs']}"
@@ -96,24 +96,24 @@ def test_hovered_run_of_the_growth_bench_shows_its_memory(window: Window, pages:
 def test_keyboard_moves_from_point_to_point(window: Window, pages: dict[str, Path]) -> None:
     """A diagram is one tab stop; arrow keys move through its points, and Enter leads to the table row of a point."""
     opened = window(pages["bench"])
-    every = points(pages)
+    every = load_points(pages)
     assert opened.locator(".charts svg:visible a[tabindex='0']").count() == 3
-    links(opened, 0).first.focus()
+    locate_points(opened, 0).first.focus()
     for k in range(12):
-        agrees(said(opened), every[k])
+        assert_point_agrees(read_tip(opened), every[k])
         assert opened.locator(".tip b").inner_text() == opened.evaluate("document.activeElement.ariaLabel")
         opened.keyboard.press("ArrowRight")
     opened.keyboard.press("Enter")
     row = opened.locator("tr:has(:target)")
     assert row.is_visible()
     names = opened.locator("table.cells thead th").all_inner_texts()
-    agrees(dict(zip(names, row.locator("> *").all_inner_texts(), strict=True)), every[12])
+    assert_point_agrees(dict(zip(names, row.locator("> *").all_inner_texts(), strict=True)), every[12])
 
 
 def test_points_link_to_table_rows_without_scripts(window: Window, pages: dict[str, Path]) -> None:
     """With JavaScript off, a click on a point leads to its table row, which has the command."""
     page = window(pages["bench"], java_script_enabled=False)
-    links(page, 0).nth(20).click(force=True)
+    locate_points(page, 0).nth(20).click(force=True)
     row = page.locator("tr:has(:target)")
     assert row.is_visible()
     assert "carom bench paper/late" in row.inner_text()
@@ -162,7 +162,7 @@ def test_page_fits_the_window_width(window: Window, path: Path, width: int) -> N
     opened = window(path, width=width, height=800)
     assert opened.evaluate("document.documentElement.scrollWidth") <= width
     if width == 360 and path.parent.name == "bench":
-        links(opened, 0).nth(30).focus()
+        locate_points(opened, 0).nth(30).focus()
         box = opened.locator(".tip").bounding_box()
         assert box is not None
         assert box["x"] >= 0
@@ -193,9 +193,9 @@ def test_axe_finds_no_serious_violation(window: Window, path: Path, scheme: Lite
     page = window(path, color_scheme=scheme, bypass_csp=True)
     page.locator(".charts svg:visible a, details a, details summary").first.focus()
     page.evaluate("document.querySelector('details')?.setAttribute('open', '')")
-    assert serious(page, "serious", "critical") == set()
+    assert find_violations(page, "serious", "critical") == set()
 
 
 def test_print_cuts_nothing_off(window: Window, path: Path) -> None:
     """Printed on A4 upright, no table, code block or diagram is wider than the sheet."""
-    assert cut_on_paper(window(path, width=A4_PX, height=1000)) == []
+    assert find_cut_off(window(path, width=A4_PX, height=1000)) == []

@@ -7,8 +7,8 @@ from typing import Literal
 
 import pytest
 from playwright.sync_api import Page
-from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
-from tests.browser.test_replay import MISSED, opened
+from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
+from tests.browser.test_replay import MISSED, open_replay
 
 from carom.report.outcome_marks import parse_mark
 from carom.report.results_file.records import read_records
@@ -186,13 +186,13 @@ def test_axe_finds_no_serious_violation(window: Window, wide_report: Path, schem
     for key in ("", "phone", MISSED):
         page.set_viewport_size({"width": 360 if key == "phone" else 1280, "height": 800})
         if key == MISSED:
-            opened(page, key)
-        assert serious(page, "serious", "critical") == set()
+            open_replay(page, key)
+        assert find_violations(page, "serious", "critical") == set()
 
 
 def test_print_cuts_nothing_off(window: Window, wide_report: Path) -> None:
     """Printed on A4 upright, no table, code block or diagram is wider than the sheet."""
-    assert cut_on_paper(window(wide_report, width=A4_PX, height=1000)) == []
+    assert find_cut_off(window(wide_report, width=A4_PX, height=1000)) == []
 
 
 def test_packed_table_has_every_record_when_opened(page: Page, report: Path) -> None:

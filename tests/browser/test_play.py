@@ -11,7 +11,7 @@ import pytest
 from docs.figures import walkthrough
 from playwright.sync_api import Browser, Page
 from tests.browser.conftest import Window
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 import carom
 from carom.catalogue import all_scenes
@@ -63,7 +63,7 @@ _DAMPED = "contact/damped-slide"
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def play_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page without engines."""
     path = tmp_path_factory.mktemp("play") / "play.html"
     scenes = [all_scenes()[name].scene for name in (*GALLERY, _DAMPED)]
@@ -72,7 +72,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def opened(window: Window) -> Window:
+def open_page(window: Window) -> Window:
     """Open the page, and wait for its first sentence."""
 
     def show(path: Path, link: str = "", **options: Any) -> Page:
@@ -105,18 +105,18 @@ def _choose(page: Page, method: str) -> None:
     page.wait_for_function("m => caromPage.state.method === m && (m === 'pit' || caromPage.state.World)", arg=method)
 
 
-def _slide(page: Page, label: str, value: float) -> None:
+def _set_slider(page: Page, label: str, value: float) -> None:
     page.get_by_label(label, exact=True).evaluate(
         "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }", value
     )
 
 
-def test_mouse_drags_a_disc_and_its_velocity(file: Path, opened: Window) -> None:
+def test_mouse_drags_a_disc_and_its_velocity(play_page: Path, open_page: Window) -> None:
     r"""Dragging the centre changes only the position, and the arrow's head only the velocity of a disc.
 
     The result below the picture is updated.
     """
-    page = opened(file)
+    page = open_page(play_page)
     before, said = _state(page)["discs"][1], page.inner_text(".says")
     _drag(page, page.evaluate("caromPage.spot(1)"), (0, -30))
     moved = _state(page)["discs"][1]
@@ -129,18 +129,18 @@ def test_mouse_drags_a_disc_and_its_velocity(file: Path, opened: Window) -> None
     assert page.inner_text(".says") != said
 
 
-def test_disc_cannot_be_dragged_into_another(file: Path, opened: Window) -> None:
+def test_disc_cannot_be_dragged_into_another(play_page: Path, open_page: Window) -> None:
     """A disc that is dragged onto another one does not overlap it at the start."""
-    page = opened(file)
+    page = open_page(play_page)
     spots = [page.evaluate(f"caromPage.spot({i})") for i in range(2)]
     _drag(page, spots[1], (spots[0][0] - spots[1][0], spots[0][1] - spots[1][1]))
     first, second = _state(page)["discs"]
     assert math.dist(first["position_m"], second["position_m"]) >= first["radius_m"] + second["radius_m"]
 
 
-def test_keys_change_position_and_velocity(file: Path, opened: Window) -> None:
+def test_keys_change_position_and_velocity(play_page: Path, open_page: Window) -> None:
     """A number key selects a disc, arrow keys move it, Ctrl changes its velocity, and Shift moves finely."""
-    page = opened(file)
+    page = open_page(play_page)
     before = _state(page)["discs"][1]
     page.locator("canvas").first.focus()
     page.keyboard.press("1")
@@ -156,11 +156,11 @@ def test_keys_change_position_and_velocity(file: Path, opened: Window) -> None:
 
 
 @pytest.mark.parametrize("on_disc", [True, False])
-def test_swipe_scrolls_unless_it_starts_on_a_disc(file: Path, opened: Window, on_disc: bool) -> None:
+def test_swipe_scrolls_unless_it_starts_on_a_disc(play_page: Path, open_page: Window, on_disc: bool) -> None:
     """A swipe next to the discs scrolls the page; a swipe that starts on a disc moves the disc and not the page."""
-    page = opened(file, width=360, height=640, has_touch=True, is_mobile=True)
+    page = open_page(play_page, width=360, height=640, has_touch=True, is_mobile=True)
     x, y = page.evaluate("caromPage.spot(0)")
-    box = sure(page.locator("canvas").first.bounding_box())
+    box = require_value(page.locator("canvas").first.bounding_box())
     start = (x, y) if on_disc else (box["x"] + box["width"] / 2, box["y"] + 10)
     before = page.evaluate(discs := "JSON.stringify(caromPage.state.scene.discs)")
     client = page.context.new_cdp_session(page)
@@ -175,13 +175,13 @@ def test_swipe_scrolls_unless_it_starts_on_a_disc(file: Path, opened: Window, on
     assert (page.evaluate(discs) != before) == on_disc
 
 
-def test_sliders_and_boxes_change_the_scene(file: Path, opened: Window) -> None:
+def test_sliders_and_boxes_change_the_scene(play_page: Path, open_page: Window) -> None:
     """Sliders, boxes, buttons and number fields set the corresponding values of the scene."""
-    page = opened(file)
-    _slide(page, "frames per second", 1)
-    _slide(page, "frame offset", 0.25)
-    _slide(page, "restitution", 0.5)
-    _slide(page, "friction", 0.4)
+    page = open_page(play_page)
+    _set_slider(page, "frames per second", 1)
+    _set_slider(page, "frame offset", 0.25)
+    _set_slider(page, "restitution", 0.5)
+    _set_slider(page, "friction", 0.4)
     page.check("#walls")
     page.check("#gravity")
     page.click("#more")
@@ -201,21 +201,21 @@ def test_sliders_and_boxes_change_the_scene(file: Path, opened: Window) -> None:
     assert page.is_disabled("#more") == (len(_state(page)["discs"]) == 10)
 
 
-def test_clock_plays_pauses_and_is_set(file: Path, opened: Window) -> None:
+def test_clock_plays_pauses_and_is_set(play_page: Path, open_page: Window) -> None:
     """The clock plays at once unless reduced motion is preferred, the button pauses it, and the slider sets it."""
-    page = opened(file)
+    page = open_page(play_page)
     assert page.inner_text("#run") == "pause"
     page.click("#run")
-    _slide(page, "time", 0.5)
+    _set_slider(page, "time", 0.5)
     assert _state(page, "time") == 0.5 * _state(page)["duration_s"]
     page.select_option("#speed", index=3)
-    assert opened(file, reduced_motion="reduce").inner_text("#run") == "play"
+    assert open_page(play_page, reduced_motion="reduce").inner_text("#run") == "play"
 
 
 @pytest.mark.parametrize("name", GALLERY)
-def test_page_has_the_impacts_of_carom_to_the_bit(name: str, file: Path, opened: Window) -> None:
+def test_page_has_the_impacts_of_carom_to_the_bit(name: str, play_page: Path, open_page: Window) -> None:
     """A link to a gallery scene shows it with the impacts of carom.solve_pic and solve_pit, to the bit."""
-    page = opened(file, f"#{name}")
+    page = open_page(play_page, f"#{name}")
     scene = all_scenes()[name].scene
     for what, trace in (("truth", carom.solve_pic(scene)), ("seen", carom.solve_pit(scene))):
         assert _state(page, f"{what}.impacts.map((r) => r.time_s)") == trace.impacts["time_s"].tolist()
@@ -223,27 +223,27 @@ def test_page_has_the_impacts_of_carom_to_the_bit(name: str, file: Path, opened:
 
 
 @pytest.mark.parametrize("name", ["spin/throw-stick", "every kind", _DAMPED])
-def test_link_restores_a_changed_scene_to_the_bit(name: str, file: Path, opened: Window) -> None:
+def test_link_restores_a_changed_scene_to_the_bit(name: str, play_page: Path, open_page: Window) -> None:
     """Opening the link of a changed scene restores the scene and its impacts, to the bit."""
-    page = opened(file, f"#{name}")
-    _slide(page, "frame offset", 0.137)
+    page = open_page(play_page, f"#{name}")
+    _set_slider(page, "frame offset", 0.137)
     _drag(page, page.evaluate("caromPage.spot(0)"), (-7, 3))
     _settle(page)
     link = page.evaluate("location.hash")
     assert link.startswith("#2=")
-    other = opened(file, link)
+    other = open_page(play_page, link)
     for what in ("scene", "truth.impacts", "seen.impacts"):
         assert _state(other, what) == _state(page, what)
 
 
-def test_link_of_version_1_is_still_read(file: Path, opened: Window) -> None:
+def test_link_of_version_1_is_still_read(play_page: Path, open_page: Window) -> None:
     """A link of format version 1, whose half-planes are four numbers each, is read."""
-    page = opened(file, _link([[_DISC], [[1, 0, -1, 0]], *_REST[1:]], version=1))
+    page = open_page(play_page, _encode_link([[_DISC], [[1, 0, -1, 0]], *_REST[1:]], version=1))
     assert _state(page, "scene.walls") == [{"point_m": [1, 0], "normal": [-1, 0]}]
     assert _state(page, "truth.impacts.length") == 1
 
 
-def _link(values: Any, version: int = 2) -> str:
+def _encode_link(values: Any, version: int = 2) -> str:
     return f"#{version}=" + base64.urlsafe_b64encode(json.dumps(values).encode()).decode().rstrip("=")
 
 
@@ -267,13 +267,13 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("case", [*HOSTILE, "version", "noise"])
-def test_invalid_link_is_refused(case: str, file: Path, opened: Window) -> None:
+def test_invalid_link_is_refused(case: str, play_page: Path, open_page: Window) -> None:
     r"""A link with text, missing or out-of-range numbers is refused with a message, and nothing in it runs.
 
     The page shows its first scene.
     """
-    link = {"version": "#3=W10", "noise": "#2=%00<b>"}.get(case) or _link(HOSTILE[case])
-    page = opened(file, link)
+    link = {"version": "#3=W10", "noise": "#2=%00<b>"}.get(case) or _encode_link(HOSTILE[case])
+    page = open_page(play_page, link)
     assert "does not contain a valid scene" in page.inner_text("#problem")
     assert page.evaluate("window.reached") is None
     assert _state(page)["discs"][0]["position_m"] == list(all_scenes()[GALLERY[0]].scene.discs[0].position_m)
@@ -284,13 +284,13 @@ def test_invalid_link_is_refused(case: str, file: Path, opened: Window) -> None:
     [(name, phase) for name in ("paper/multiple", "every kind") for phase in (0, 0.3)] + [(_DAMPED, 0.3)],
 )
 def test_downloaded_scene_reproduces_the_impacts_of_the_page(
-    name: str, phase: float, file: Path, opened: Window, tmp_path: Path
+    name: str, phase: float, play_page: Path, open_page: Window, tmp_path: Path
 ) -> None:
     """The downloaded scene file loads, and PIC and PIT find in it the impacts of the page."""
-    page = opened(file, f"#{name}", accept_downloads=True)
+    page = open_page(play_page, f"#{name}", accept_downloads=True)
     if name == "paper/multiple":
         page.check("#gravity")
-    _slide(page, "frame offset", phase)
+    _set_slider(page, "frame offset", phase)
     with page.expect_download() as download:
         page.click("#save")
     download.value.save_as(tmp_path / "scene.toml")
@@ -303,14 +303,14 @@ def test_downloaded_scene_reproduces_the_impacts_of_the_page(
         assert trace.impacts["time_s"].tolist() == pytest.approx([t - early for t in times], abs=1e-9 if phase else 0)
 
 
-def test_damped_discs_follow_the_closed_form(file: Path, opened: Window) -> None:
+def test_damped_discs_follow_the_closed_form(play_page: Path, open_page: Window) -> None:
     r"""Before its impact a damped disc is at x + v (1 - exp(-c t))/c.
 
     The misses of PIT in the chart follow from how long the discs approach in overlap. Switching gravity on removes
     the damping.
     """
-    page = opened(file, "#paper/missed")
-    _slide(page, "damping", 1.0)
+    page = open_page(play_page, "#paper/missed")
+    _set_slider(page, "damping", 1.0)
     met_s = _state(page, "truth.impacts[0].time_s")
     disc, other = all_scenes()["paper/missed"].scene.discs
     times, xs, ys = _state(page, "truth.tracks[0]")[:3]
@@ -325,31 +325,31 @@ def test_damped_discs_follow_the_closed_form(file: Path, opened: Window) -> None
     half_s = math.sqrt(deepest_s**2 - (apart @ apart - reach_m**2) / (passing @ passing))
     approach_s = -math.log1p(-deepest_s) + math.log1p(half_s - deepest_s)
     assert met_s == pytest.approx(-math.log1p(half_s - deepest_s))
-    for place, missed, _ in _charted(page, "pit")["pit"]:
+    for place, missed, _ in _wait_for_chart(page, "pit")["pit"]:
         rate = page.evaluate("(v) => Math.round(10 * 5 * 200 ** v) / 10", place)
         assert missed == pytest.approx(max(0.0, 1.0 - approach_s * rate), abs=1 / 8)
     page.check("#gravity")
     assert _state(page)["damping_per_s"] == 0
 
 
-def test_page_fits_a_phone_and_has_a_strict_policy(file: Path, opened: Window) -> None:
+def test_page_fits_a_phone_and_has_a_strict_policy(play_page: Path, open_page: Window) -> None:
     r"""At 360 pixels nothing is wider than the window, in light and dark mode.
 
     The page has a text for disabled scripts, and a policy that allows its scripts by hash, without eval.
     """
     for scheme in ("light", "dark"):
-        page = opened(file, width=360, height=740, color_scheme=scheme)
+        page = open_page(play_page, width=360, height=740, color_scheme=scheme)
         assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    text = file.read_text(encoding="utf-8")
+    text = play_page.read_text(encoding="utf-8")
     assert "<noscript>" in text
     assert "'unsafe-eval'" not in text
     assert "script-src 'sha256-" in text
 
 
-def test_altered_script_does_not_run(file: Path, browser: Browser, tmp_path: Path) -> None:
+def test_altered_script_does_not_run(play_page: Path, browser: Browser, tmp_path: Path) -> None:
     """The security policy lists the page's scripts by hash, so a changed script does not run."""
     altered = tmp_path / "altered.html"
-    text = file.read_text(encoding="utf-8")
+    text = play_page.read_text(encoding="utf-8")
     altered.write_text(text.replace("globalThis.caromUnpacked = ", "window.reached = 1; globalThis.caromUnpacked = "))
     page = browser.new_page()
     page.goto(altered.as_uri())
@@ -359,7 +359,7 @@ def test_altered_script_does_not_run(file: Path, browser: Browser, tmp_path: Pat
 
 
 @pytest.fixture(scope="module")
-def with_engines(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def engines_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page with all the engines that it can have; skipped where `make engines` was not run."""
     engines = load_page_engines(PACKAGES, required=False)
     if len(engines) < len(PACKAGES):
@@ -386,9 +386,9 @@ DRIVEN = """async ([name, scene, settings, steps]) => {
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_engine_in_the_page_equals_its_adapter_to_the_bit(name: str, with_engines: Path, opened: Window) -> None:
+def test_engine_in_the_page_equals_its_adapter_to_the_bit(name: str, engines_page: Path, open_page: Window) -> None:
     """Positions, velocities and contacts of 60 steps are those of the adapter in node, digit for digit."""
-    page = opened(with_engines)
+    page = open_page(engines_page)
     page.evaluate("console.warn = () => {}")  # matter.js warns of each long step, and runs it
     adapter = load_adapter(name)
     compared = 0
@@ -413,9 +413,9 @@ def test_engine_in_the_page_equals_its_adapter_to_the_bit(name: str, with_engine
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_engine_impacts_in_the_page_equal_carom_run(name: str, with_engines: Path, opened: Window) -> None:
+def test_engine_impacts_in_the_page_equal_carom_run(name: str, engines_page: Path, open_page: Window) -> None:
     """Reported and effective impact times in the page equal those of `carom.run` for the same steps."""
-    page = opened(with_engines)
+    page = open_page(engines_page)
     page.evaluate("console.warn = () => {}")
     known = 0
     for scene in _PAIRS:
@@ -426,22 +426,22 @@ def test_engine_impacts_in_the_page_equal_carom_run(name: str, with_engines: Pat
         found = _state(page, "seen.impacts.map((r) => [r.time_s, r.effective_s])")
         assert [time for time, _ in found] == pytest.approx(trace.impacts["time_s"].tolist(), abs=1e-12)
         instants = [math.nan if time is None else time for _, time in found]
-        assert instants == pytest.approx(sure(trace.effective_time_s).tolist(), abs=1e-9, nan_ok=True)
+        assert instants == pytest.approx(require_value(trace.effective_time_s).tolist(), abs=1e-9, nan_ok=True)
         known += sum(map(math.isfinite, instants))
     assert known > 0
 
 
-def _charted(page: Page, method: str) -> Any:
+def _wait_for_chart(page: Page, method: str) -> Any:
     """Return the chart of the present scene, when it is complete."""
     page.wait_for_function("(method) => caromPage.state.chart?.[method] != null", arg=method)
     return _state(page, "chart")
 
 
-def test_chart_shows_pit_and_the_chosen_engine(with_engines: Path, opened: Window) -> None:
+def test_chart_shows_pit_and_the_chosen_engine(engines_page: Path, open_page: Window) -> None:
     """The chart's misses of PIT follow the closed form, and the chosen engine has a point at each of 49 rates."""
-    page = opened(with_engines, "#paper/missed")
+    page = open_page(engines_page, "#paper/missed")
     page.select_option("#method", "planck/default")
-    chart = _charted(page, "planck/default")
+    chart = _wait_for_chart(page, "planck/default")
     scene = all_scenes()["paper/missed"].scene
     (impact,) = carom.solve_pic(scene).impacts
     between = np.subtract(impact["velocity_second_before"], impact["velocity_first_before"])
@@ -456,24 +456,24 @@ def test_chart_shows_pit_and_the_chosen_engine(with_engines: Path, opened: Windo
     assert all(map(math.isfinite, engine))
 
 
-def test_engine_without_friction_does_not_run_rough_scenes(with_engines: Path, opened: Window) -> None:
+def test_engine_without_friction_does_not_run_rough_scenes(engines_page: Path, open_page: Window) -> None:
     """A scene with friction is not run by an engine without friction, and the page says so."""
-    page = opened(with_engines, "#spin/throw-stick")
+    page = open_page(engines_page, "#spin/throw-stick")
     _choose(page, "matter/default")
     assert "has no friction here" in page.inner_text("#sentence")
     assert page.evaluate("caromPage.state.seen") is None
 
 
-def test_every_method_runs_when_chosen(with_engines: Path, opened: Window) -> None:
+def test_every_method_runs_when_chosen(engines_page: Path, open_page: Window) -> None:
     r"""Each method of the list runs when it is chosen.
 
     The page with two engines is smaller than 200 kB.
     """
-    page = opened(with_engines)
+    page = open_page(engines_page)
     page.evaluate("console.warn = () => {}")
     options = page.locator("#method option").all()
     for value in [option.get_attribute("value") for option in options]:
-        _choose(page, sure(value))
+        _choose(page, require_value(value))
         assert page.inner_text("#problem") == ""
         assert _state(page, "seen.tracks.length") == len(_state(page)["discs"])
     small = render_page(

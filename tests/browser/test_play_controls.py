@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import pytest
-from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
+from tests.browser.conftest import A4_PX, Window, find_cut_off, find_violations
 from tests.browser.test_play_in_firefox import Firefox, firefox  # noqa: F401 - a fixture
 from tests.processes import PATIENT_S
 
@@ -24,15 +24,15 @@ class Control(NamedTuple):
     seen: str
 
 
-def _slid(value: float, seen: str) -> Control:
+def _slider(value: float, seen: str) -> Control:
     return Control(f"e.value = {value}; e.dispatchEvent(new Event('input', {{ bubbles: true }}))", seen)
 
 
-def _chosen(value: str, seen: str) -> Control:
+def _select(value: str, seen: str) -> Control:
     return Control(f"e.value = '{value}'; e.dispatchEvent(new Event('change', {{ bubbles: true }}))", seen)
 
 
-def _pressed(seen: str) -> Control:
+def _button(seen: str) -> Control:
     return Control("e.click()", seen)
 
 
@@ -47,29 +47,29 @@ _FIELDS = {
 }
 #: By its name, in the order in which they are worked. A control of the page that is not here fails the test.
 CONTROLS = {
-    "scene": _chosen("paper/late", "state.scene.discs"),
-    "more": _pressed("state.scene.discs.length"),
-    "fewer": _pressed("state.scene.discs.length"),
-    "walls": _pressed("state.scene.walls"),
-    "damping": _slid(0.5, "state.scene.damping_per_s"),
-    "gravity": _pressed("[state.scene.gravity_m_s2, state.scene.damping_per_s]"),
-    "frames per second": _slid(0.5, "state.scene.frame_rate_hz"),
-    "frame offset": _slid(0.25, "state.scene.phase"),
-    "restitution": _slid(0.5, "state.scene.restitution"),
-    "friction": _slid(0.4, "state.scene.friction"),
-    "method": _chosen("toy/default", "state.method"),
-    "run": _pressed("state.playing"),
-    "time": _slid(0.25, "state.time"),
-    "speed": _chosen("1", "state.speed"),
-    "copy": _pressed("[document.getElementById('copy').textContent, document.getElementById('problem').textContent]"),
-    "save": _pressed("window.saved"),
-    "Numbers of all discs": _pressed("document.querySelector('details').open"),
+    "scene": _select("paper/late", "state.scene.discs"),
+    "more": _button("state.scene.discs.length"),
+    "fewer": _button("state.scene.discs.length"),
+    "walls": _button("state.scene.walls"),
+    "damping": _slider(0.5, "state.scene.damping_per_s"),
+    "gravity": _button("[state.scene.gravity_m_s2, state.scene.damping_per_s]"),
+    "frames per second": _slider(0.5, "state.scene.frame_rate_hz"),
+    "frame offset": _slider(0.25, "state.scene.phase"),
+    "restitution": _slider(0.5, "state.scene.restitution"),
+    "friction": _slider(0.4, "state.scene.friction"),
+    "method": _select("toy/default", "state.method"),
+    "run": _button("state.playing"),
+    "time": _slider(0.25, "state.time"),
+    "speed": _select("1", "state.speed"),
+    "copy": _button("[document.getElementById('copy').textContent, document.getElementById('problem').textContent]"),
+    "save": _button("window.saved"),
+    "Numbers of all discs": _button("document.querySelector('details').open"),
     "Exact run": Control(
         "e.focus(); e.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowUp', bubbles: true }))",
         "state.scene.discs[0].position_m",
     ),
     **{
-        f"disc {i}, {name}": _chosen(
+        f"disc {i}, {name}": _select(
             str(value * (1 - 2 * i) if name in {"x", "y"} else value), f"state.scene.discs[{i}].{field}"
         )
         for i in range(2)
@@ -84,7 +84,7 @@ _FOUND = """[...document.querySelectorAll("#play *")].find(
     (e.id || (e.getAttribute("aria-label") ?? e.textContent).split(":")[0]) === name)"""
 
 
-def _source(tmp_path: Path) -> Path:
+def _write_page(tmp_path: Path) -> Path:
     """Write the page with an engine of eight lines, so that there is a second method to choose."""
     from carom.web.engine_script import PageEngine
 
@@ -105,7 +105,7 @@ def _source(tmp_path: Path) -> Path:
     return path
 
 
-def _worked(run: Callable[[str], Any]) -> None:
+def _work_controls(run: Callable[[str], Any]) -> None:
     """Work each control, `run` evaluating JavaScript, and assert that the page followed."""
     run("window.saved = 0; const make = URL.createObjectURL; URL.createObjectURL = (b) => (window.saved++, make(b)); 0")
     assert sorted(json.loads(run(f"({_LISTED})()"))) == sorted(CONTROLS)
@@ -121,9 +121,9 @@ def _worked(run: Callable[[str], Any]) -> None:
 
 def test_every_control_works_in_chromium(window: Window, tmp_path: Path) -> None:
     """`CONTROLS` lists all controls of the play page, and each changes the page in Chromium."""
-    page = window(_source(tmp_path))
+    page = window(_write_page(tmp_path))
     page.wait_for_selector("#sentence:not(:empty)")
-    _worked(page.evaluate)
+    _work_controls(page.evaluate)
 
 
 def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> None:  # noqa: F811 - the fixture
@@ -131,7 +131,7 @@ def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> Non
 
     The mouse drags a disc and its arrow.
     """
-    firefox.ask("WebDriver:Navigate", url=_source(tmp_path).as_uri())
+    firefox.ask("WebDriver:Navigate", url=_write_page(tmp_path).as_uri())
     until = time.monotonic() + PATIENT_S
     while not firefox.run("() => document.getElementById('sentence')?.textContent ?? ''"):
         assert time.monotonic() < until, "the page does not start in Firefox"
@@ -148,7 +148,7 @@ def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> Non
         mouse = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": steps}
         firefox.ask("WebDriver:PerformActions", actions=[mouse])
         assert firefox.run(f"() => JSON.stringify(caromPage.state.scene.discs[1].{moves})") != before
-    _worked(lambda script: firefox.run(f"() => eval({json.dumps(script)})"))
+    _work_controls(lambda script: firefox.run(f"() => eval({json.dumps(script)})"))
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -156,15 +156,15 @@ def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> Non
 def test_axe_finds_no_violation(window: Window, tmp_path: Path, scheme: Literal["light", "dark"], width: int) -> None:
     """`axe` finds no accessibility violation on a phone and on a screen, with the number fields open."""
     page = window(
-        _source(tmp_path), width=width, height=800, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True
+        _write_page(tmp_path), width=width, height=800, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True
     )
     page.wait_for_selector("#sentence:not(:empty)")
     page.click("summary")
-    assert serious(page) == set()
+    assert find_violations(page) == set()
 
 
 def test_print_cuts_nothing_off(window: Window, tmp_path: Path) -> None:
     """Printed on A4 upright, no element of the play page is wider than the sheet."""
-    page = window(_source(tmp_path), width=A4_PX, height=1000)
+    page = window(_write_page(tmp_path), width=A4_PX, height=1000)
     page.wait_for_selector("#sentence:not(:empty)")
-    assert cut_on_paper(page, "#play *") == []
+    assert find_cut_off(page, "#play *") == []

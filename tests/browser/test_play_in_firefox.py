@@ -50,13 +50,13 @@ class Firefox:
         words = [program, "--headless", "--marionette", "--no-remote", "--profile", str(profile)]
         environment = {**os.environ, "HOME": str(profile)}
         self.process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
-        self._socket = self._connected()
+        self._socket = self._connect()
         self._stream = self._socket.makefile("rwb")
-        self._told()
+        self._read_message()
         self._asked = 0
         self.ask("WebDriver:NewSession", capabilities={})
 
-    def _connected(self) -> socket.socket:
+    def _connect(self) -> socket.socket:
         until = time.monotonic() + _START_WITHIN_S
         while True:
             try:
@@ -68,7 +68,7 @@ class Firefox:
                 found.settimeout(_START_WITHIN_S)
                 return found
 
-    def _told(self) -> Any:
+    def _read_message(self) -> Any:
         length = b""
         while (byte := self._stream.read(1)) != b":":
             length += byte
@@ -80,7 +80,7 @@ class Firefox:
         message = json.dumps([0, self._asked, command, arguments]).encode()
         self._stream.write(str(len(message)).encode() + b":" + message)
         self._stream.flush()
-        _, _, error, result = self._told()
+        _, _, error, result = self._read_message()
         assert error is None, error
         return result
 
@@ -108,7 +108,7 @@ def firefox(tmp_path: Path) -> Iterator[Firefox]:
     found.close()
 
 
-def _opened(firefox: Firefox, browser: Browser, path: Path) -> Page:
+def _open_in_both(firefox: Firefox, browser: Browser, path: Path) -> Page:
     """Open a page in both, and return Chromium's."""
     page = browser.new_page()
     page.goto(path.as_uri())
@@ -128,7 +128,7 @@ def test_firefox_and_chromium_give_the_same_bits(firefox: Firefox, browser: Brow
     """
     path = tmp_path / "play.html"
     path.write_text(render_page([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
-    page = _opened(firefox, browser, path)
+    page = _open_in_both(firefox, browser, path)
     assert firefox.run(_SHOWN) == page.inner_text("#sentence")
     compared = 0
     for entry in all_scenes().values():
@@ -151,7 +151,7 @@ def test_engines_give_the_same_digits_in_both_browsers(firefox: Firefox, browser
         pytest.skip("the engines from npm are not installed: make engines")
     path = tmp_path / "play.html"
     path.write_text(render_page([all_scenes()[name].scene for name in GALLERY], engines), encoding="utf-8")
-    page = _opened(firefox, browser, path)
+    page = _open_in_both(firefox, browser, path)
     page.evaluate("console.warn = () => {}")
     asked = f"const [told, done] = arguments; ({DRIVEN})(told).then((seen) => done(JSON.stringify(seen)));"
     runs = 0

@@ -13,7 +13,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Locator, Page
 from tests.browser.conftest import HOSTILE, Window
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 from carom.support.escaping import escape_controls
 
@@ -36,22 +36,22 @@ MISSED = "paper/missed/pymunk/tuned"
 LATE = "paper/late/pit/tuned"
 
 
-def opened(page: Page, key: str) -> None:
+def open_replay(page: Page, key: str) -> None:
     """Open a replay by its address, as a link that was sent."""
     page.evaluate("key => { location.hash = encodeURI(key); }", key)
     page.wait_for_function("key => document.querySelector('#replay[open] select')?.value === key", arg=key)
 
 
-def clock(page: Page) -> float:
+def read_clock(page: Page) -> float:
     """Return the time that is shown, seconds."""
     return float(page.locator(".timeline").get_attribute("data-time") or "nan")
 
 
-def data_of(report: Path, scene: str) -> dict[str, Any]:
+def load_scene_data(report: Path, scene: str) -> dict[str, Any]:
     """Return what the page holds of a scene."""
     source = report.read_text(encoding="utf-8")
     found = re.search(f'data-scene="{re.escape(scene)}">([^<]*)<', source)
-    data: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(sure(found)[1])))
+    data: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(require_value(found)[1])))
     return data
 
 
@@ -60,25 +60,25 @@ def test_every_replay_plays_without_errors(page: Page) -> None:
     keys = page.eval_on_selector_all("table.grid td a", "links => links.map(a => decodeURIComponent(a.hash.slice(1)))")
     assert len(keys) > 3 * 60  # 61 scenes and the hostile ones, three methods each, less what one can't do
     for key in keys:
-        opened(page, key)
+        open_replay(page, key)
         page.keyboard.press("End")
-        end = clock(page)
+        end = read_clock(page)
         page.keyboard.press("Home")
-        assert clock(page) == 0.0
+        assert read_clock(page) == 0.0
         page.keyboard.press("Shift+ArrowRight")
         page.keyboard.press("ArrowRight")
-        assert 0.0 < clock(page) <= end
+        assert 0.0 < read_clock(page) <= end
 
 
 @pytest.mark.parametrize("scene", ["paper/late", "classics/head-on", "classics/oblique-3-4-5", "gravity/box"])
 def test_discs_are_drawn_at_the_reference_position_of_an_impact(page: Page, report: Path, scene: str) -> None:
     """At the first impact, points inside each disc have its colour, and points outside its rim have not."""
-    data = data_of(report, scene)
-    opened(page, f"{scene}/pic/event-driven")
+    data = load_scene_data(report, scene)
+    open_replay(page, f"{scene}/pic/event-driven")
     page.keyboard.press("Home")
     page.keyboard.press("Shift+ArrowRight")
     when, first, second = data["impacts"][0]
-    assert clock(page) == pytest.approx(when, abs=1e-12)
+    assert read_clock(page) == pytest.approx(when, abs=1e-12)
     discs = []
     for disc in (body for body in (first, second) if body >= 0):
         times, xs, ys = data["reference"][disc]
@@ -93,28 +93,28 @@ def test_discs_are_drawn_at_the_reference_position_of_an_impact(page: Page, repo
 
 def test_replay_controls_work_by_mouse_and_keyboard(page: Page, report: Path) -> None:
     """Play, pause, frames, impacts, speed, overlay and time do what their labels say, by mouse and keyboard."""
-    opened(page, LATE)
-    run = next(run for run in data_of(report, "paper/late")["runs"] if run["key"] == LATE)
+    open_replay(page, LATE)
+    run = next(run for run in load_scene_data(report, "paper/late")["runs"] if run["key"] == LATE)
     dialog = page.locator("#replay")
     assert dialog.get_by_role("button", name="Play or pause").inner_text() == "pause"
-    before = clock(page)
+    before = read_clock(page)
     page.wait_for_function("before => Number(document.querySelector('.timeline').dataset.time) > before", arg=before)
     dialog.get_by_role("button", name="Play or pause").click()
-    stopped = clock(page)
+    stopped = read_clock(page)
     page.wait_for_timeout(200)
-    assert clock(page) == stopped
+    assert read_clock(page) == stopped
     page.keyboard.press("Home")
     dialog.get_by_role("button", name="Next frame").click()
     dialog.get_by_role("button", name="Next frame").click()
     dialog.get_by_role("button", name="Previous frame").click()
-    assert clock(page) == pytest.approx(run["dt"], rel=1e-9)
+    assert read_clock(page) == pytest.approx(run["dt"], rel=1e-9)
     page.keyboard.press("Home")
     dialog.get_by_role("button", name="Next impact").click()
-    assert clock(page) == pytest.approx(run["impacts"][0]["true"], rel=1e-12)
+    assert read_clock(page) == pytest.approx(run["impacts"][0]["true"], rel=1e-12)
     dialog.get_by_role("button", name="Next impact").click()
-    assert clock(page) == pytest.approx(run["impacts"][0]["reported"], rel=1e-12)
+    assert read_clock(page) == pytest.approx(run["impacts"][0]["reported"], rel=1e-12)
     dialog.get_by_role("button", name="Previous impact").click()
-    assert clock(page) == pytest.approx(run["impacts"][0]["true"], rel=1e-12)
+    assert read_clock(page) == pytest.approx(run["impacts"][0]["true"], rel=1e-12)
     chosen = dialog.get_by_label("Speed").input_value()
     page.keyboard.press("+")
     assert float(dialog.get_by_label("Speed").input_value()) == 2 * float(chosen)
@@ -122,14 +122,14 @@ def test_replay_controls_work_by_mouse_and_keyboard(page: Page, report: Path) ->
     dialog.get_by_label("overlay both").check()
     assert page.locator(".views.over figure").first.is_hidden()
     dialog.get_by_label("Time in the scene").fill("0.25")
-    assert clock(page) == 0.25
+    assert read_clock(page) == 0.25
 
 
 def test_both_pictures_and_the_timeline_are_visible(window: Window, report: Path) -> None:
     """On a phone, a tablet and a screen both pictures and the timeline are in the window, and aligned."""
     for width, height in ((360, 740), (768, 900), (1280, 900)):
         page = window(report, width=width, height=height, reduced_motion="reduce")
-        opened(page, "paper/multiple/pymunk/tuned")
+        open_replay(page, "paper/multiple/pymunk/tuned")
         boxes = [one.bounding_box() for one in page.locator("#replay canvas").all()]
         truth, seen, line = (box for box in boxes if box)
         assert truth["y"] > 0
@@ -142,12 +142,12 @@ def test_replay_shows_the_evidence_of_a_missed_impact(page: Page) -> None:
 
     Command and scene file can be copied.
     """
-    opened(page, MISSED)
+    open_replay(page, MISSED)
     row = page.locator("table.impacts tbody tr")
     assert "missed" in row.inner_text()
     assert row.locator("td").last.inner_text() == "checking once per step"
     row.get_by_role("button").click()
-    assert clock(page) == pytest.approx(0.425, abs=1e-3)
+    assert read_clock(page) == pytest.approx(0.425, abs=1e-3)
     page.get_by_text("Repeat this run").click()
     assert page.get_by_label("Command").input_value().startswith("carom run paper/missed -e pymunk -p tuned --dt 0.04")
     assert 'name = "paper/missed"' in page.get_by_label("Scene file").input_value()
@@ -167,7 +167,7 @@ def test_link_opens_a_replay_and_escape_closes_it(page: Page, report: Path) -> N
 def test_hostile_scene_names_are_shown_as_text(page: Page) -> None:
     """Markup, quotes and right-to-left marks in a scene's name are shown as text and run no script."""
     for name in HOSTILE:
-        opened(page, f"{escape_controls(name)}/pit/tuned")
+        open_replay(page, f"{escape_controls(name)}/pit/tuned")
         assert page.locator("#replay-title").inner_text() == escape_controls(name)
     assert page.evaluate("window.reached") is None
 
@@ -175,11 +175,11 @@ def test_hostile_scene_names_are_shown_as_text(page: Page) -> None:
 def test_replay_does_not_play_with_reduced_motion(window: Window, report: Path) -> None:
     """With reduced motion a replay stays at its start until a key is pressed."""
     page = window(report, reduced_motion="reduce")
-    opened(page, LATE)
+    open_replay(page, LATE)
     page.wait_for_timeout(300)
-    assert clock(page) == 0.0
+    assert read_clock(page) == 0.0
     page.keyboard.press("ArrowRight")
-    assert clock(page) > 0.0
+    assert read_clock(page) > 0.0
 
 
 def test_report_shows_pictures_and_tables_without_scripts(window: Window, report: Path) -> None:
@@ -206,12 +206,12 @@ RAYS = """([x, y, radius, rays]) => {
 @pytest.mark.parametrize("key", ["Shift+ArrowRight", "End"])
 def test_light_quarters_of_a_disc_show_its_rotation(page: Page, report: Path, key: str) -> None:
     """The two light quarters of a disc are turned by 6 rad/s up to the impact and by 4 rad/s afterwards."""
-    data = data_of(report, "spin/english-stick")
-    opened(page, "spin/english-stick/pic/event-driven")
+    data = load_scene_data(report, "spin/english-stick")
+    open_replay(page, "spin/english-stick/pic/event-driven")
     rays, hit_s = 72, data["impacts"][0][0]
     page.keyboard.press("Home")
     page.keyboard.press(key)
-    since = clock(page) - hit_s
+    since = read_clock(page) - hit_s
     colours = page.evaluate(RAYS, [0.0, -since, 1.0, rays])
     turned = (6 * hit_s + 4 * since) * rays / (2 * math.pi)
     # Each quarter reaches nine rays to either side; two of them are left to its edge, and paths cross a few rays.
@@ -237,8 +237,8 @@ HELD = """async () => {
 
 def test_replay_pauses_at_a_missed_impact_and_goes_on(page: Page, report: Path) -> None:
     """While playing, the clock stops for a while in the middle of the missed overlap, and then goes on."""
-    data = data_of(report, "paper/missed")
-    opened(page, MISSED)
+    data = load_scene_data(report, "paper/missed")
+    open_replay(page, MISSED)
     run = next(run for run in data["runs"] if run["key"] == MISSED)
     row = run["impacts"][run["fault"]["row"]]
     assert row["flag"] == "missed"
@@ -257,8 +257,8 @@ def test_replay_describes_the_failure_and_explains_its_signs(page: Page, report:
 
     There is no command for dragging the scene, since there is a link.
     """
-    opened(page, MISSED)
-    run = next(run for run in data_of(report, "paper/missed")["runs"] if run["key"] == MISSED)
+    open_replay(page, MISSED)
+    run = next(run for run in load_scene_data(report, "paper/missed")["runs"] if run["key"] == MISSED)
     assert page.locator(".fault").inner_text() == run["fault"]["said"]
     signs = page.locator(".signs span").all_inner_texts()
     assert len(signs) == len(set(signs)) == 6
@@ -268,7 +268,7 @@ def test_replay_describes_the_failure_and_explains_its_signs(page: Page, report:
 
 def test_replay_links_to_the_play_page_with_its_scene(page: Page) -> None:
     """The link of a replay opens the play page with that scene, without a request."""
-    opened(page, MISSED)
+    open_replay(page, MISSED)
     link = page.locator("#replay a", has_text="Open this scene")
     assert link.get_attribute("href") == "play.html#paper%2Fmissed"
     link.click()
@@ -309,21 +309,21 @@ TARGET = 24
 def phone(window: Window, report: Path) -> Page:
     """A replay on a telephone's screen, which has touch and no mouse."""
     page = window(report, width=360, height=740, has_touch=True, is_mobile=True, reduced_motion="reduce")
-    opened(page, LATE)
+    open_replay(page, LATE)
     return page
 
 
 def drag(page: Page, thing: Locator, start: float, end: float) -> list[float]:
     """Draw a finger across a thing from one part of its width to another; return the times shown on the way."""
     thing.scroll_into_view_if_needed()
-    box = sure(thing.bounding_box())
+    box = require_value(thing.bounding_box())
     session = page.context.new_cdp_session(page)
     times = []
 
     def touch(kind: str, part: float | None = None) -> None:
         points = [] if part is None else [{"x": box["x"] + part * box["width"], "y": box["y"] + box["height"] / 2}]
         session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-        times.append(clock(page))
+        times.append(read_clock(page))
 
     touch("touchStart", start)
     for step in range(1, 11):
@@ -336,11 +336,11 @@ def test_buttons_react_to_a_tap(phone: Page) -> None:
     """Play, frame and impact buttons react to a tap; frame and impact buttons are at least 24 pixels large."""
     dialog = phone.locator("#replay")
     for name in ("Next frame", "Previous frame", *2 * ("Next impact",), "Previous impact"):
-        button, before = dialog.get_by_role("button", name=name), clock(phone)
-        box = sure(button.bounding_box())
+        button, before = dialog.get_by_role("button", name=name), read_clock(phone)
+        box = require_value(button.bounding_box())
         assert min(box["width"], box["height"]) >= TARGET, name
         button.tap()
-        assert clock(phone) != before, name
+        assert read_clock(phone) != before, name
     play = dialog.get_by_role("button", name="Play or pause")
     play.tap()
     assert play.inner_text() == "pause"
@@ -356,7 +356,7 @@ def test_time_follows_a_finger(phone: Page, where: str) -> None:
     times = drag(phone, thing, 0.2, 0.8)
     assert times == sorted(times)
     assert len(set(times)) > 5
-    box = sure(thing.bounding_box())
+    box = require_value(thing.bounding_box())
     assert times[-1] == pytest.approx(0.8 * end, abs=2 * end / box["width"])  # a finger is at whole pixels
 
 

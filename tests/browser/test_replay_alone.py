@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from tests.browser.conftest import Window, hostile_scenes
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 import carom
 from carom.catalogue import find_scenes
@@ -108,8 +108,10 @@ def test_strip_shows_the_contact_modes_of_a_disc(window: Window, tmp_path: Path)
     spans = page.locator(".modes .strip span")
     assert spans.all_inner_texts() == ["slides", "rolls"]
     slides, rolls = (span.bounding_box() for span in spans.all())
-    part = sure(trace.modes)["time_s"][1] / scene.duration_s
-    assert sure(slides)["width"] / (sure(slides)["width"] + sure(rolls)["width"]) == pytest.approx(part, abs=0.02)
+    part = require_value(trace.modes)["time_s"][1] / scene.duration_s
+    assert require_value(slides)["width"] / (
+        require_value(slides)["width"] + require_value(rolls)["width"]
+    ) == pytest.approx(part, abs=0.02)
 
 
 @pytest.mark.parametrize("name", ["paper/missed", "paper/late", "classics/inelastic-oblique", "classics/bullet"])

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from tests.campaign.comparison import Difference, Kind, Record
 from tests.campaign.copies import MANY, Copies
-from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of, numbered
+from tests.campaign.events import NEAR_LANDING, Event, Floats, list_events, number_events
 
 from carom import CertifiedTrace, Outcome, Scene
 from carom.core.resolution import clock_resolution
@@ -53,8 +53,8 @@ def reliable_until(certified: CertifiedTrace) -> float:
 class _Comparison:
     def __init__(self, scene: Scene, certified: CertifiedTrace, record: Record, copies: Copies, gap_m: float) -> None:
         self.scene, self.certified, self.record, self.copies = scene, certified, record, copies
-        self.ours = events_of(scene, record, gap_m)
-        self.theirs = events_of(scene, Record.of(certified.trace), gap_m)
+        self.ours = list_events(scene, record, gap_m)
+        self.theirs = list_events(scene, Record.of(certified.trace), gap_m)
         self._certified_s = reliable_until(certified)
         self._gap_m, self._landed_s = gap_m, math.inf
         self._kept = list(self._drop_hops_within_contact())
@@ -123,8 +123,10 @@ class _Comparison:
                 left = [event for event in self.theirs if event.name not in dropped]
                 if change in same_wall:  # the run has both changes as one
                     left.insert(start, hop[-1]._replace(key=change))
-                self.theirs, hops = list(numbered(left)), True
-                yield Difference(Kind.KEPT_CONTACT, takeoff.time_s, f"{takeoff.told}, ends {hop[-1].told}")
+                self.theirs, hops = list(number_events(left)), True
+                yield Difference(
+                    Kind.KEPT_CONTACT, takeoff.time_s, f"{takeoff.description}, ends {hop[-1].description}"
+                )
                 break
 
     def _low_hop_from(self, start: int) -> list[Event] | None:
@@ -194,20 +196,22 @@ class _Comparison:
             return
         if event.closing_m_s <= event.closing_own_m_s:
             if event.is_impact:  # PIC leaves out an impact that is rounding, but rounding may end a slip
-                yield Difference(Kind.ROUNDING, event.time_s, f"{event.told}, closes at {event.closing_m_s!r} m/s")
+                yield Difference(
+                    Kind.ROUNDING, event.time_s, f"{event.description}, closes at {event.closing_m_s!r} m/s"
+                )
         elif latest_s < until_s:
             kind = Kind.SPURIOUS if event.is_impact else Kind.MODE
             bounces = [other for other in self.theirs if other.key == event.key[:2] and other.time_s > latest_s]
             if event.is_landing and bounces:
                 kind = Kind.LOW_HOPS if all(map(self._follows_low_hop, bounces)) else Kind.EARLY_LANDING
-            yield Difference(kind, event.time_s, f"{event.told}, is not in the certified run")
+            yield Difference(kind, event.time_s, f"{event.description}, is not in the certified run")
 
     def _of_values(self, event: Event, proven: Event) -> Difference | None:
         """Return how time or values of an event are further off than roundings explain."""
         spread = self.copies.spread(event)
         if spread is None:
             return None
-        allowed_s, told = self._allowed_s(event), event.told
+        allowed_s, told = self._allowed_s(event), event.description
         if not abs(event.time_s - proven.time_s) <= allowed_s:
             text = f"{told}, is at {proven.time_s!r} s in the certified run; roundings explain {allowed_s:.2g} s"
             kind = Kind.TIME if event.is_impact else Kind.MODE
@@ -253,7 +257,7 @@ class _Comparison:
                 continue
             if event.time_s < min(until_s, self.record.end_time_s - known_s):
                 kind = Kind.MISSED if event.is_impact else Kind.MODE
-                yield Difference(kind, event.time_s, f"certified {event.told}, is missing")
+                yield Difference(kind, event.time_s, f"certified {event.description}, is missing")
                 return
 
     def _of_ending(self, left: Sequence[Event], known_s: float) -> Iterator[Difference]:
@@ -273,6 +277,6 @@ class _Comparison:
         if later:
             is_low = record.outcome.in_contact and all(map(self._follows_low_hop, later))
             kind = Kind.LOW_HOPS if is_low else Kind.EARLY_END
-            yield Difference(kind, end_s, f"{named}, before certified {later[0].told}: {record.notes}")
+            yield Difference(kind, end_s, f"{named}, before certified {later[0].description}: {record.notes}")
         elif certified.ending is Ending.COMPLETED and end_s < self.copies.horizon_s:
             yield Difference(Kind.ENDING, end_s, f"{named}, and nothing certified ends it: {record.notes}")

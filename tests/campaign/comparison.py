@@ -131,7 +131,7 @@ class _Comparison:
         for event in self.envelope.events:
             if self._ends_by_name_before(event):
                 text = f"ends by {self.record.outcome.name} at {self.record.end_time_s!r} s, before the event at "
-                text += f"{_shown(_time_of(event))} s: {self.record.notes}"
+                text += f"{_format_ball(_time_of(event))} s: {self.record.notes}"
                 yield Difference(Kind.EARLY_END, self.record.end_time_s, text)
                 return
             found = list(self._of_impact(event) if isinstance(event, EnvelopeImpact) else self._of_mode(event))
@@ -158,14 +158,16 @@ class _Comparison:
         if not self._impacts[key]:
             if self._has_ended_before(event.impact.time + arb(0, event.time_s)) or self._is_in_landing(*key, event):
                 return
-            yield Difference(Kind.MISSED, _middle(impact.time), f"{_named(*key)} meet at {_shown(impact.time)} s")
+            yield Difference(
+                Kind.MISSED, _middle(impact.time), f"{_format_bodies(*key)} meet at {_format_ball(impact.time)} s"
+            )
             return
         k = self._impacts[key].popleft()
         row = record.impacts[k]
-        if not _agrees(row["time_s"], impact.time, event.time_s):
+        if not _overlaps(row["time_s"], impact.time, event.time_s):
             closing, known = closing_speed(self.scene, record, k)
-            text = f"impact {k}, of {_named(*key)}, is at {float(row['time_s'])!r} s, not at {_shown(impact.time)} s; "
-            text += f"closes at {closing!r} m/s"
+            text = f"impact {k}, of {_format_bodies(*key)}, is at {float(row['time_s'])!r} s, "
+            text += f"not at {_format_ball(impact.time)} s; closes at {closing!r} m/s"
             kind = Kind.ROUNDING if closing <= known else Kind.TIME
             yield Difference(kind, min(float(row["time_s"]), _middle(impact.time)), text)
             return
@@ -179,19 +181,22 @@ class _Comparison:
             ]
         for name, balls, side in fields:
             for value, ball in zip(row[name], balls, strict=True):
-                if not _agrees(value, ball, event.rounding.velocities[side]):
-                    text = f"impact {k}, of {_named(*key)}, has {name} {value!r} m/s, not {_shown(ball)} m/s"
+                if not _overlaps(value, ball, event.rounding.velocities[side]):
+                    text = (
+                        f"impact {k}, of {_format_bodies(*key)}, has {name} {value!r} m/s, not {_format_ball(ball)} m/s"
+                    )
                     yield Difference(Kind.VELOCITY, float(row["time_s"]), text)
                     return
         if record.spins is not None:
             for side, name in enumerate(("first_after", "second_after")[: 2 if key[1] >= 0 else 1]):
                 value, ball = record.spins[k][name], impact.spins_after[side]
-                if not _agrees(value, ball, event.rounding.spins[side]):
-                    text = f"impact {k}, of {_named(*key)}, has the spin {name} {value!r}, not {_shown(ball)} rad/s"
+                if not _overlaps(value, ball, event.rounding.spins[side]):
+                    text = f"impact {k}, of {_format_bodies(*key)}, has the spin {name} {value!r}, "
+                    text += f"not {_format_ball(ball)} rad/s"
                     yield Difference(Kind.SPIN, float(row["time_s"]), text)
                     return
         if record.edges is not None and event.is_on_one_edge and tuple(record.edges[k]) != impact.edge:
-            text = f"impact {k}, of {_named(*key)}, is on edge {tuple(record.edges[k])}, not on {impact.edge}"
+            text = f"impact {k}, of {_format_bodies(*key)}, is on edge {tuple(record.edges[k])}, not on {impact.edge}"
             yield Difference(Kind.EDGE, float(row["time_s"]), text)
 
     def _of_mode(self, event: EnvelopeMode) -> Iterator[Difference]:
@@ -201,13 +206,13 @@ class _Comparison:
             if self._has_ended_before(mode.time + arb(0, event.time_s)):
                 return
             change = f"disc {mode.disc} on {body_name(mode.wall)}: {mode.before.name} to {mode.after.name}"
-            yield Difference(Kind.MODE, _middle(mode.time), f"{change} at {_shown(mode.time)} s is missing")
+            yield Difference(Kind.MODE, _middle(mode.time), f"{change} at {_format_ball(mode.time)} s is missing")
             return
         k = self._modes[key].popleft()
         row = record.modes[k]
         what = f"mode {k}, of disc {mode.disc} on {body_name(mode.wall)}"
-        if not _agrees(row["time_s"], mode.time, event.time_s):
-            text = f"{what}, begins at {row['time_s']!r} s, not at {_shown(mode.time)} s"
+        if not _overlaps(row["time_s"], mode.time, event.time_s):
+            text = f"{what}, begins at {row['time_s']!r} s, not at {_format_ball(mode.time)} s"
             yield Difference(Kind.MODE, float(row["time_s"]), text)
             return
         gap_m, speed_m_s = self.envelope.gap_m, event.speed_m_s
@@ -227,8 +232,10 @@ class _Comparison:
             ("spin", row["spin"], mode.spin, speed_m_s / radius),
         ]
         for name, value, ball, own in values:
-            if not _agrees(value, ball, own):
-                yield Difference(Kind.MODE, float(row["time_s"]), f"{what}, has {name} {value!r}, not {_shown(ball)}")
+            if not _overlaps(value, ball, own):
+                yield Difference(
+                    Kind.MODE, float(row["time_s"]), f"{what}, has {name} {value!r}, not {_format_ball(ball)}"
+                )
                 return
 
     def _is_in_landing(self, disc: int, wall: int, event: EnvelopeImpact) -> bool:
@@ -237,7 +244,7 @@ class _Comparison:
             return False
         modes = self.record.modes
         landings = modes[(modes["disc"] == disc) & (modes["wall"] == wall) & (modes["before"] == Mode.FLIGHT)]
-        return any(_agrees(time, event.impact.time, event.time_s) for time in landings["time_s"])
+        return any(_overlaps(time, event.impact.time, event.time_s) for time in landings["time_s"])
 
     def _left_over(self) -> Iterator[Difference]:
         """Yield the impacts that the run has, and no run with its roundings can have."""
@@ -247,7 +254,7 @@ class _Comparison:
             time_s, pair = float(row["time_s"]), (int(row["first"]), int(row["second"]))
             if time_s + 2.0 * clock_resolution(time_s) < horizon_s and not self._comes_before_landing(row):
                 closing, known = closing_speed(self.scene, record, k)
-                text = f"impact {k}, of {_named(*pair)}, at {time_s!r} s, closes at {closing!r} m/s"
+                text = f"impact {k}, of {_format_bodies(*pair)}, at {time_s!r} s, closes at {closing!r} m/s"
                 yield Difference(Kind.ROUNDING if closing <= known else Kind.SPURIOUS, time_s, text)
                 return
         for k in sorted(k for rows in self._modes.values() for k in rows):
@@ -262,7 +269,7 @@ class _Comparison:
         for event in self.envelope.events:
             if isinstance(event, EnvelopeMode) and event.mode.before is Mode.FLIGHT:
                 same = (event.mode.disc, event.mode.wall) == (int(row["first"]), int(row["second"]))
-                if same and _agrees(row["time_s"], event.mode.time, event.time_s):
+                if same and _overlaps(row["time_s"], event.mode.time, event.time_s):
                     return True
         return False
 
@@ -281,8 +288,8 @@ class _Comparison:
             if record.final_spin_rad_s is not None:
                 values.append(("spin", record.final_spin_rad_s[i], state.spin, state.spin_rad_s))
             for name, value, ball, own in values:
-                if not _agrees(value, ball, own):
-                    text = f"disc {i} ends with {name} {value!r}, not {_shown(ball)}"
+                if not _overlaps(value, ball, own):
+                    text = f"disc {i} ends with {name} {value!r}, not {_format_ball(ball)}"
                     yield Difference(Kind.FINAL_STATE, record.end_time_s, text)
                     return
 
@@ -291,7 +298,7 @@ def _time_of(event: EnvelopeImpact | EnvelopeMode) -> arb:
     return event.impact.time if isinstance(event, EnvelopeImpact) else event.mode.time
 
 
-def _agrees(value: float, ball: arb, rounding: float) -> bool:
+def _overlaps(value: float, ball: arb, rounding: float) -> bool:
     """Whether a number of a run may be one that a ball holds, each off by its own rounding."""
     return bool(arb(float(value), rounding).overlaps(ball))
 
@@ -300,9 +307,9 @@ def _middle(ball: arb) -> float:
     return float(ball.mid())
 
 
-def _shown(ball: arb) -> str:
+def _format_ball(ball: arb) -> str:
     return f"{float(ball.mid())!r} ± {float(ball.rad()):.2g}"
 
 
-def _named(first: int, second: int) -> str:
+def _format_bodies(first: int, second: int) -> str:
     return f"{body_name(first)} and {body_name(second)}"

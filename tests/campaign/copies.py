@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from tests.campaign.comparison import Record
 from tests.campaign.envelope import UNIT
-from tests.campaign.events import NEAR_LANDING, Event, Floats, Name, events_of, is_in_landing
+from tests.campaign.events import NEAR_LANDING, Event, Floats, Name, is_in_landing, list_events
 from tests.campaign.transformation import restore_record, rotate_scene
 from tests.transformed_scenes import turn_by
 
@@ -64,9 +64,9 @@ class Copies:
         """Run a number of copies, and find the time before which all have the same events."""
         while len(self._copies) < count:
             angle_rad = self._rng.uniform(0.0, math.tau)
-            copy = rotate_scene(_moved(self._scene, self._gap_m, self._rng), turn_by(angle_rad))
+            copy = rotate_scene(_perturb_start(self._scene, self._gap_m, self._rng), turn_by(angle_rad))
             trace = self._solve(copy, max_impacts=self._most_impacts)
-            found = events_of(self._scene, restore_record(Record.of(trace), turn_by(-angle_rad)), self._gap_m)
+            found = list_events(self._scene, restore_record(Record.of(trace), turn_by(-angle_rad)), self._gap_m)
             near = frozenset(event.name for event in found if is_in_landing(event, found, NEAR_LANDING))
             end_s = math.inf
             if trace.outcome is not Outcome.COMPLETED:
@@ -80,11 +80,11 @@ class Copies:
             horizon_s = min(copy.end_s for copy in copies)
         for copy in copies:
             for name, event in copy.events.items():
-                if event.time_s < horizon_s and name not in copy.in_landing and self.holders(event)[1]:
+                if event.time_s < horizon_s and name not in copy.in_landing and self.count_copies_with(event)[1]:
                     horizon_s = event.time_s
         return horizon_s
 
-    def holders(self, event: Event) -> tuple[int, int]:
+    def count_copies_with(self, event: Event) -> tuple[int, int]:
         """Return how many copies have an event of that name, and how many have not and go on beyond it."""
         having = sum(event.name in copy.events for copy in self._copies)
         return having, sum(event.name not in copy.events and event.time_s < copy.end_s for copy in self._copies)
@@ -98,7 +98,7 @@ class Copies:
         return max(abs(other.time_s - event.time_s) for other in same), values
 
 
-def _moved(scene: Scene, gap_m: float, rng: random.Random) -> Scene:
+def _perturb_start(scene: Scene, gap_m: float, rng: random.Random) -> Scene:
     """Return a scene whose start is moved by no more than rounding."""
 
     def near(value: float) -> float:

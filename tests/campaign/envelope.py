@@ -124,7 +124,7 @@ def compute_envelope(scene: Scene, trace: Trace, most: int, deadline_s: float = 
         return _Widened(scene, trace).envelope(most, deadline_s)
 
 
-def reach_of(scene: Scene, trace: Trace, until_s: float) -> float:
+def compute_extent(scene: Scene, trace: Trace, until_s: float) -> float:
     """Return a bound on what a body's coordinates, its radius and the terms of its way add up to, metres."""
     arrays = scene.arrays
     sizes = [float(np.abs(disc.position_m).sum()) + disc.radius_m for disc in scene.discs]
@@ -186,8 +186,8 @@ class _Widened:
         self.scene = scene
         self.bodies = BallBodies(scene)
         last_s = float(trace.impacts["time_s"].max(initial=0.0))
-        self.found = Envelope(gap_m=gap_resolution(2.0 * reach_of(scene, trace, last_s)))
-        self._final_gap_m = gap_resolution(2.0 * reach_of(scene, trace, trace.end_time_s))
+        self.found = Envelope(gap_m=gap_resolution(2.0 * compute_extent(scene, trace, last_s)))
+        self._final_gap_m = gap_resolution(2.0 * compute_extent(scene, trace, trace.end_time_s))
         self._last_rounding = [(0.0, 0.0)] * len(scene.discs)
         self._in_contact = [0] * len(scene.discs)
         self._pull = math.hypot(*scene.gravity_m_s2) + scene.table_deceleration_m_s2
@@ -229,7 +229,7 @@ class _Widened:
         lying = dict(contacts.find_resting()) if bodies.falls else {}
         for i in range(len(bodies)):
             if bodies.movable[i] and i not in lying:
-                bodies.x[i], bodies.y[i] = self._wider(bodies.x[i], bodies.y[i], self.found.gap_m)
+                bodies.x[i], bodies.y[i] = self._widen_point(bodies.x[i], bodies.y[i], self.found.gap_m)
                 if table:
                     start_deceleration(bodies, i, ZERO, 0.0)
         for i, ground in lying.items():
@@ -288,7 +288,7 @@ class _Widened:
         is_driven = second < 0 and not self.scene.arrays.drive_of_wall(wall_index(second)).stands
         rounds = bool(drag) or is_driven or restitution not in {0.0, 1.0}
         if not self.scene.table_deceleration_m_s2:
-            bodies.x[i], bodies.y[i] = self._wider(bodies.x[i], bodies.y[i], gap_m)
+            bodies.x[i], bodies.y[i] = self._widen_point(bodies.x[i], bodies.y[i], gap_m)
             bodies.vx[i], bodies.vy[i] = (
                 v if v.is_exact() and not rounds else v + arb(0, speed_m_s) for v in (bodies.vx[i], bodies.vy[i])
             )
@@ -297,7 +297,7 @@ class _Widened:
         time, at = meeting.time, meeting.at
         (x, y), velocity = bodies.centre_at(i, time), bodies.velocity(i, time, at)
         vx, vy = (v if v.is_exact() and not rounds else v + arb(0, speed_m_s) for v in velocity)
-        (x, y), wait = self._wider(x, y, gap_m), time - arb(at)
+        (x, y), wait = self._widen_point(x, y, gap_m), time - arb(at)
         bodies.acceleration[i], bodies.contacts.stops[i] = None, None
         bodies.vx[i], bodies.vy[i], bodies.time[i] = vx, vy, at
         bodies.x[i], bodies.y[i] = x - vx * wait, y - vy * wait
@@ -329,7 +329,7 @@ class _Widened:
         return restitution, friction + scene.wall_rolling_resistance
 
     @staticmethod
-    def _wider(x: arb, y: arb, by: float) -> tuple[arb, arb]:
+    def _widen_point(x: arb, y: arb, by: float) -> tuple[arb, arb]:
         return x + arb(0, by), y + arb(0, by)
 
     # Roundings --------------------------------------------------------------------------------------------------------

@@ -71,7 +71,7 @@ class Event(NamedTuple):
         return *self.key, int(Mode.FLIGHT)
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """What it is, and when."""
         if self.is_impact:
             first, second = self.key
@@ -81,7 +81,7 @@ class Event(NamedTuple):
         return f"mode {self.number}, of disc {disc} on {body_name(wall)}, {change}, at {self.time_s!r} s"
 
 
-def events_of(scene: Scene, record: Record, gap_m: float) -> list[Event]:
+def list_events(scene: Scene, record: Record, gap_m: float) -> list[Event]:
     """Return the events of a run, in their order, without the last bounces before each landing.
 
     A run applies those of infinitely many bounces that its clock, or its digits, distinguish; their number is
@@ -95,10 +95,10 @@ def events_of(scene: Scene, record: Record, gap_m: float) -> list[Event]:
             found.append(_mode_event(scene, record, number, row, gap_m))
         if k < len(record.impacts):
             found.append(_impact_event(scene, record, k))
-    return list(numbered(event for event in found if not is_in_landing(event, found, AS_LANDING)))
+    return list(number_events(event for event in found if not is_in_landing(event, found, AS_LANDING)))
 
 
-def numbered(events: Iterable[Event]) -> Iterator[Event]:
+def number_events(events: Iterable[Event]) -> Iterator[Event]:
     """Yield events with how many like them came before."""
     landings: Counter[Key] = Counter()
     seen: Counter[tuple[Key, int]] = Counter()

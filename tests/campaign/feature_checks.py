@@ -18,7 +18,7 @@ from tests.campaign.copies import Copies
 from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
 from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter_back
 from tests.transformed_scenes import turn_quarter
-from tests.unit.solvers.run_kinds import bits_of
+from tests.unit.solvers.run_kinds import collect_run_bits
 
 from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
 from carom.core.resolution import clock_resolution
@@ -296,7 +296,7 @@ def unlike_fields(one: Record, other: Record) -> list[str]:
 
 
 def _take_at_once(run: Run, scene: Scene) -> dict[str, object]:
-    return bits_of(run, run.advance_to(scene.duration_s, MOST_IMPACTS))
+    return collect_run_bits(run, run.advance_to(scene.duration_s, MOST_IMPACTS))
 
 
 def _take_in_pieces(run: Run, scene: Scene, ends_s: float) -> dict[str, object]:
@@ -304,5 +304,5 @@ def _take_in_pieces(run: Run, scene: Scene, ends_s: float) -> dict[str, object]:
     rng = random.Random(scene.name)
     for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(PIECES)):
         outcome = run.advance_to(time_s, rng.choice((MOST_IMPACTS, rng.randint(0, MOST_IMPACTS))))
-        bits_of(run, outcome)
+        collect_run_bits(run, outcome)
     return _take_at_once(run, scene)

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from tests.campaign.campaign import Checked, Finding
-from tests.campaign.gases import MOST_DISCS, Gas, draw
+from tests.campaign.gases import MOST_DISCS, Gas, draw_gas
 from tests.checker import Report, Violation, check, watch
 
 from carom.model.trace import Outcome
@@ -38,23 +38,23 @@ class FlightAlone(EventDrivenRun):
         return Outcome.AT_REST
 
 
-def run_of(gas: Gas) -> Run:
+def build_run(gas: Gas) -> Run:
     """Return PIC's run of a gas."""
     if gas.gravity_m_s2 != (0.0, 0.0):
         return FlightAlone(gas)
     return EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s)
 
 
-def _renewed(gas: Gas, run: Run) -> Run:
+def _resume_run(gas: Gas, run: Run) -> Run:
     assert isinstance(run, EventDrivenRun)
     return EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s, resume=run.state())
 
 
-def checked(gas: Gas, impacts: int | None = None) -> Report:
+def check_run(gas: Gas, impacts: int | None = None) -> Report:
     """Run a gas and check all its impacts, or the first ones, up to the first stretch that breaks a rule."""
     report = Report()
-    run = run_of(gas)
-    renew = None if isinstance(run, FlightAlone) else partial(_renewed, gas)
+    run = build_run(gas)
+    renew = None if isinstance(run, FlightAlone) else partial(_resume_run, gas)
     most = gas.impacts if impacts is None else min(gas.impacts, impacts)
     stretches = watch(run, gas.start, LONGEST_S, most, renew)
     try:
@@ -74,8 +74,8 @@ def checked(gas: Gas, impacts: int | None = None) -> Report:
 def check_gas(number: int, *, most_discs: int = MOST_DISCS) -> Checked:
     """Return what a campaign counts of the gas of a number."""
     begin_s = time.process_time()
-    gas = draw(number, most_discs=most_discs)
-    report = checked(gas)
+    gas = draw_gas(number, most_discs=most_discs)
+    report = check_run(gas)
     return Checked(
         str(gas.kind),
         {"impacts": report.impacts, "pairs of flights": report.pairs},

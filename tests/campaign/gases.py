@@ -80,7 +80,7 @@ class Gas:
         return self.start
 
 
-def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS) -> Gas:
+def draw_gas(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS) -> Gas:
     """Return the gas of a number.
 
     Args:
@@ -134,7 +134,7 @@ def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS)
     gravity_m_s2 = (0.0, 0.0)
     if kind is Kind.FALLING:
         restitution, wall_restitution = map(float, rng.choice([1.0, 1.0, 0.98, 0.8], 2))
-        gravity_m_s2 = _downwards(rng)
+        gravity_m_s2 = _draw_gravity(rng)
     sides = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in walls)
     start = DiscArrays(place, velocity, radius, mass, sides, restitution, wall_restitution, **rough)
     covered = _packing(start, side) if len(walls) else 0.0
@@ -146,7 +146,7 @@ def _from_logarithms(rng: np.random.Generator, least: float, most: float) -> flo
     return math.exp(rng.uniform(math.log(least), math.log(most)))
 
 
-def _downwards(rng: np.random.Generator) -> tuple[float, float]:
+def _draw_gravity(rng: np.random.Generator) -> tuple[float, float]:
     """Return a gravity of any size, straight down or aslant."""
     size = _from_logarithms(rng, LEAST_GRAVITY, MOST_GRAVITY)
     angle = float(rng.choice([0.0, rng.uniform(-0.5, 0.5)]))

@@ -15,10 +15,10 @@ import pytest
 from tests.campaign import campaign, gas_checks
 from tests.campaign.__main__ import CAMPAIGN as command  # noqa: N811 - called like a function
 from tests.campaign.campaign import Campaign, Checked, Finding, Tally
-from tests.campaign.gases import Gas, Kind, draw
+from tests.campaign.gases import Gas, Kind, draw_gas
 from tests.cases import each, release_after
 from tests.checker import RULES, Report, Violation
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 from carom import DiscArrays
 from carom.model.trace import Outcome
@@ -89,7 +89,7 @@ def test_violation_is_reported_with_the_command_to_repeat_it(
 ) -> None:
     """A violation is printed with the command that repeats it, counted by its rule, and gives exit code 1."""
     report = Report(impacts=7, violations=[Violation("contact", 3, (0, 2), 0.8, 7.25, 1e-13)], worst_gap=math.inf)
-    monkeypatch.setattr(gas_checks, "checked", lambda _: report)
+    monkeypatch.setattr(gas_checks, "check_run", lambda _: report)
     assert command.main(["--gas", "2", "--most-discs", "64"]) == 1
     printed = capsys.readouterr().out
     assert "contact: the two bodies touch; impact 3, bodies 0, 2, at 0.8 s" in printed
@@ -134,7 +134,7 @@ def test_exception_of_a_kernel_is_a_violation(
             return super().advance_to(*arguments, **options)
 
     monkeypatch.setattr(gas_checks, "EventDrivenRun", Raises)
-    report = gas_checks.checked(draw(0, most_discs=64))
+    report = gas_checks.check_run(draw_gas(0, most_discs=64))
     assert report.impacts == 256
     assert [violation.rule for violation in report.violations] == ["end"]
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
@@ -170,9 +170,9 @@ def test_ctrl_c_prints_and_saves_finished_gases(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        assert " cases, " in sure(process.stderr).readline()
+        assert " cases, " in require_value(process.stderr).readline()
         process.send_signal(signal.SIGINT)
-        table = sure(process.stdout).read()
+        table = require_value(process.stdout).read()
         assert process.wait() == campaign.INTERRUPTED
     assert f" {Tally.load(state).total('impacts'):,.0f} |" in table
 
@@ -181,7 +181,7 @@ def test_ctrl_c_prints_and_saves_finished_gases(tmp_path: Path) -> None:
 def test_gas_depends_only_on_its_number(kind: Kind) -> None:
     """The same number gives the same gas, within the campaign's limits of size and packing."""
     for number in range(6):
-        gas, again = draw(number, kind), draw(number, kind)
+        gas, again = draw_gas(number, kind), draw_gas(number, kind)
         assert gas.start.position_m.tobytes() == again.start.position_m.tobytes()
         assert gas.start.velocity_m_s.tobytes() == again.start.velocity_m_s.tobytes()
         least, most = (4, 64) if kind is Kind.FALLING else (64, 10_000)
@@ -190,8 +190,8 @@ def test_gas_depends_only_on_its_number(kind: Kind) -> None:
         assert np.isfinite(gas.start.mass_kg).any()
 
 
-def assert_right(gas: Gas, impacts: int) -> None:
-    report = gas_checks.checked(gas, impacts)
+def assert_no_violation(gas: Gas, impacts: int) -> None:
+    report = gas_checks.check_run(gas, impacts)
     assert [str(violation) for violation in report.violations[:5]] == []
     assert 0 < report.impacts <= impacts
 
@@ -200,11 +200,11 @@ def assert_right(gas: Gas, impacts: int) -> None:
 @each("kind", list(Kind))
 def test_gases_of_every_kind_violate_no_rule(kind: Kind, number: int, impacts: int) -> None:
     """No impact of a gas of up to 1000 discs violates a rule of the checker."""
-    assert_right(draw(number, kind, most_discs=1000), impacts)
+    assert_no_violation(draw_gas(number, kind, most_discs=1000), impacts)
 
 
 @pytest.mark.release
 @each("number", range(20))
 def test_two_million_more_impacts_violate_no_rule(number: int) -> None:
     """Twenty gases of up to 10,000 discs violate no rule in up to 100,000 impacts each."""
-    assert_right(draw(1000 + number), 100_000)
+    assert_no_violation(draw_gas(1000 + number), 100_000)

@@ -14,7 +14,7 @@ from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_sc
 from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
 from tests.campaign.transformation import restore_record, rotate_scene
 from tests.cases import each, release_after
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 from tests.transformed_scenes import turn_by
 
 from carom import Disc, Mode, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
@@ -91,13 +91,13 @@ def test_campaign_scenes_have_every_feature() -> None:
 # Planted faults -------------------------------------------------------------------------------------------------------
 
 
-def without_impact(trace: Trace) -> Trace:
+def remove_impact(trace: Trace) -> Trace:
     spins = None if trace.spins is None else np.delete(trace.spins, 1)
     edges = None if trace.edges is None else np.delete(trace.edges, 1)
     return replace(trace, impacts=np.delete(trace.impacts, 1), spins=spins, edges=edges)
 
 
-def with_impact(trace: Trace) -> Trace:
+def add_impact(trace: Trace) -> Trace:
     """Return the trace with the second impact twice, the later one between this and the next."""
     rows = np.insert(trace.impacts, 2, trace.impacts[1])
     rows["time_s"][2] = 0.5 * (trace.impacts["time_s"][1] + trace.impacts["time_s"][2])
@@ -106,7 +106,7 @@ def with_impact(trace: Trace) -> Trace:
     return replace(trace, impacts=rows, spins=spins, edges=edges)
 
 
-def with_field(name: str, part: float) -> Doctor:
+def change_field(name: str, part: float) -> Doctor:
     """Return what changes one number of the third impact by a part of itself."""
 
     def doctor(trace: Trace) -> Trace:
@@ -117,44 +117,44 @@ def with_field(name: str, part: float) -> Doctor:
     return doctor
 
 
-def with_spin(trace: Trace) -> Trace:
-    spins = sure(trace.spins).copy()
+def change_spin(trace: Trace) -> Trace:
+    spins = require_value(trace.spins).copy()
     spins["first_after"][1] += 1e-11
     return replace(trace, spins=spins)
 
 
-def with_end(trace: Trace) -> Trace:
+def change_end(trace: Trace) -> Trace:
     return replace(trace, final_position_m=trace.final_position_m + 1e-12)
 
 
-def ended_early(trace: Trace) -> Trace:
+def end_early(trace: Trace) -> Trace:
     """Return the trace as if its run had ended by name after two impacts."""
     end_s = float(trace.impacts["time_s"][1])
-    spins, edges = sure(trace.spins)[:2], sure(trace.edges)[:2]
+    spins, edges = require_value(trace.spins)[:2], require_value(trace.edges)[:2]
     return replace(
         trace, impacts=trace.impacts[:2], spins=spins, edges=edges, end_time_s=end_s, outcome=Outcome.STANDSTILL
     )
 
 
-def ended_late(trace: Trace) -> Trace:
+def end_late(trace: Trace) -> Trace:
     """Return the trace as if its run had ended by name after all impacts, before the end of the scene."""
     return replace(trace, end_time_s=0.5 * (trace.end_time_s + trace.impacts["time_s"][-1]), outcome=Outcome.GLIDES)
 
 
 FAULTS: list[tuple[Doctor, Kind]] = [
-    (without_impact, Kind.MISSED),
-    (with_impact, Kind.SPURIOUS),
-    (with_field("time_s", 1e-13), Kind.TIME),
-    (with_field("velocity_first_after", 1e-13), Kind.VELOCITY),
-    (with_field("velocity_first_before", 1e-13), Kind.VELOCITY),
-    (with_spin, Kind.SPIN),
-    (with_end, Kind.FINAL_STATE),
-    (ended_early, Kind.EARLY_END),
-    (ended_late, Kind.ENDING),
+    (remove_impact, Kind.MISSED),
+    (add_impact, Kind.SPURIOUS),
+    (change_field("time_s", 1e-13), Kind.TIME),
+    (change_field("velocity_first_after", 1e-13), Kind.VELOCITY),
+    (change_field("velocity_first_before", 1e-13), Kind.VELOCITY),
+    (change_spin, Kind.SPIN),
+    (change_end, Kind.FINAL_STATE),
+    (end_early, Kind.EARLY_END),
+    (end_late, Kind.ENDING),
 ]
 
 
-def kinds_of(checked: CheckedScene, check: Check) -> set[str]:
+def list_kinds(checked: CheckedScene, check: Check) -> set[str]:
     return {finding.kind for finding in checked.findings if finding.check is check}
 
 
@@ -175,15 +175,15 @@ def test_scenes_for_planted_faults_have_no_findings() -> None:
 def test_planted_fault_is_found(doctor: Doctor, kind: Kind) -> None:
     """A missing or extra impact, a number off by hundreds of roundings, or an unexplained end is a finding."""
     checked = check_scene(DRIVEN_BOX, solve_with(doctor))
-    assert kind.value in kinds_of(checked, Check.CERTIFIED)
+    assert kind.value in list_kinds(checked, Check.CERTIFIED)
 
 
-@each("doctor, kind", [(without_impact, Kind.MISSED), (with_field("time_s", 1e-9), Kind.TIME)])
+@each("doctor, kind", [(remove_impact, Kind.MISSED), (change_field("time_s", 1e-9), Kind.TIME)])
 def test_fault_beyond_the_envelope_is_found(doctor: Doctor, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the rounding envelope decides nothing, certified run and copies of the scene find the fault."""
     monkeypatch.setattr(feature_checks, "MOST_EVENTS", 0)
     assert check_scene(DRIVEN_BOX).findings == []
-    assert kind.value in kinds_of(check_scene(DRIVEN_BOX, solve_with(doctor)), Check.CERTIFIED)
+    assert kind.value in list_kinds(check_scene(DRIVEN_BOX, solve_with(doctor)), Check.CERTIFIED)
 
 
 def test_fault_of_a_contact_mode_is_found() -> None:
@@ -191,15 +191,15 @@ def test_fault_of_a_contact_mode_is_found() -> None:
     assert any(isinstance(event, EnvelopeMode) for event in compute_envelope(SLIDE, solve_pic(SLIDE), 9).events)
 
     def without_mode(trace: Trace) -> Trace:
-        return replace(trace, modes=sure(trace.modes)[:-1])
+        return replace(trace, modes=require_value(trace.modes)[:-1])
 
     def late(trace: Trace) -> Trace:
-        modes = sure(trace.modes).copy()
+        modes = require_value(trace.modes).copy()
         modes["time_s"][-1] *= 1.0 + 1e-13
         return replace(trace, modes=modes)
 
     for doctor in (without_mode, late):
-        assert kinds_of(check_scene(SLIDE, solve_with(doctor)), Check.CERTIFIED) == {Kind.MODE.value}
+        assert list_kinds(check_scene(SLIDE, solve_with(doctor)), Check.CERTIFIED) == {Kind.MODE.value}
 
 
 def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
@@ -215,10 +215,10 @@ def test_contact_may_replace_hops_below_the_gap_resolution() -> None:
         if trace.outcome is not Outcome.AT_REST:
             return trace
         end_s = float(trace.impacts["time_s"][-3])
-        return replace(trace, impacts=trace.impacts[:-2], edges=sure(trace.edges)[:-2], end_time_s=end_s)
+        return replace(trace, impacts=trace.impacts[:-2], edges=require_value(trace.edges)[:-2], end_time_s=end_s)
 
     found = check_scene(BOWL, solve_with(sooner))
-    assert Kind.EARLY_END.value in kinds_of(found, Check.CERTIFIED)
+    assert Kind.EARLY_END.value in list_kinds(found, Check.CERTIFIED)
     assert not found.low_hops
 
 
@@ -244,16 +244,16 @@ def test_contact_may_continue_where_rounding_decides_a_hop() -> None:
     assert checked.kept_contact
 
     def without_hop(trace: Trace) -> Trace:
-        modes = np.delete(sure(trace.modes), 44)
+        modes = np.delete(require_value(trace.modes), 44)
         modes["after"][43] = Mode.SLIDE
         modes["impacts"][44:] -= 1
-        spins, edges = np.delete(sure(trace.spins), 31), np.delete(sure(trace.edges), 31)
+        spins, edges = np.delete(require_value(trace.spins), 31), np.delete(require_value(trace.edges), 31)
         return replace(trace, modes=modes, impacts=np.delete(trace.impacts, 31), spins=spins, edges=edges)
 
     corner = draw_scene(23403)
     assert check_scene(corner).findings == []
     found = check_scene(corner, solve_with(without_hop))
-    assert Kind.MODE.value in kinds_of(found, Check.CERTIFIED)
+    assert Kind.MODE.value in list_kinds(found, Check.CERTIFIED)
     assert not found.kept_contact
 
 
@@ -270,13 +270,13 @@ def test_end_of_a_slip_that_is_rounding_is_no_finding() -> None:
     assert check_scene(scene).findings == []
 
     def turned_later(trace: Trace) -> Trace:
-        modes = sure(trace.modes).copy()
+        modes = require_value(trace.modes).copy()
         modes["time_s"][1] += 0.125
         return replace(trace, modes=modes)
 
     slope = SLIDE.model_copy(update={"gravity_m_s2": (-4.0, -10.0)})
     assert check_scene(slope).findings == []
-    assert Kind.MODE.value in kinds_of(check_scene(slope, solve_with(turned_later)), Check.CERTIFIED)
+    assert Kind.MODE.value in list_kinds(check_scene(slope, solve_with(turned_later)), Check.CERTIFIED)
 
 
 def test_impact_that_is_rounding_has_its_own_kind() -> None:
@@ -296,7 +296,7 @@ def test_impact_that_is_rounding_has_its_own_kind() -> None:
         return replace(trace, impacts=rows)
 
     assert check_scene(scene).findings == []
-    assert kinds_of(check_scene(scene, solve_with(again)), Check.CERTIFIED) == {Kind.ROUNDING.value}
+    assert list_kinds(check_scene(scene, solve_with(again)), Check.CERTIFIED) == {Kind.ROUNDING.value}
 
 
 @each(
@@ -355,7 +355,9 @@ def test_record_of_a_rotated_scene_is_restored() -> None:
     assert found.impacts[["first", "second"]].tolist() == record.impacts[["first", "second"]].tolist()
     for name in ("time_s", "normal", "velocity_first_after", "velocity_second_before"):
         np.testing.assert_allclose(found.impacts[name], record.impacts[name], atol=1e-12)
-    np.testing.assert_allclose(sure(found.spins)["first_after"], sure(record.spins)["first_after"], atol=1e-12)
+    np.testing.assert_allclose(
+        require_value(found.spins)["first_after"], require_value(record.spins)["first_after"], atol=1e-12
+    )
     np.testing.assert_allclose(found.final_position_m, record.final_position_m, atol=1e-12)
 
 

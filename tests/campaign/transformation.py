@@ -66,7 +66,7 @@ def restore_record(record: Record, turn_back: Map, *, is_reversed: bool = False)
     assert impacts is not None
     spins, order = record.spins, slice(None, None, -1) if is_reversed else slice(None)
     if is_reversed:
-        impacts, spins = _renumbered(impacts, spins, discs)
+        impacts, spins = _renumber(impacts, spins, discs)
         if modes is not None:
             modes["disc"] = discs - 1 - modes["disc"]
     return replace(
@@ -80,7 +80,7 @@ def restore_record(record: Record, turn_back: Map, *, is_reversed: bool = False)
     )
 
 
-def _renumbered(impacts: Rows, spins: Rows | None, discs: int) -> tuple[Rows, Rows | None]:
+def _renumber(impacts: Rows, spins: Rows | None, discs: int) -> tuple[Rows, Rows | None]:
     """Return impacts and spins with discs numbered from the other end, and the lower number first again."""
     pair = impacts["second"] >= 0
     for name in ("first", "second"):

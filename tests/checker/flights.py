@@ -116,7 +116,7 @@ def spans(begin: Ranks, count: Ranks) -> tuple[Ranks, Ranks]:
     return owner, member
 
 
-def flights_of(start: DiscArrays, stretch: Stretch, gravity_m_s2: tuple[float, float] = (0.0, 0.0)) -> Flights:
+def build_flights(start: DiscArrays, stretch: Stretch, gravity_m_s2: tuple[float, float] = (0.0, 0.0)) -> Flights:
     """Follow every disc from its impacts; their bodies must be valid."""
     impacts = stretch.impacts
     looks, discs = len(stretch.looks) - 1, stretch.position_m.shape[1]

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from tests.checker.flights import UNIT, Flights
-from tests.checker.report import Report, Violation, beyond
-from tests.checker.rough import Rub, rub_of
+from tests.checker.report import Report, Violation, find_violations
+from tests.checker.rough import Rub, compute_friction
 from tests.checker.watch import Stretch
 
 from carom import DiscArrays
@@ -38,7 +38,7 @@ class Elastic:
     maybe: Bools
 
 
-def elastic_of(start: DiscArrays, stretch: Stretch, contact_duration_s: float) -> Elastic:
+def find_elastic_impacts(start: DiscArrays, stretch: Stretch, contact_duration_s: float) -> Elastic:
     """Return which impacts follow the last one of a disc by less than the contact duration."""
     rows = stretch.impacts
     time = rows["time_s"]
@@ -67,11 +67,11 @@ def _last_s(start: DiscArrays, stretch: Stretch) -> Floats:
     return last_s.reshape(-1, 2)
 
 
-def broken_law(
+def find_law_violations(
     start: DiscArrays, stretch: Stretch, flights: Flights, contact_duration_s: float, report: Report
 ) -> list[Violation]:
     """Return the impacts after which a velocity or a spin is not what the law gives, to rounding."""
-    elastic = elastic_of(start, stretch, contact_duration_s)
+    elastic = find_elastic_impacts(start, stretch, contact_duration_s)
     report.elastic += int(elastic.surely.sum())
     found = _broken(start, stretch, flights, elastic.surely)
     either = elastic.maybe & ~elastic.surely
@@ -99,7 +99,7 @@ def _broken(start: DiscArrays, stretch: Stretch, flights: Flights, elastic: Bool
     fell = flights.velocity_error(np.where(ended >= 0, ended, 0)) * ~hit
     rims, rub = _rims(start, stretch, "before"), Rub(np.zeros(len(rows)), np.zeros(len(rows)))
     if rims is not None:
-        rub = rub_of(start, rows, rims, fell)
+        rub = compute_friction(start, rows, rims, fell)
         rub = Rub(np.where(elastic, 0.0, rub.impulse), np.where(elastic, 0.0, rub.bound))
     found = []
     for side, (name, before, share, light) in enumerate(
@@ -114,14 +114,14 @@ def _broken(start: DiscArrays, stretch: Stretch, flights: Flights, elastic: Bool
         bound = UNIT * (24 * (1.0 + restitution) * np.abs(share) * speed + 4 * np.hypot(*before.T)) + 16 * SMALLEST
         bound += (1.0 + restitution) * np.abs(share) * fell
         rubbed = light * (rub.bound + 24 * UNIT * np.abs(rub.impulse) + 16 * SMALLEST)
-        found += beyond("law", stretch, off, bound + rubbed)
+        found += find_violations("law", stretch, off, bound + rubbed)
         if rims is None:
             continue
         turns = 1.0 / start.inertia[np.where(rows[name] >= 0, rows[name], 0)]
         turned = _rims(start, stretch, "after")
         assert turned is not None
         off = np.abs(turned[side] - (rims[side] - turns * light * rub.impulse))
-        found += beyond("law", stretch, off, turns * rubbed + 8 * UNIT * np.abs(rims[side]) + 16 * SMALLEST)
+        found += find_violations("law", stretch, off, turns * rubbed + 8 * UNIT * np.abs(rims[side]) + 16 * SMALLEST)
     return found
 
 

@@ -81,7 +81,7 @@ class Report:
     undecided: int = 0
 
 
-def worst(size: Floats, bound: Floats) -> float:
+def largest_ratio(size: Floats, bound: Floats) -> float:
     """Return the largest size in units of its bound; NaN counts as infinite."""
     if not len(size):
         return 0.0
@@ -89,14 +89,15 @@ def worst(size: Floats, bound: Floats) -> float:
     return float(np.where(np.isnan(ratio), np.inf, ratio).max())
 
 
-def beyond(rule: str, stretch: Stretch, size: Floats, bound: Floats) -> list[Violation]:
+def find_violations(rule: str, stretch: Stretch, size: Floats, bound: Floats) -> list[Violation]:
     """Return a violation for each impact whose size exceeds its bound, or is NaN."""
     return [
-        violation(rule, stretch, k, float(size[k]), float(bound[k])) for k in np.flatnonzero(~(size <= bound)).tolist()
+        build_violation(rule, stretch, k, float(size[k]), float(bound[k]))
+        for k in np.flatnonzero(~(size <= bound)).tolist()
     ]
 
 
-def violation(rule: str, stretch: Stretch, k: int, size: float, bound: float) -> Violation:
+def build_violation(rule: str, stretch: Stretch, k: int, size: float, bound: float) -> Violation:
     row = stretch.impacts[k]
     bodies = (int(row["first"]), int(row["second"]))
     return Violation(rule, stretch.first_row + int(k), bodies, float(row["time_s"]), size, bound)

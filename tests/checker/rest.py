@@ -56,7 +56,7 @@ class Rests:
         return right
 
 
-def resting(start: DiscArrays, stretch: Stretch, flights: Flights) -> Rests | None:
+def find_resting(start: DiscArrays, stretch: Stretch, flights: Flights) -> Rests | None:
     """Return which discs rest at the end of a stretch; None where its run goes on, or ends for another reason."""
     if stretch.outcome is not Outcome.AT_REST:
         return None
@@ -89,7 +89,7 @@ def resting(start: DiscArrays, stretch: Stretch, flights: Flights) -> Rests | No
     return Rests(speed, tuple(on))
 
 
-def broken_end(stretch: Stretch, rests: Rests | None) -> list[Violation]:
+def find_end_violations(stretch: Stretch, rests: Rests | None) -> list[Violation]:
     """Return the end of a run at rest where nothing rests."""
     if rests is None or rests.speed_m_s.any():
         return []

@@ -30,7 +30,7 @@ class Rub:
     bound: Floats
 
 
-def rub_of(start: DiscArrays, rows: NDArray[np.void], rims: tuple[Floats, Floats], fell: Floats) -> Rub:
+def compute_friction(start: DiscArrays, rows: NDArray[np.void], rims: tuple[Floats, Floats], fell: Floats) -> Rub:
     """Return what friction gives at each impact.
 
     Args:

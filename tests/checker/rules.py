@@ -2,13 +2,13 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.checker.flights import UNIT, Flights, flights_of
-from tests.checker.laws import broken_law
+from tests.checker.flights import UNIT, Flights, build_flights
+from tests.checker.laws import find_law_violations
 from tests.checker.passes import Overlap, disc_overlaps, wall_overlaps
-from tests.checker.report import Report, Violation, beyond, violation, worst
-from tests.checker.rest import Rests, broken_end, resting
+from tests.checker.report import Report, Violation, build_violation, find_violations, largest_ratio
+from tests.checker.rest import Rests, find_end_violations, find_resting
 from tests.checker.watch import Stretch
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 from carom import DiscArrays
 
@@ -32,12 +32,12 @@ def check(
         found.append(Violation("count", stretch.first_row, (), float(stretch.time_s[0]), missing, 0.0))
     found = found or _broken_order(stretch)
     if not found:  # else the discs can't be followed
-        flights = flights_of(start, stretch, gravity_m_s2)
+        flights = build_flights(start, stretch, gravity_m_s2)
         found += _broken_history(start, stretch, flights)
         found += _broken_impacts(start, stretch, flights, report)
-        found += broken_law(start, stretch, flights, contact_duration_s, report)
-        rests = resting(start, stretch, flights)
-        found += broken_end(stretch, rests)
+        found += find_law_violations(start, stretch, flights, contact_duration_s, report)
+        rests = find_resting(start, stretch, flights)
+        found += find_end_violations(stretch, rests)
         found += _broken_state(start, stretch, flights, rests)
         # Where the law is broken speeds have no bound: each disc may be near all others, and squares overflow.
         if all(one.rule != "law" for one in found):
@@ -60,7 +60,7 @@ def _broken_rows(start: DiscArrays, stretch: Stretch) -> list[Violation]:
     if stretch.spins is not None:
         for name in stretch.spins.dtype.names or ():
             valid &= np.isfinite(stretch.spins[name])
-    return [violation("row", stretch, k, 1.0, 0.0) for k in np.flatnonzero(~valid).tolist()]
+    return [build_violation("row", stretch, k, 1.0, 0.0) for k in np.flatnonzero(~valid).tolist()]
 
 
 def _broken_order(stretch: Stretch) -> list[Violation]:
@@ -68,16 +68,16 @@ def _broken_order(stretch: Stretch) -> list[Violation]:
     look = np.repeat(np.arange(len(stretch.looks) - 1), np.diff(stretch.looks))
     late = np.maximum(np.append(stretch.time_s[0], time[:-1]), stretch.time_s[look]) - time
     late = np.maximum(late, time - stretch.time_s[look + 1])
-    return [violation("order", stretch, k, float(late[k]), 0.0) for k in np.flatnonzero(~(late <= 0.0)).tolist()]
+    return [build_violation("order", stretch, k, float(late[k]), 0.0) for k in np.flatnonzero(~(late <= 0.0)).tolist()]
 
 
 def _spin_of_flights(stretch: Stretch, flights: Flights) -> Floats:
     """Return the spin of the disc of each flight, as its impacts, or the look, left it."""
     spin = np.zeros(len(flights.disc))
-    spin[flights.first] = sure(stretch.spin_rad_s)[:-1]
+    spin[flights.first] = require_value(stretch.spin_rad_s)[:-1]
     for side, name in enumerate(("first_after", "second_after")):
         k = np.flatnonzero(flights.after[:, side] >= 0)
-        spin[flights.after[k, side]] = sure(stretch.spins)[name][k]
+        spin[flights.after[k, side]] = require_value(stretch.spins)[name][k]
     return spin
 
 
@@ -92,7 +92,7 @@ def _broken_spin_history(start: DiscArrays, stretch: Stretch, flights: Flights) 
         expected = np.where(known >= 0, spin[known - 1], 0.0)
         wrong = (before != expected) | (frozen[np.maximum(stretch.impacts[name], -1)] & (after != 0.0))
         found += [
-            violation("history", stretch, k, float(abs(before[k] - expected[k])), 0.0)
+            build_violation("history", stretch, k, float(abs(before[k] - expected[k])), 0.0)
             for k in np.flatnonzero(wrong).tolist()
         ]
     return found
@@ -108,13 +108,14 @@ def _broken_history(start: DiscArrays, stretch: Stretch, flights: Flights) -> li
         wrong = _differ(before, after, flights.velocity_error(known))
         size, bound = np.abs(before - after).max(axis=1, initial=0.0), flights.velocity_error(known)
         found += [
-            violation("history", stretch, int(k[w]), float(size[w]), float(bound[w])) for w in np.flatnonzero(wrong)
+            build_violation("history", stretch, int(k[w]), float(size[w]), float(bound[w]))
+            for w in np.flatnonzero(wrong)
         ]
     found += _broken_spin_history(start, stretch, flights)
     wall = stretch.impacts["second"] < 0
     for name in ("velocity_second_before", "velocity_second_after"):
         moving = np.flatnonzero(wall & stretch.impacts[name].any(axis=1)).tolist()
-        found += [violation("history", stretch, k, 1.0, 0.0) for k in moving]
+        found += [build_violation("history", stretch, k, 1.0, 0.0) for k in moving]
     return found
 
 
@@ -157,16 +158,16 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
     bodies = np.stack([first, second], axis=1)
     look = np.repeat(np.arange(len(stretch.looks) - 1), np.diff(stretch.looks))
     off = _since_look(start, stretch, bodies, look, -gap, bound)
-    report.worst_gap = max(report.worst_gap, worst(off, bound))
-    found = beyond("contact", stretch, np.abs(off), bound)
+    report.worst_gap = max(report.worst_gap, largest_ratio(off, bound))
+    found = find_violations("contact", stretch, np.abs(off), bound)
 
     apart = np.maximum(np.hypot(dx, dy), np.finfo(float).tiny)
     nx, ny = rows["normal"].T
     # A disc that falls back to its wall has the speed that it left with, not that of the velocity recorded.
     known = flights.velocity_error(np.where(ended[:, 0] >= 0, ended[:, 0], 0)) * ~hit
-    found += beyond("approach", stretch, ux * nx + uy * ny, speed * (2 * bound / apart + 8 * UNIT) + known)
+    found += find_violations("approach", stretch, ux * nx + uy * ny, speed * (2 * bound / apart + 8 * UNIT) + known)
     off = np.hypot(nx - np.where(hit, dx / apart, -wall[:, 2]), ny - np.where(hit, dy / apart, -wall[:, 3]))
-    found += beyond("normal", stretch, off, np.where(hit, 2 * bound / apart, 0.0) + 8 * UNIT)
+    found += find_violations("normal", stretch, off, np.where(hit, 2 * bound / apart, 0.0) + 8 * UNIT)
     return found
 
 
@@ -202,7 +203,7 @@ def _broken_state(start: DiscArrays, stretch: Stretch, flights: Flights, rests: 
 def _too_deep(start: DiscArrays, stretch: Stretch, overlap: Overlap, report: Report) -> list[Violation]:
     bodies, time, bound = overlap.bodies, overlap.time_s, overlap.bound_m
     depth = _since_look(start, stretch, bodies, overlap.look, overlap.depth_m, bound)
-    report.worst_overlap = max(report.worst_overlap, worst(depth, bound))
+    report.worst_overlap = max(report.worst_overlap, largest_ratio(depth, bound))
     report.deepest_m = max(report.deepest_m, float(overlap.depth_m.max(initial=0.0)))
     return [
         Violation(

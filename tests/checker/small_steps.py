@@ -24,7 +24,7 @@ class Ends(NamedTuple):
     spins: list[float]
 
 
-def stepped(scene: Scene, steps: int, until_s: float) -> Ends:
+def run_small_steps(scene: Scene, steps: int, until_s: float) -> Ends:
     """Take a scene to `until_s` in a number of steps."""
     h, (gx, gy) = until_s / steps, scene.gravity_m_s2
     discs = scene.discs

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.campaign.gas_checks import run_of
-from tests.campaign.gases import Kind, draw
+from tests.campaign.gas_checks import build_run
+from tests.campaign.gases import Kind, draw_gas
 from tests.cases import each
 from tests.checker import RULES, Report, Stretch, check, watch
-from tests.checker.flights import flights_of, spans
+from tests.checker.flights import build_flights, spans
 from tests.checker.passes import _closest, disc_overlaps
-from tests.random_scenes import box, jittered
-from tests.scene_builders import sure
+from tests.random_scenes import build_box, draw_jittered_discs
+from tests.scene_builders import require_value
 
 from carom import DiscArrays
 from carom.model.trace import IMPACT_DTYPE
@@ -30,42 +30,42 @@ ROW = 150
 
 
 @cache
-def right() -> tuple[DiscArrays, Stretch]:
+def build_correct_record() -> tuple[DiscArrays, Stretch]:
     """A gas with walls and immovable discs, and its first impacts."""
-    start = jittered(np.random.default_rng(5), 30, immovable=4, spread=2.0, restitution=0.9)
+    start = draw_jittered_discs(np.random.default_rng(5), 30, immovable=4, spread=2.0, restitution=0.9)
     (stretch,) = watch(EventDrivenRun(start), start, 1e9, 300)
     return start, stretch
 
 
-def found(start: DiscArrays, stretch: Stretch) -> Report:
+def check_record(start: DiscArrays, stretch: Stretch) -> Report:
     report = Report()
     check(start, stretch, report)
     return report
 
 
-def broken(start: DiscArrays, stretch: Stretch) -> set[str]:
-    return {violation.rule for violation in found(start, stretch).violations}
+def list_violated_rules(start: DiscArrays, stretch: Stretch) -> set[str]:
+    return {violation.rule for violation in check_record(start, stretch).violations}
 
 
-def tampered(change: Break, *, on_wall: bool) -> set[str]:
+def violated_after_change(change: Break, *, on_wall: bool) -> set[str]:
     """Return the rules that are broken once a row, of two discs or of one and a wall, has been changed."""
-    start, stretch = right()
+    start, stretch = build_correct_record()
     impacts = stretch.impacts.copy()
     kind = ((impacts["second"] < 0) == on_wall) & np.isfinite(start.mass_kg[impacts["first"]])
     change(impacts, ROW + int(np.argmax(kind[ROW:])))
-    return broken(start, replace(stretch, impacts=impacts))
+    return list_violated_rules(start, replace(stretch, impacts=impacts))
 
 
 def test_correct_record_violates_no_rule() -> None:
     """The record that other tests change violates no rule in its 300 impacts."""
-    report = found(*right())
+    report = check_record(*build_correct_record())
     assert report.violations == []
     assert report.impacts == 300
     assert 0.0 < report.worst_gap < 1.0
     assert 0.0 < report.worst_overlap < 1.0
 
 
-def put(**fields: Any) -> Break:
+def set_fields(**fields: Any) -> Break:
     """Return the change that gives fields of a row other values, or what functions make of theirs."""
 
     def change(impacts: NDArray[np.void], row: int) -> None:
@@ -75,19 +75,19 @@ def put(**fields: Any) -> Break:
     return change
 
 
-def swap(impacts: NDArray[np.void], row: int) -> None:
+def swap_impacts(impacts: NDArray[np.void], row: int) -> None:
     """Exchange an impact and the next."""
     impacts[[row, row + 1]] = impacts[[row + 1, row]]
 
 
-def back(impacts: NDArray[np.void], row: int) -> None:
+def reverse_impact(impacts: NDArray[np.void], row: int) -> None:
     """Play an impact backwards, which pulls two discs together that move apart."""
     for body in ("first", "second"):
         before, after = impacts[f"velocity_{body}_before"], impacts[f"velocity_{body}_after"]
         before[row], after[row] = after[row].copy(), before[row].copy()
 
 
-def earlier(impacts: NDArray[np.void], row: int, off: float) -> None:
+def move_impact_earlier(impacts: NDArray[np.void], row: int, off: float) -> None:
     """Let an impact be off by so much, and still after the one before."""
     impacts["time_s"][row] -= min(off, (impacts["time_s"][row] - impacts["time_s"][row - 1]) / 2)
 
@@ -103,48 +103,48 @@ BEFORE, AFTER = ([f"velocity_{body}_{when}" for body in ("first", "second")] for
 #: What breaks a rule, and no other: indices beyond the arrays, a disc with itself, bodies that never move, numbers that
 #: are not finite, impacts out of order, and a unit in the last place of a velocity before.
 ONLY: list[tuple[str, Break, str]] = [
-    *((f"{first} meets {second}", put(first=first, second=second), "row") for first, second in MEET),
-    *((f"{name} is {value}", put(**{name: value}), "row") for name in NAMES for value in (math.nan, math.inf)),
-    *[("swapped", swap, "order"), ("after its look", put(time_s=lambda time_s: time_s + 1e3), "order")],
+    *((f"{first} meets {second}", set_fields(first=first, second=second), "row") for first, second in MEET),
+    *((f"{name} is {value}", set_fields(**{name: value}), "row") for name in NAMES for value in (math.nan, math.inf)),
+    *[("swapped", swap_impacts, "order"), ("after its look", set_fields(time_s=lambda time_s: time_s + 1e3), "order")],
     *(
-        (f"{name} off", put(**{name: next_up}), "history")
+        (f"{name} off", set_fields(**{name: next_up}), "history")
         for name in ("velocity_first_before", "velocity_second_before")
     ),
 ]
 #: Changes that break these rules and perhaps others. They are an earlier impact, one played backwards, a normal
 #: slightly off the line of centres, velocities of another law, and an additional common velocity of two discs.
 AMONG: list[tuple[str, Break, str]] = [
-    *((f"{off} s earlier", partial(earlier, off=off), "contact state") for off in (1e-12, 1e-9, 1e-6)),
-    ("backwards", back, "approach law history"),
-    ("turned", put(normal=lambda n: n + 1e-12 * np.array([-n[1], n[0]])), "normal"),
+    *((f"{off} s earlier", partial(move_impact_earlier, off=off), "contact state") for off in (1e-12, 1e-9, 1e-6)),
+    ("backwards", reverse_impact, "approach law history"),
+    ("turned", set_fields(normal=lambda n: n + 1e-12 * np.array([-n[1], n[0]])), "normal"),
     *(
-        (f"{name} {factor} times", put(**{name: lambda v, factor=factor: v * factor}), "law")
+        (f"{name} {factor} times", set_fields(**{name: lambda v, factor=factor: v * factor}), "law")
         for name in AFTER
         for factor in (1 + 1e-13, 1 - 1e-13, 1.01, -1.0)
     ),
-    ("carried along", put(**dict.fromkeys(AFTER, lambda v: v + 1e-12)), "law"),
+    ("carried along", set_fields(**dict.fromkeys(AFTER, lambda v: v + 1e-12)), "law"),
 ]
 
 
 #: The same of an impact on a wall: it does not move, and its normal turned round is not its own.
 ON_WALLS: list[tuple[str, Break, str]] = [
-    *((f"{name} of a wall", put(**{name: (0.0, 5e-324)}), "history") for name in (BEFORE[1], AFTER[1])),
-    ("a wall's normal turned round", put(normal=lambda n: -n), "normal approach"),
+    *((f"{name} of a wall", set_fields(**{name: (0.0, 5e-324)}), "history") for name in (BEFORE[1], AFTER[1])),
+    ("a wall's normal turned round", set_fields(normal=lambda n: -n), "normal approach"),
 ]
 
 
 @each("what, change, rules", [*ONLY, *AMONG, *ON_WALLS])
 def test_changed_record_violates_the_expected_rules(what: str, change: Break, rules: str) -> None:
     """Each change of the record violates the expected rules; the changes of `ONLY` violate no other rule."""
-    broken = tampered(change, on_wall=(what, change, rules) in ON_WALLS)
+    broken = violated_after_change(change, on_wall=(what, change, rules) in ON_WALLS)
     assert set(rules.split()) <= broken
     assert broken == {rules} or (what, change, rules) not in ONLY
 
 
 def test_missing_impact_violates_the_count() -> None:
     """A record with fewer impacts than the run counted violates the rule "count"."""
-    start, stretch = right()
-    assert broken(start, replace(stretch, impacts=np.delete(stretch.impacts, ROW))) == {"count"}
+    start, stretch = build_correct_record()
+    assert list_violated_rules(start, replace(stretch, impacts=np.delete(stretch.impacts, ROW))) == {"count"}
 
 
 def test_impact_of_distant_discs_violates_contact() -> None:
@@ -157,7 +157,7 @@ def test_impact_of_distant_discs_violates_contact() -> None:
     impacts["time_s"] = 5.0
     place = np.array([[5.0, 0.0], [9.0 + 15.0, 0.0]])
     position = np.array([stretch.position_m[0], place])
-    report = found(start, replace(stretch, impacts=impacts, position_m=position))
+    report = check_record(start, replace(stretch, impacts=impacts, position_m=position))
     assert [violation.rule for violation in report.violations] == ["contact"]
     assert report.violations[0].size == 3.0
     assert report.violations[0].bodies == (0, 1)
@@ -165,7 +165,7 @@ def test_impact_of_distant_discs_violates_contact() -> None:
 
 def free_flight(start: DiscArrays, time_s: float) -> Stretch:
     """What a run looks like that overlooks every impact."""
-    impacts = right()[1].impacts[:0]
+    impacts = build_correct_record()[1].impacts[:0]
     place = np.array([start.position_m, start.position_m + start.velocity_m_s * time_s])
     velocity = np.array([start.velocity_m_s, start.velocity_m_s])
     return Stretch(
@@ -182,7 +182,7 @@ def test_discs_that_pass_through_each_other_are_found(y: float, size: float, pas
     start = DiscArrays(
         np.array([[-50.0, 0.0], [50.0, y]]), np.array([[10.0, 0.0], [-10.0, 0.0]]), np.full(2, size), np.ones(2)
     )
-    violations = found(start, free_flight(start, 10.0)).violations
+    violations = check_record(start, free_flight(start, 10.0)).violations
     assert [v.rule for v in violations] == ["passed"] * passes
     assert [v.bodies for v in violations] in ([], [(0, 1)], [(1, 0)])
 
@@ -194,15 +194,15 @@ def test_movable_disc_beyond_a_wall_is_found() -> None:
         np.array([[-1.0, 0.0], [0.0, 0.0]]),
         np.full(2, 0.5),
         np.array([1.0, math.inf]),
-        box(9.0, 9.0),
+        build_box(9.0, 9.0),
     )
-    violations = found(start, free_flight(start, 2.0)).violations
+    violations = check_record(start, free_flight(start, 2.0)).violations
     assert [(v.rule, v.bodies) for v in violations] == [("passed", (0, -1))]
 
 
 def test_missed_impacts_of_a_gas_are_found() -> None:
     """A disc that the run ignores violates only "passed", more than ten times."""
-    start = jittered(np.random.default_rng(6), 40, spread=1.5)
+    start = draw_jittered_discs(np.random.default_rng(6), 40, spread=1.5)
     seen = DiscArrays(
         start.position_m[:-1], start.velocity_m_s[:-1], start.radius_m[:-1], start.mass_kg[:-1], start.walls
     )
@@ -220,7 +220,7 @@ def test_missed_impacts_of_a_gas_are_found() -> None:
             position_m=np.concatenate([stretch.position_m, np.tile(ghost.position_m[39:], (looks, 1, 1))], axis=1),
             velocity_m_s=np.concatenate([stretch.velocity_m_s, np.zeros((looks, 1, 2))], axis=1),
         )
-        violations = found(ghost, with_ghost).violations
+        violations = check_record(ghost, with_ghost).violations
         assert {v.rule for v in violations} == {"passed"}
         assert all(39 in v.bodies for v in violations)
         encounters += len(violations)
@@ -229,23 +229,23 @@ def test_missed_impacts_of_a_gas_are_found() -> None:
 
 def test_wrong_state_of_a_run_is_found() -> None:
     """A position off by 1e-12 m, or a velocity off by one bit, at an observed state violates the rule "state"."""
-    start, stretch = right()
+    start, stretch = build_correct_record()
     position, velocity = stretch.position_m.copy(), stretch.velocity_m_s.copy()
     position[2, 7, 0] += 1e-12
-    assert "state" in broken(start, replace(stretch, position_m=position))
+    assert "state" in list_violated_rules(start, replace(stretch, position_m=position))
     velocity[2, 7, 0] = np.nextafter(velocity[2, 7, 0], math.inf)
-    assert "state" in broken(start, replace(stretch, velocity_m_s=velocity))
+    assert "state" in list_violated_rules(start, replace(stretch, velocity_m_s=velocity))
 
 
 @pytest.mark.long
 @each("kind", list(Kind))
 def test_overlap_search_finds_every_overlapping_pair(kind: Kind) -> None:
     """Cells and time windows find the same overlaps of slightly enlarged discs as a test of all pairs."""
-    gas = draw(3, kind, most_discs=64)
+    gas = draw_gas(3, kind, most_discs=64)
     larger = replace(gas.start, radius_m=gas.start.radius_m * 1.02)
     movable = np.isfinite(gas.start.mass_kg)
-    for stretch in watch(run_of(gas), gas.start, 1e6, 400):
-        flights = flights_of(gas.start, stretch, gas.gravity_m_s2)
+    for stretch in watch(build_run(gas), gas.start, 1e6, 400):
+        flights = build_flights(gas.start, stretch, gas.gravity_m_s2)
         overlap = disc_overlaps(larger, stretch, flights)
         expected: set[tuple[int, ...]] = set()
         for begin, end in pairwise([*flights.first[:, 0].tolist(), len(flights.x)]):
@@ -256,12 +256,12 @@ def test_overlap_search_finds_every_overlapping_pair(kind: Kind) -> None:
             )
             meet = (i != j) & (movable[i] | movable[j]) & together
             bodies, time_s, *_ = _closest(larger, flights, a[meet], b[meet])
-            expected |= exact(bodies, time_s)
-        assert exact(overlap.bodies, overlap.time_s) == expected
+            expected |= build_overlap_keys(bodies, time_s)
+        assert build_overlap_keys(overlap.bodies, overlap.time_s) == expected
         assert expected
 
 
-def exact(bodies: NDArray[np.intp], time_s: NDArray[np.float64]) -> set[tuple[int, ...]]:
+def build_overlap_keys(bodies: NDArray[np.intp], time_s: NDArray[np.float64]) -> set[tuple[int, ...]]:
     """Return the two discs in order, and the time in its bits."""
     low, high = np.sort(bodies, axis=1).T.tolist()
     return set(zip(low, high, time_s.view(np.int64).tolist(), strict=True))
@@ -276,19 +276,19 @@ def test_spans_concatenates_ranges() -> None:
 
 def test_violation_states_rule_bodies_and_size() -> None:
     """The text of a violation states its rule, its bodies and the size of the error."""
-    start, stretch = right()
+    start, stretch = build_correct_record()
     position = stretch.position_m.copy()
     position[-1, 7, 0] += 1.0
-    (violation,) = found(start, replace(stretch, position_m=position)).violations
+    (violation,) = check_record(start, replace(stretch, position_m=position)).violations
     assert RULES[violation.rule] in str(violation)
     assert "bodies 7" in str(violation)
     assert "off by 1" in str(violation)
 
 
 @cache
-def rough() -> tuple[DiscArrays, Stretch]:
+def build_rough_record() -> tuple[DiscArrays, Stretch]:
     """A gas of discs that rub and spin, and its first impacts."""
-    smooth, _ = right()
+    smooth, _ = build_correct_record()
     spin = np.where(smooth.movable, np.random.default_rng(6).normal(size=len(smooth)), 0.0)
     start = replace(smooth, friction=0.3, wall_friction=0.3, spin_rad_s=spin)
     (stretch,) = watch(EventDrivenRun(start), start, 1e9, 300)
@@ -297,19 +297,19 @@ def rough() -> tuple[DiscArrays, Stretch]:
 
 def test_correct_rough_record_violates_no_rule() -> None:
     """The record of rough discs that other tests change violates no rule in its 300 impacts."""
-    start, stretch = rough()
-    report = found(start, stretch)
+    start, stretch = build_rough_record()
+    report = check_record(start, stretch)
     assert report.violations == []
     assert report.impacts == 300
-    assert len(np.unique(sure(stretch.spins)["first_after"])) > 100
+    assert len(np.unique(require_value(stretch.spins)["first_after"])) > 100
 
 
 @each("kind", ["a unit in the last place", "a billionth", "turned round", "left out"])
 @each("side", ["first", "second"])
 def test_wrong_spin_after_an_impact_is_found(kind: str, side: str) -> None:
     """A wrong spin violates the rule "law"; one off by a rounding only violates the history or the state."""
-    start, stretch = rough()
-    spins = sure(stretch.spins).copy()
+    start, stretch = build_rough_record()
+    spins = require_value(stretch.spins).copy()
     turned = (stretch.impacts["second"] >= 0) & (spins[f"{side}_before"] != spins[f"{side}_after"])
     row = 50 + int(np.argmax(turned[50:]))
     now = spins[f"{side}_after"][row]
@@ -319,22 +319,22 @@ def test_wrong_spin_after_an_impact_is_found(kind: str, side: str) -> None:
         "turned round": -now,
         "left out": spins[f"{side}_before"][row],
     }[kind]
-    rules = broken(start, replace(stretch, spins=spins))
+    rules = list_violated_rules(start, replace(stretch, spins=spins))
     assert rules & {"history", "state"}
     assert ("law" in rules) == (kind != "a unit in the last place")
 
 
 def test_wrong_friction_coefficient_violates_the_law() -> None:
     """Impacts by a friction of 0.30 instead of 0.31 violate only the rule "law"."""
-    start, stretch = rough()
+    start, stretch = build_rough_record()
     assert stretch.spins is not None
     # The same record, compared with a friction by which some of its impacts would slide differently, or stick.
-    assert broken(replace(start, friction=0.31, wall_friction=0.31), stretch) == {"law"}
+    assert list_violated_rules(replace(start, friction=0.31, wall_friction=0.31), stretch) == {"law"}
 
 
 def test_wrong_spin_of_the_final_state_is_found() -> None:
     """A spin of the run's last state that is off by 1e-9 rad/s violates the rule "state"."""
-    start, stretch = rough()
-    spins = sure(stretch.spin_rad_s).copy()
+    start, stretch = build_rough_record()
+    spins = require_value(stretch.spin_rad_s).copy()
     spins[-1, int(np.argmax(start.movable))] += 1e-9
-    assert broken(start, replace(stretch, spin_rad_s=spins)) == {"state"}
+    assert list_violated_rules(start, replace(stretch, spin_rad_s=spins)) == {"state"}

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.campaign.gas_checks import checked
+from tests.campaign.gas_checks import check_run
 from tests.campaign.gases import Gas, Kind
 from tests.cases import each
 from tests.checker import Report, check, watch
-from tests.checker.laws import elastic_of
-from tests.random_scenes import jittered
+from tests.checker.laws import find_elastic_impacts
+from tests.random_scenes import draw_jittered_discs
 from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import DiscArrays
@@ -26,28 +26,28 @@ IMPACTS = 500
 
 
 @cache
-def gas() -> Gas:
+def build_gas() -> Gas:
     """12 rough discs in a box, two of them immovable."""
-    start = jittered(np.random.default_rng(5), 12, immovable=2, spread=1.5, restitution=0.98)
+    start = draw_jittered_discs(np.random.default_rng(5), 12, immovable=2, spread=1.5, restitution=0.98)
     rough = replace(start, wall_restitution=0.95, friction=0.01, wall_friction=0.01)
     return Gas(0, Kind.CONTACT, 0.0, rough, 10_000, 0.1)
 
 
-def seen(run: Run, contact_duration_s: float = gas().contact_duration_s) -> Report:
+def check_gas_run(run: Run, contact_duration_s: float = build_gas().contact_duration_s) -> Report:
     report = Report()
-    for stretch in watch(run, gas().start, 1e6, IMPACTS):
-        check(gas().start, stretch, report, contact_duration_s=contact_duration_s)
+    for stretch in watch(run, build_gas().start, 1e6, IMPACTS):
+        check(build_gas().start, stretch, report, contact_duration_s=contact_duration_s)
     return report
 
 
-def rules(report: Report) -> set[str]:
+def list_rules(report: Report) -> set[str]:
     return {violation.rule for violation in report.violations}
 
 
 @each("run", [EventDrivenRun, all_pairs])
 def test_correct_run_violates_no_rule(run: Callable[..., Run]) -> None:
     """A correct run with the TC model violates no rule; 10 to 90 % of its impacts are elastic."""
-    report = seen(run(gas(), contact_duration_s=gas().contact_duration_s))
+    report = check_gas_run(run(build_gas(), contact_duration_s=build_gas().contact_duration_s))
     assert report.violations == []
     assert report.impacts == IMPACTS
     assert 0.1 * IMPACTS < report.elastic < 0.9 * IMPACTS
@@ -59,24 +59,26 @@ def test_wrong_contact_duration_violates_the_law(asked_s: float) -> None:
 
     A correct run that is checked with another duration violates it, too.
     """
-    assert rules(seen(EventDrivenRun(gas(), contact_duration_s=asked_s))) == {"law"}
-    assert rules(seen(EventDrivenRun(gas(), contact_duration_s=gas().contact_duration_s), asked_s)) == {"law"}
+    assert list_rules(check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=asked_s))) == {"law"}
+    assert list_rules(
+        check_gas_run(EventDrivenRun(build_gas(), contact_duration_s=build_gas().contact_duration_s), asked_s)
+    ) == {"law"}
 
 
-def forgotten(last_s: NDArray[np.float64]) -> None:
+def forget_last_impacts(last_s: NDArray[np.float64]) -> None:
     last_s[:] = -np.inf
 
 
-def kept_of_another_disc(last_s: NDArray[np.float64]) -> None:
+def shift_last_impacts(last_s: NDArray[np.float64]) -> None:
     last_s[:] = np.roll(last_s, 1)
 
 
-def too_recent(last_s: NDArray[np.float64]) -> None:
+def advance_last_impacts(last_s: NDArray[np.float64]) -> None:
     last_s += 0.05
 
 
 #: What becomes of the last impacts of all discs in a saved state.
-FAULTS = (forgotten, kept_of_another_disc, too_recent)
+FAULTS = (forget_last_impacts, shift_last_impacts, advance_last_impacts)
 
 
 @each("fault", FAULTS)
@@ -87,7 +89,7 @@ def test_run_resumed_with_wrong_last_impacts_is_found(
     watching = sys.modules[watch.__module__]
     monkeypatch.setattr(watching, "RENEWED_AFTER", IMPACTS // 10)
     monkeypatch.setattr(watching, "STRETCH_IMPACTS", IMPACTS // 20)
-    assert checked(gas(), IMPACTS).violations == []
+    assert check_run(build_gas(), IMPACTS).violations == []
 
     class Wrong(EventDrivenRun):
         def __init__(self, *arguments: Any, resume: Any = None, **options: Any) -> None:
@@ -96,7 +98,7 @@ def test_run_resumed_with_wrong_last_impacts_is_found(
             super().__init__(*arguments, resume=resume, **options)
 
     monkeypatch.setattr("tests.campaign.gas_checks.EventDrivenRun", Wrong)
-    assert rules(checked(gas(), IMPACTS)) == {"law"}
+    assert list_rules(check_run(build_gas(), IMPACTS)) == {"law"}
 
 
 def test_impact_after_exactly_the_contact_duration_may_be_elastic() -> None:
@@ -109,18 +111,18 @@ def test_impact_after_exactly_the_contact_duration_may_be_elastic() -> None:
     first_s, second_s = stretch.impacts["time_s"].tolist()  # at a velocity of .5 after the first
     assert (first_s, second_s) == (0.5, 6.5)
     for contact_duration_s, kinds in ((5.0, [0, 0]), (6.0, [0, 1]), (7.0, [1, 1])):
-        elastic = elastic_of(start, stretch, contact_duration_s)
+        elastic = find_elastic_impacts(start, stretch, contact_duration_s)
         assert [int(elastic.surely.sum()), int(elastic.maybe.sum())] == kinds
         report = Report()
         check(start, stretch, report, contact_duration_s=contact_duration_s)
-        assert rules(report) == ({"law"} if contact_duration_s == 7.0 else set())
+        assert list_rules(report) == ({"law"} if contact_duration_s == 7.0 else set())
     (kept,) = watch(EventDrivenRun(start, contact_duration_s=7.0), start, 100.0, 2)
     for contact_duration_s, broken in ((5.0, {"law"}), (6.0, set()), (7.0, set())):
         report = Report()
         check(start, kept, report, contact_duration_s=contact_duration_s)
-        assert rules(report) == broken
+        assert list_rules(report) == broken
     slower = kept.impacts.copy()
     slower["velocity_first_after"][1] *= 0.9
     report = Report()
     check(start, replace(kept, impacts=slower), report, contact_duration_s=6.0)
-    assert "law" in rules(report)
+    assert "law" in list_rules(report)

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.campaign import gas_checks
-from tests.campaign.gas_checks import checked
+from tests.campaign.gas_checks import check_run
 from tests.campaign.gases import Gas, Kind
 from tests.cases import each, release_after
 from tests.checker import Report, Stretch, check
 from tests.checker.passes import _lowest
-from tests.random_scenes import jittered
+from tests.random_scenes import draw_jittered_discs
 
 from carom import DiscArrays
 from carom.model.chain_geometry import Outline
@@ -32,15 +32,15 @@ SLIGHTLY = 1.0 + 1e-9
 
 
 @cache
-def gas() -> Gas:
+def build_gas() -> Gas:
     """Twelve rough discs on a slope between walls, three of them immovable."""
-    start = jittered(np.random.default_rng(8), 12, immovable=3, spread=2.0, restitution=0.98)
+    start = draw_jittered_discs(np.random.default_rng(8), 12, immovable=3, spread=2.0, restitution=0.98)
     assert start.walls[FLOOR] == (0.0, 0.0, 0.0, 1.0)
     rough = replace(start, wall_restitution=0.95, friction=0.1, wall_friction=0.1)
     return Gas(0, Kind.FALLING, 0.0, rough, 10_000, gravity_m_s2=(1.0, -9.8))
 
 
-def rules(report: Report) -> set[str]:
+def list_rules(report: Report) -> set[str]:
     return {violation.rule for violation in report.violations}
 
 
@@ -49,54 +49,57 @@ def test_correct_run_violates_no_rule(monkeypatch: pytest.MonkeyPatch) -> None:
 
     It has more than 20 impacts each on the floor, on immovable discs, and between movable discs.
     """
-    run = gas_checks.run_of(gas())
-    monkeypatch.setattr(gas_checks, "run_of", lambda _: run)
-    report = checked(gas(), IMPACTS)
+    run = gas_checks.build_run(build_gas())
+    monkeypatch.setattr(gas_checks, "build_run", lambda _: run)
+    report = check_run(build_gas(), IMPACTS)
     assert report.violations == []
     assert report.impacts == IMPACTS
     assert 0.0 < report.worst_gap < 1.0
     first, second = run.log.array()["first"], run.log.array()["second"]
-    fixed = ~gas().start.movable
+    fixed = ~build_gas().start.movable
     assert np.sum(second == -1 - FLOOR) > 20
     assert np.sum((second >= 0) & (fixed[first] | fixed[np.maximum(second, 0)])) > 20
     assert np.sum((second >= 0) & ~fixed[first] & ~fixed[np.maximum(second, 0)]) > 20
 
 
 def with_walls(walls: list[HalfPlane | Outline]) -> Gas:
-    return replace(gas(), start=replace(gas().start, walls=tuple(walls)))
+    return replace(build_gas(), start=replace(build_gas().start, walls=tuple(walls)))
 
 
 def with_start(**fields: Any) -> Gas:
-    return replace(gas(), start=replace(gas().start, **fields))
+    return replace(build_gas(), start=replace(build_gas().start, **fields))
 
 
-def moved_floor(by: float) -> Gas:
+def move_floor(by: float) -> Gas:
     """Return the gas with its floor higher."""
-    walls = list(gas().start.walls)
+    walls = list(build_gas().start.walls)
     walls[FLOOR] = (0.0, by, 0.0, 1.0)
     return with_walls(walls)
 
 
-def narrower(discs: slice) -> Gas:
+def shrink_discs(discs: slice) -> Gas:
     """Return the gas with some discs so small that they all but miss the others."""
-    radius = gas().start.radius_m.copy()
+    radius = build_gas().start.radius_m.copy()
     radius[discs] /= 8.0
     return with_start(radius_m=radius)
 
 
 #: What a run is of instead of the gas that it is checked against, and the rule that is broken.
 FAULTS: dict[str, tuple[Callable[[], Gas], str]] = {
-    "late on the floor": (lambda: moved_floor(-1e-9), "contact"),
-    "early on the floor": (lambda: moved_floor(1e-9), "contact"),
-    "no floor": (lambda: moved_floor(-50.0), "passed"),
-    "other gravity": (lambda: replace(gas(), gravity_m_s2=(1.0 * SLIGHTLY, -9.8 * SLIGHTLY)), "history"),
-    "no gravity": (lambda: replace(gas(), gravity_m_s2=(0.0, -1e-30)), "history"),
+    "late on the floor": (lambda: move_floor(-1e-9), "contact"),
+    "early on the floor": (lambda: move_floor(1e-9), "contact"),
+    "no floor": (lambda: move_floor(-50.0), "passed"),
+    "other gravity": (lambda: replace(build_gas(), gravity_m_s2=(1.0 * SLIGHTLY, -9.8 * SLIGHTLY)), "history"),
+    "no gravity": (lambda: replace(build_gas(), gravity_m_s2=(0.0, -1e-30)), "history"),
     "bounces too fast": (lambda: with_start(wall_restitution=0.95 * SLIGHTLY), "law"),
     "strikes too fast": (lambda: with_start(restitution=0.98 * SLIGHTLY), "law"),
     "rubs too little": (lambda: with_start(wall_friction=0.1 / SLIGHTLY), "law"),
-    "heavier than it is": (lambda: with_start(mass_kg=gas().start.mass_kg * np.linspace(1.0, SLIGHTLY, 12)), "law"),
-    "no fixed": (lambda: narrower(slice(0, 3)), "passed"),
-    "thinner": (lambda: narrower(slice(7, 8)), "contact"),
+    "heavier than it is": (
+        lambda: with_start(mass_kg=build_gas().start.mass_kg * np.linspace(1.0, SLIGHTLY, 12)),
+        "law",
+    ),
+    "no fixed": (lambda: shrink_discs(slice(0, 3)), "passed"),
+    "thinner": (lambda: shrink_discs(slice(7, 8)), "contact"),
 }
 
 
@@ -104,8 +107,8 @@ FAULTS: dict[str, tuple[Callable[[], Gas], str]] = {
 def test_wrong_fall_violates_its_rule(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run of a gas with a small difference violates the rule for that difference."""
     make, broken = FAULTS[name]
-    monkeypatch.setattr(gas_checks, "run_of", lambda _: gas_checks.FlightAlone(make()))
-    assert broken in rules(checked(gas(), IMPACTS))
+    monkeypatch.setattr(gas_checks, "build_run", lambda _: gas_checks.FlightAlone(make()))
+    assert broken in list_rules(check_run(build_gas(), IMPACTS))
 
 
 class RestsInTheAir(gas_checks.FlightAlone):
@@ -119,7 +122,7 @@ class RestsInTheAir(gas_checks.FlightAlone):
 def test_wrong_end_at_rest_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that ends at rest although no disc rests violates the rule "end"."""
     monkeypatch.setattr(gas_checks, "FlightAlone", RestsInTheAir)
-    assert "end" in rules(checked(gas(), IMPACTS))
+    assert "end" in list_rules(check_run(build_gas(), IMPACTS))
 
 
 @each("restitution", [0.0, 0.5])
@@ -134,7 +137,7 @@ def test_correct_end_at_rest_violates_no_rule(restitution: float, gravity: tuple
         case = Gas(0, Kind.FALLING, 0.0, start, 10_000, gravity_m_s2=gravity)
         run = gas_checks.FlightAlone(case)
         assert run.advance_to(1e6) is Outcome.AT_REST
-        report = checked(case)
+        report = check_run(case)
         assert report.violations == []
         assert report.impacts == run.impacts > 0
 
@@ -156,7 +159,7 @@ def test_flight_that_enters_a_body_and_returns_is_found(over: float) -> None:
         back = np.array([[0.0, -3.0], [0.0, 0.0]][:count])
         stretch = Stretch(
             0,
-            EventDrivenRun(gas()).log.array(),
+            EventDrivenRun(build_gas()).log.array(),
             np.array([0, 0]),
             np.array([0.0, 0.6]),
             np.array([place, place]),
@@ -165,7 +168,7 @@ def test_flight_that_enters_a_body_and_returns_is_found(over: float) -> None:
         )
         report = Report()
         check(start, stretch, report, gravity_m_s2=(0.0, -10.0))
-        assert rules(report) == ({"passed"} if over > 0.0 else set())
+        assert list_rules(report) == ({"passed"} if over > 0.0 else set())
 
 
 def test_closest_point_of_a_parabola_is_found() -> None:

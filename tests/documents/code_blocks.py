@@ -65,7 +65,7 @@ class Block:
                 yield command, output
 
 
-def blocks_of(page: Path) -> list[Block]:
+def list_blocks(page: Path) -> list[Block]:
     """Return the fenced blocks of a document."""
     text, name = page.read_text(encoding="utf-8"), page.relative_to(ROOT).as_posix()
     return [
@@ -80,20 +80,20 @@ def blocks_of(page: Path) -> list[Block]:
     ]
 
 
-def unfenced(page: Path) -> list[str]:
+def find_unfenced(page: Path) -> list[str]:
     """Return lines that Markdown takes for code since they are indented."""
     prose = _FENCED.sub("", page.read_text(encoding="utf-8"))
     return re.findall(r"(?<=\n\n) {4}(?![-*\d]).+", prose)
 
 
-def fault_of(command: str) -> str | None:
+def find_command_fault(command: str) -> str | None:
     """Return what is wrong with a command: a program, an option, a target or a module that there is not."""
     words = shlex.split(command, comments=True)
     if ">" in words:  # where its output goes is no argument
         words = words[: words.index(">")]
     match words:
         case ["carom", *arguments]:
-            return _fault_of_carom(arguments)
+            return _find_carom_fault(arguments)
         case ["make", target, *_]:
             makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
             return None if re.search(rf"^{target}:", makefile, re.MULTILINE) else f"the Makefile has no {target}"
@@ -115,7 +115,7 @@ def fault_of(command: str) -> str | None:
     return "the program is none that the documents may use"
 
 
-def _fault_of_carom(arguments: list[str]) -> str | None:
+def _find_carom_fault(arguments: list[str]) -> str | None:
     commands: dict[str, Any] = vars(typer.main.get_command(app))["commands"]
     name, *rest = arguments
     if name not in commands:

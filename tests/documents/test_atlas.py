@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 from docs.figures import atlas, atlas_methods
-from tests.scene_builders import cross_checked
+from tests.scene_builders import run_cross_check
 
 from carom.catalogue import find_scenes
 from carom.report.results_file.records import format_records, read_raw_records
@@ -32,21 +32,23 @@ HAZARDS: list[dict[str, Any]] = [
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+def records(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Head and rows of PIC and PIT on a few scenes, as the file has them."""
-    results = cross_checked(find_scenes(NAMES), ["pic", "pit"], certified=False)
+    results = run_cross_check(find_scenes(NAMES), ["pic", "pit"], certified=False)
     path = tmp_path_factory.mktemp("atlas") / "results.jsonl"
     path.write_text(format_records(results), encoding="utf-8")
     return read_raw_records(path)
 
 
-def test_atlas_has_grades_and_failure_points_of_each_method(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
+def test_atlas_has_grades_and_failure_points_of_each_method(
+    records: tuple[dict[str, Any], list[dict[str, Any]]],
+) -> None:
     r"""A profile's row has its number of scenes by grade, missed and extra impacts, and its failure points.
 
     Carom's own methods are in no table of engines.
     """
-    (pit,) = (method for method in atlas_methods.methods_of(found[1], []) if method.engine == "pit")
-    coarse = [row for row in found[1] if row["engine"] == "pit" and row["refinement"] == 0]
+    (pit,) = (method for method in atlas_methods.methods_of(records[1], []) if method.engine == "pit")
+    coarse = [row for row in records[1] if row["engine"] == "pit" and row["refinement"] == 0]
     assert sorted(row["grade"] for row in coarse) == ["sampled", "sampled", "ungraded", "wrong"]
     assert atlas_methods.grades(pit) == "2 sampled, 1 wrong, 1 ungraded"
     assert atlas_methods.impacts(pit) == "1 / 0"
@@ -56,12 +58,12 @@ def test_atlas_has_grades_and_failure_points_of_each_method(found: tuple[dict[st
         "unsupported",
         "-",
     ]
-    data = atlas.measured(*found, [], STRESS, HAZARDS, ("carom run", "carom run --dt 1/60", "carom stress"))
+    data = atlas.measured(*records, [], STRESS, HAZARDS, ("carom run", "carom run --dt 1/60", "carom stress"))
     assert data["commands"] == ["carom run", "carom run --dt 1/60", "carom stress"]
     assert data["measured"]["scenes"] == len(NAMES)
     assert data["engines"] == {}, "Carom's own methods are nothing to choose"
     assert not [cell for row in data["needs"]["rows"] for cell in row[1:] if cell.startswith(("pic", "pit"))]
-    assert atlas_methods.gas(atlas_methods.methods_of(found[1], [], HAZARDS)[-1]) == "-50 % to -30 % in 16 starts"
+    assert atlas_methods.gas(atlas_methods.methods_of(records[1], [], HAZARDS)[-1]) == "-50 % to -30 % in 16 starts"
 
 
 def test_best_profile_for_settings_code_is_chosen() -> None:
@@ -81,20 +83,22 @@ def test_best_profile_for_settings_code_is_chosen() -> None:
     assert atlas_methods.best([shipped, cylinder, tuned, swept]) is swept
 
 
-def test_first_choice_meets_the_need_in_most_scenes(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
+def test_first_choice_meets_the_need_in_most_scenes(records: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
     """Finer steps are chosen only if they meet a need in more scenes; no method is chosen if none meets it."""
-    methods = [method for method in atlas_methods.methods_of(found[1], []) if method.engine == "pit"]
+    methods = [method for method in atlas_methods.methods_of(records[1], []) if method.engine == "pit"]
     right = atlas_methods.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
     assert atlas_methods.choices(right, methods) == ["pit, 1 frame: 1 of 1, -"]
     fine = atlas_methods.Need("", lambda scene: scene == "paper/missed", lambda row: not row["missed"])
-    finer = [row for row in found[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit") and not row["missed"]]
+    finer = [
+        row for row in records[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit") and not row["missed"]
+    ]
     step = 4 ** min(row["refinement"] for row in finer)
     assert atlas_methods.choices(fine, methods) == [f"pit, 1/{step} frame: 1 of 1, -"]
     never = atlas_methods.Need("", lambda scene: scene == "paper/late", lambda row: row["grade"] == "exact")
     assert atlas_methods.choices(never, methods) == []
 
 
-def _gas(engine: str, outcome: str = "completed", **steps: Any) -> atlas_methods.Method:
+def _build_gas_method(engine: str, outcome: str = "completed", **steps: Any) -> atlas_methods.Method:
     """A method that ran the gas; `steps` is what its steps show otherwise than none at all."""
     none: dict[str, Any] = {"grade": "sampled", "due": 900, "missed": 0, "missed_by_pit": 0, "missed_within": 0}
     none |= {"invented": 0, "early": 0, "ahead": 0, "late_steps": [0.5, 1.0], "ratio": [0.2, 1.0], "energy": 0.0}
@@ -108,16 +112,16 @@ def test_gas_ranking_ignores_the_misses_of_pit() -> None:
     It sorts by misses, extra and early impacts, error, and energy. Methods that ended early come last.
     """
     ranked = [
-        _gas("same-as-pit", missed=4, missed_by_pit=4, energy=1e-9),
-        _gas("loses", energy=2e-6),
-        _gas("worse", ratio=[0.2, 1.8]),
-        _gas("boundless", ratio=[0.2, None]),
-        _gas("ahead", ahead=1),
-        _gas("early", early=2),
-        _gas("invents", invented=1),
-        _gas("misses", missed=3, missed_by_pit=2),
-        _gas("misses-before", missed=4, missed_by_pit=4, missed_within=2),
-        _gas("ends", outcome="warned"),
+        _build_gas_method("same-as-pit", missed=4, missed_by_pit=4, energy=1e-9),
+        _build_gas_method("loses", energy=2e-6),
+        _build_gas_method("worse", ratio=[0.2, 1.8]),
+        _build_gas_method("boundless", ratio=[0.2, None]),
+        _build_gas_method("ahead", ahead=1),
+        _build_gas_method("early", early=2),
+        _build_gas_method("invents", invented=1),
+        _build_gas_method("misses", missed=3, missed_by_pit=2),
+        _build_gas_method("misses-before", missed=4, missed_by_pit=4, missed_within=2),
+        _build_gas_method("ends", outcome="warned"),
     ]
     assert [method.name for method, _ in atlas.crowd(ranked[::-1])] == [method.name for method in ranked]
     rows = [" | ".join(row) for row in atlas.data(atlas.crowd_table(ranked))["rows"]]
@@ -125,9 +129,9 @@ def test_gas_ranking_ignores_the_misses_of_pit() -> None:
     assert any("not bounded" in row for row in rows)
 
 
-def test_engine_measured_alone_changes_no_ranking(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
+def test_engine_measured_alone_changes_no_ranking(records: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
     """An engine that is measured alone gets its own entry with the date; rankings of all engines stay the same."""
-    head, rows = found
+    head, rows = records
     there = {**head, "environment": {**head["environment"], "versions": {"numpy": "2.4.6", "newcomer": "1.0"}}}
     ranked = {name: {"rows": [["as it was"]]} for name in ("needs", "crowd", "limits")}
     known: dict[str, Any] = {**ranked, "engines": {"other": {}}, "measured": {"scenes": 43}}

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 import yaml
 from tests.cases import each
-from tests.documents.code_blocks import LANGUAGES, PAGES, ROOT, blocks_of, fault_of, unfenced
+from tests.documents.code_blocks import LANGUAGES, PAGES, ROOT, find_command_fault, find_unfenced, list_blocks
 
 import carom
 from carom.cli import COMMANDS
 from carom.conformance.known_failures import load_known_failures
 
-BLOCKS = [block for page in PAGES for block in blocks_of(page)]
+BLOCKS = [block for page in PAGES for block in list_blocks(page)]
 SCENE = next(block for block in BLOCKS if block.page == "README.md" and block.file == "my-scene.toml")
 
 
@@ -28,8 +28,8 @@ def test_code_blocks_are_fenced_with_a_known_language() -> None:
     Indented or unlabelled blocks would not be tested.
     """
     for page in PAGES:
-        blocks, text = blocks_of(page), page.read_text(encoding="utf-8")
-        assert unfenced(page) == [], page
+        blocks, text = list_blocks(page), page.read_text(encoding="utf-8")
+        assert find_unfenced(page) == [], page
         assert {block.language for block in blocks} <= LANGUAGES, page
         assert text.count("```") == 2 * len(blocks), page
         assert text.count("<!-- not run: ") == sum(bool(one.reason) for one in blocks), page
@@ -61,17 +61,17 @@ def test_documented_commands_exist() -> None:
         found = re.findall(rf"(?<=`)carom (?:{names}) [^`\n]+(?=`)|(?<=- run: )carom .+", text)
         asked += [(page.name, command) for command in found]
     assert len(asked) > 100
-    assert [(where, command, fault) for where, command in asked if (fault := fault_of(command))] == []
+    assert [(where, command, fault) for where, command in asked if (fault := find_command_fault(command))] == []
 
 
-def run_of(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+def run_command(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     """Run a command in a folder, with the programs of this environment, as into a pipe."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "MPLBACKEND": "agg", "PATH": path}
     return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
-def is_shown_by(expected: str, printed: str) -> bool:
+def matches_output(expected: str, printed: str) -> bool:
     """Whether a command printed the shown lines, of any width; ... matches any lines."""
     shown = [" ".join(line.split()) for line in expected.strip().splitlines()]
     pattern = "\n".join("(?s:.*)" if line == "..." else re.escape(line) for line in shown)
@@ -89,7 +89,7 @@ def test_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
             (tmp_path / block.file).write_text(block.text, encoding="utf-8")
     if script := "".join(block.text for block in blocks if block.language == "python"):
         (tmp_path / "script.py").write_text(script, encoding="utf-8")
-        done = run_of([sys.executable, "-W", "error", "script.py"], tmp_path)
+        done = run_command([sys.executable, "-W", "error", "script.py"], tmp_path)
         assert done.returncode == 0, done.stderr
     for block in blocks:
         for command, shown in block.commands():
@@ -97,22 +97,22 @@ def test_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
                 continue
             words = shlex.split(command, comments=True)
             words, into = (words[:-2], words[-1]) if ">" in words else (words, "")
-            done = run_of(words, tmp_path)
+            done = run_command(words, tmp_path)
             if into:
                 (tmp_path / into).write_text(done.stdout, encoding="utf-8")
             assert done.returncode in ({0, 1} if words[:2] in (["carom", "run"], ["carom", "diff"]) else {0}), (
                 f"{block}: {command}\n{done.stdout}{done.stderr}"
             )
-            assert shown is None or is_shown_by(shown, done.stdout), f"{block}: {command}\n{done.stdout}"
+            assert shown is None or matches_output(shown, done.stdout), f"{block}: {command}\n{done.stdout}"
 
 
 def test_output_pattern_detects_differences() -> None:
     """A shown output differs by an extra or missing line or another number; widths and `...` are ignored."""
     printed = "one 1.5\n\n  two\nthree\n"
-    assert is_shown_by("one 1.5\n\ntwo\nthree", printed)
-    assert is_shown_by("one    1.5\n...\nthree\n", printed)
-    assert not is_shown_by("one 1.5\n\ntwo", printed)
-    assert not is_shown_by("one 1x5\n...\n", printed)
-    assert not is_shown_by("...\nfour", printed)
+    assert matches_output("one 1.5\n\ntwo\nthree", printed)
+    assert matches_output("one    1.5\n...\nthree\n", printed)
+    assert not matches_output("one 1.5\n\ntwo", printed)
+    assert not matches_output("one 1x5\n...\n", printed)
+    assert not matches_output("...\nfour", printed)
     assert SCENE.text.startswith("# my-scene.toml\n")
     assert (ROOT / SCENE.page).is_file()

@@ -146,7 +146,7 @@ def test_generated_reference_lists_commands_and_fields() -> None:
     assert "| `discs` | list of Disc | `required` |" in scene
 
 
-def slugs(page: Path) -> set[str]:
+def list_anchors(page: Path) -> set[str]:
     """Return the anchors of a page's headings."""
     headings = re.findall(r"^#+ (.+)", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
@@ -167,7 +167,7 @@ def test_cited_pages_and_headings_exist() -> None:
             found += 1
             if path != Path(__file__) and not (ROOT / page).is_file():
                 lost.append((path.name, page))
-            elif anchor and anchor not in slugs(ROOT / page):
+            elif anchor and anchor not in list_anchors(ROOT / page):
                 lost.append((path.name, f"{page}#{anchor}"))
     assert found > 50
     assert lost == []

@@ -35,7 +35,7 @@ HEADING = 10
 
 
 @cache
-def weights(word: str) -> dict[str, float]:
+def compute_weights(word: str) -> dict[str, float]:
     """How much of each page is this word: its share of the text, with a heading's words counted more."""
     pattern, found = re.compile(rf"\b{word}", re.IGNORECASE), {}
     for page in PAGES:
@@ -49,8 +49,8 @@ def weights(word: str) -> dict[str, float]:
 @each("word, page", SEARCHED.items())
 def test_search_words_lead_to_their_page(word: str, page: str) -> None:
     """No page uses a search word more than the page that is meant for it."""
-    assert weights(word)[page] > 0
-    assert weights(word)[page] == max(weights(word).values())
+    assert compute_weights(word)[page] > 0
+    assert compute_weights(word)[page] == max(compute_weights(word).values())
 
 
 @each("task", TASKS)
@@ -102,7 +102,7 @@ KEPT = read()
 CODE = [cell for cell in KEPT.cells if cell.cell_type == "code"]
 
 
-def replays(cell: Any) -> list[str]:
+def list_replays(cell: Any) -> list[str]:
     """The frames that a cell shows, whole: a replay has nothing in it of the machine that made it."""
     shown = [output.get("data", {}).get("text/html", "") for output in cell.get("outputs", [])]
     return [html for html in shown if html.startswith("<iframe")]
@@ -116,7 +116,7 @@ def test_notebook_cells_reproduce_their_stored_output() -> None:
         assert [sorted(out.get("data", ())) for out in run.get("outputs", [])] == [
             sorted(out.get("data", ())) for out in kept.get("outputs", [])
         ], kept.source
-        assert replays(run) == replays(kept), kept.source
+        assert list_replays(run) == list_replays(kept), kept.source
 
 
 def test_stored_notebook_is_complete_and_free_of_local_paths() -> None:

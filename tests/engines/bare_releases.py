@@ -144,7 +144,7 @@ def newton(scene: dict[str, Any], places: list[list[float]], steps: int, dt: flo
     return [[float(value) for value in row] for row in np.hstack(ends)]
 
 
-def run(scene: dict[str, Any], phase: float) -> State:
+def run_scene(scene: dict[str, Any], phase: float) -> State:
     """Return x, y and velocity of each disc at the end, each set back by a part of its first step."""
     dt = 1 / scene["frame_rate_hz"]
     moved = [
@@ -157,6 +157,7 @@ def run(scene: dict[str, Any], phase: float) -> State:
 
 
 found = {
-    scene["name"]: [run(scene, k / PHASES) for k in range(PHASES)] for scene in json.loads(Path(scenes).read_text())
+    scene["name"]: [run_scene(scene, k / PHASES) for k in range(PHASES)]
+    for scene in json.loads(Path(scenes).read_text())
 }
 sys.stdout.write(json.dumps(found) + "\n")

@@ -19,7 +19,7 @@ import dartpy  # of the folder
 STEP, PHASES = 1 / 60, 32
 
 
-def world_of(
+def build_world(
     discs: list[tuple[tuple[float, float], tuple[float, float], float]],
     phase: float,
     walls: tuple[tuple[tuple[float, float], float], ...] = (),
@@ -61,21 +61,21 @@ def frictionless(node: Any, coefficient: float) -> None:
     node.getDynamicsAspect().setFrictionCoeff(0.0)
 
 
-def row(phase: float) -> float:
+def measure_row_error(phase: float) -> float:
     """Return how far off the velocities of `classics/sorting` end, over the fastest."""
     velocities = (2.5, 1.6, 0.5, -0.8, -1.9)
     places = (0.0, 0.65, 1.9, 2.45, 3.9)
-    world, discs = world_of([((x, 0.0), (v, 0.0), 0.1) for x, v in zip(places, velocities, strict=True)], phase)
-    return off(world, discs, 1.75, sorted(velocities)) / 2.5
+    world, discs = build_world([((x, 0.0), (v, 0.0), 0.1) for x, v in zip(places, velocities, strict=True)], phase)
+    return measure_velocity_error(world, discs, 1.75, sorted(velocities)) / 2.5
 
 
-def box(phase: float) -> int:
+def count_box_turns(phase: float) -> int:
     """Return in how many steps the velocity of the disc of `classics/box` turns."""
     walls = (((1.0, 0.0), 0.0), ((-1.0, 0.0), -2.4), ((0.0, 1.0), 0.0), ((0.0, -1.0), -1.6))
-    return turns(*world_of([((0.7, 0.5), (5.3, 3.7), 0.2)], phase, walls), 2.5)
+    return count_turns(*build_world([((0.7, 0.5), (5.3, 3.7), 0.2)], phase, walls), 2.5)
 
 
-def turns(world: Any, discs: list[Any], seconds: float) -> int:
+def count_turns(world: Any, discs: list[Any], seconds: float) -> int:
     """Return how often the velocity of a disc turns from a step to the next."""
     count = 0
     for _ in range(round(seconds / STEP)):
@@ -86,42 +86,47 @@ def turns(world: Any, discs: list[Any], seconds: float) -> int:
     return count
 
 
-def off(world: Any, discs: list[Any], seconds: float, wanted: list[float]) -> float:
+def measure_velocity_error(world: Any, discs: list[Any], seconds: float, wanted: list[float]) -> float:
     """Return how far the velocities end from those that are wanted, along x."""
     for _ in range(round(seconds / STEP)):
         world.step()
     return float(max(math.dist(disc.getVelocities(), (v, 0.0)) for disc, v in zip(discs, wanted, strict=True)))
 
 
-def head_on(phase: float) -> float:
+def measure_head_on_error(phase: float) -> float:
     """Return how far off discs of 1 and 3 kg part with half of the 6 m/s that they close at, over the fastest."""
     discs = [((-3.04, 0.0), (4.0, 0.0), 0.2), ((1.72, 0.0), (-2.0, 0.0), 0.3)]
-    return off(*world_of(discs, phase, masses=(1.0, 3.0), coefficients=(0.5**0.5, 1.0)), 1.5, [-2.75, 0.25]) / 4.0
+    return (
+        measure_velocity_error(
+            *build_world(discs, phase, masses=(1.0, 3.0), coefficients=(0.5**0.5, 1.0)), 1.5, [-2.75, 0.25]
+        )
+        / 4.0
+    )
 
 
-def cradle(phase: float) -> float:
+def measure_cradle_error(phase: float) -> float:
     """Return how far the first velocity of `classics/cradle-gaps` is from the last disc's at the end, over itself."""
     places = (0.0, 1.08, 1.5, 2.06, 2.54)
-    world, discs = world_of([((x, 0.0), (0.0 if x else 2.0, 0.0), 0.125) for x in places], phase)
-    return off(world, discs, 1.5, [0.0, 0.0, 0.0, 0.0, 2.0]) / 2.0
+    world, discs = build_world([((x, 0.0), (0.0 if x else 2.0, 0.0), 0.125) for x in places], phase)
+    return measure_velocity_error(world, discs, 1.5, [0.0, 0.0, 0.0, 0.0, 2.0]) / 2.0
 
 
-def ladder(phase: float) -> int:
+def count_ladder_turns(phase: float) -> int:
     """Return how often the disc of `classics/restitution-ladder` turns."""
     walls = (((1.0, 0.0), 0.0), ((-1.0, 0.0), -1.7))
-    return turns(*world_of([((0.6, 0.0), (11.0, 0.3), 0.1)], phase, walls, coefficients=(1.0, 0.8)), 3.0)
+    return count_turns(*build_world([((0.6, 0.0), (11.0, 0.3), 0.1)], phase, walls, coefficients=(1.0, 0.8)), 3.0)
 
 
-def bank(phase: float) -> int:
+def count_bank_turns(phase: float) -> int:
     """Return how often velocities turn in `classics/bank-shot`."""
     at = (2.317284844477174, 2.1379636333578804)
     discs = [((-1.36, 1.22), (4.0, -3.0), 0.2), (at, (0.0, 0.0), 0.2)]
-    return turns(*world_of(discs, phase, (((0.0, 1.0), 0.0),)), 1.75)
+    return count_turns(*build_world(discs, phase, (((0.0, 1.0), 0.0),)), 1.75)
 
 
-def lean(phase: float) -> float:
+def measure_lean(phase: float) -> float:
     """Return how far the normal of two spheres that meet off centre leaves the plane at most."""
-    world, _ = world_of([((-0.6, 0.0), (1.0, 0.0), 0.5), ((0.6, 0.2), (-1.0, 0.0), 0.5)], phase)
+    world, _ = build_world([((-0.6, 0.0), (1.0, 0.0), 0.5), ((0.6, 0.2), (-1.0, 0.0), 0.5)], phase)
     most = 0.0
     for _ in range(30):
         world.step()
@@ -131,6 +136,14 @@ def lean(phase: float) -> float:
 
 
 phases = [k / PHASES for k in range(PHASES)]
-measures = {"row": row, "box": box, "leans": lean, "head_on": head_on, "cradle": cradle, "ladder": ladder, "bank": bank}
+measures = {
+    "row": measure_row_error,
+    "box": count_box_turns,
+    "leans": measure_lean,
+    "head_on": measure_head_on_error,
+    "cradle": measure_cradle_error,
+    "ladder": count_ladder_turns,
+    "bank": count_bank_turns,
+}
 found = {name: [*map(measure, phases)] for name, measure in measures.items()}
 sys.stdout.write(json.dumps(found) + "\n")

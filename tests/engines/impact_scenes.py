@@ -1,6 +1,6 @@
 """Scenes whose outcome mechanics tells, for any engine: equal discs exchange the normal parts of their velocities."""
 
-from tests.hazards.spread import starts_of
+from tests.hazards.spread import build_starts
 
 from carom import Disc, Scene
 
@@ -9,7 +9,7 @@ STARTS = 16
 PHASES = tuple(k / STARTS for k in range(STARTS))
 
 
-def head_on(speed_m_s: float, radius_m: float = 0.5, phase: float = 0.0, dt_s: float = 1 / 60) -> Scene:
+def build_head_on_scene(speed_m_s: float, radius_m: float = 0.5, phase: float = 0.0, dt_s: float = 1 / 60) -> Scene:
     """A disc runs into an equal one at rest, which leaves with its velocity; `phase` of a step later than at a step."""
     gap_m = speed_m_s * (8 + phase) * dt_s
     runner = Disc(position_m=(0, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m)
@@ -17,12 +17,12 @@ def head_on(speed_m_s: float, radius_m: float = 0.5, phase: float = 0.0, dt_s: f
     return Scene(name="head-on", discs=[runner, at_rest], duration_s=24 * dt_s)
 
 
-def at_starts(scene: Scene) -> list[Scene]:
+def list_starts(scene: Scene) -> list[Scene]:
     """Return a scene begun at `STARTS` parts of a step of its frame rate."""
-    return starts_of(scene, STARTS)
+    return build_starts(scene, STARTS)
 
 
-def oblique(speed_m_s: float = 5.0, radius_m: float = 0.5) -> Scene:
+def build_oblique_scene(speed_m_s: float = 5.0, radius_m: float = 0.5) -> Scene:
     """A disc meets an equal one at rest on a line of centres 3, 4, 5: 4/5 of its speed goes over, 3/5 it keeps."""
     centres = (2 * radius_m * 4 / 5, 2 * radius_m * 3 / 5)
     back_m = 0.377 * speed_m_s  # the impact comes at no whole number of steps
@@ -30,7 +30,7 @@ def oblique(speed_m_s: float = 5.0, radius_m: float = 0.5) -> Scene:
     return Scene(name="oblique", discs=[runner, Disc(position_m=centres, radius_m=radius_m)], duration_s=0.75)
 
 
-def after_oblique(speed_m_s: float = 5.0) -> list[list[float]]:
+def velocities_after_oblique(speed_m_s: float = 5.0) -> list[list[float]]:
     """Velocities after `oblique`: 4/5 of the speed along (4, 3) / 5, 3/5 of it along (3, -4) / 5."""
     along, across = 0.8 * speed_m_s, 0.6 * speed_m_s
     return [[0.6 * across, -0.8 * across], [0.8 * along, 0.6 * along]]

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tests.adapters.shipped_settings import DT_S, NOT_TOLD, PHASES, SPEEDS, STEPS, End, Shipped, meeting
-from tests.processes import ran
+from tests.adapters.shipped_settings import DT_S, NOT_TOLD, PHASES, SPEEDS, STEPS, End, Shipped, build_meeting_scene
+from tests.processes import run_command
 
 from carom import Disc
 from carom_adapters import npm
 
 
-def of_rapier() -> Shipped:
+def read_rapier_defaults() -> Shipped:
     """Rapier's own: the parameters of a world, and what a body and its collider are given."""
     import rapier3d
 
@@ -55,7 +55,7 @@ def of_rapier() -> Shipped:
     return Shipped(values, run)
 
 
-def of_dart() -> Shipped:
+def read_dart_defaults() -> Shipped:
     """DART's own: a world's solver and detector, and what a shape is given."""
     import dartpy
 
@@ -100,7 +100,7 @@ def of_dart() -> Shipped:
     return Shipped(values, run)
 
 
-def of_ode() -> Shipped:
+def read_ode_defaults() -> Shipped:
     """ODE's own: a world, and the surface of a contact; which of its steppers is called is the caller's choice."""
     from panda3d import ode
 
@@ -143,7 +143,7 @@ def of_ode() -> Shipped:
     return Shipped(values, run)
 
 
-def of_newton() -> Shipped:
+def read_newton_defaults() -> Shipped:
     """Newton's own: a model's shapes, and its XPBD solver."""
     import newton
     import warp
@@ -182,7 +182,7 @@ def of_newton() -> Shipped:
     return Shipped(values, run)
 
 
-def of_drake() -> Shipped:
+def read_drake_defaults() -> Shipped:
     """Drake's own: a plant's, a scene graph's and a simulator's configurations."""
     from pydrake import geometry
     from pydrake.math import RigidTransform
@@ -231,35 +231,42 @@ def of_drake() -> Shipped:
     return Shipped(values, run)
 
 
-def _of_npm(engine: str, roundings: int) -> Shipped:
+def _read_npm_defaults(engine: str, roundings: int) -> Shipped:
     """Ask node once, for what is shipped and for all that `worst_difference` will ask for."""
-    scenes = [meeting(speed, phase).discs for speed in SPEEDS for phase in PHASES]
-    asked = {"engine": engine, "dt": DT_S, "steps": STEPS, "scenes": [list(map(_said, discs)) for discs in scenes]}
+    scenes = [build_meeting_scene(speed, phase).discs for speed in SPEEDS for phase in PHASES]
+    asked = {
+        "engine": engine,
+        "dt": DT_S,
+        "steps": STEPS,
+        "scenes": [list(map(_describe_disc, discs)) for discs in scenes],
+    }
     program = Path(__file__).with_name("shipped.mjs").read_text(encoding="utf-8")
-    done = ran(["node", "--input-type=module", "-e", program], input=json.dumps(asked), cwd=Path(npm.__file__).parent)
+    done = run_command(
+        ["node", "--input-type=module", "-e", program], input=json.dumps(asked), cwd=Path(npm.__file__).parent
+    )
     told = json.loads(done.stdout)
     ends = {discs: np.array(end) for discs, end in zip(scenes, told["ends"], strict=True)}
     return Shipped(told["values"], lambda discs: ends[tuple(discs)], roundings)
 
 
-def _said(disc: Disc) -> dict[str, float]:
+def _describe_disc(disc: Disc) -> dict[str, float]:
     (x, y), (v, _) = disc.position_m, disc.velocity_m_s
     return {"x": x, "y": y, "v": v, "r": disc.radius_m, "m": disc.mass_kg}
 
 
 OF_ENGINES: dict[str, Callable[[], Shipped]] = {
-    "rapier": of_rapier,
-    "dart": of_dart,
-    "drake": of_drake,
-    "ode": of_ode,
-    "newton": of_newton,
-    "planck": lambda: _of_npm("planck", 0),
-    "matter": lambda: _of_npm("matter", 0),
-    "box2d3": lambda: _of_npm("box2d3", 3),
-    "jolt": lambda: _of_npm("jolt", 3),
-    "rapier2d": lambda: _of_npm("rapier2d", 0),
-    "cannon": lambda: _of_npm("cannon", 0),
-    "p2": lambda: _of_npm("p2", 0),
-    "havok": lambda: _of_npm("havok", 0),
-    "physx": lambda: _of_npm("physx", 3),
+    "rapier": read_rapier_defaults,
+    "dart": read_dart_defaults,
+    "drake": read_drake_defaults,
+    "ode": read_ode_defaults,
+    "newton": read_newton_defaults,
+    "planck": lambda: _read_npm_defaults("planck", 0),
+    "matter": lambda: _read_npm_defaults("matter", 0),
+    "box2d3": lambda: _read_npm_defaults("box2d3", 3),
+    "jolt": lambda: _read_npm_defaults("jolt", 3),
+    "rapier2d": lambda: _read_npm_defaults("rapier2d", 0),
+    "cannon": lambda: _read_npm_defaults("cannon", 0),
+    "p2": lambda: _read_npm_defaults("p2", 0),
+    "havok": lambda: _read_npm_defaults("havok", 0),
+    "physx": lambda: _read_npm_defaults("physx", 3),
 }

@@ -42,23 +42,23 @@ COLUMNS = {
 
 
 @pytest.fixture(scope="module")
-def kept() -> Iterator[ReleaseCache]:
+def release_cache() -> Iterator[ReleaseCache]:
     """Releases, kept where `carom history` keeps them."""
     with open_release_cache(4e9) as found:
         yield found
 
 
-def release(kept: ReleaseCache, registry: str, package: str, version: str) -> Path:
+def install_release(release_cache: ReleaseCache, registry: str, package: str, version: str) -> Path:
     try:
-        return kept.install(CLIENTS[registry], registry, package, version)
+        return release_cache.install(CLIENTS[registry], registry, package, version)
     except ClientError as error:
         pytest.skip(str(error))
 
 
 @each("version", COLUMNS)
-def test_rapier_releases_have_the_listed_slow_rebounds(version: str, kept: ReleaseCache) -> None:
+def test_rapier_releases_have_the_listed_slow_rebounds(version: str, release_cache: ReleaseCache) -> None:
     """Bare Rapier returns the listed share of 0.2 and 1 m/s over 32 phases; 5 and 20 m/s return fully."""
-    folder = release(kept, "npm", RAPIER, version)
+    folder = install_release(release_cache, "npm", RAPIER, version)
     script = Path(__file__).with_name("rapier_releases.mjs")
     done = subprocess.run(["node", script, folder], capture_output=True, text=True, check=True, env=dict(os.environ))
     told = {float(speed): values for speed, values in json.loads(done.stdout).items()}
@@ -71,14 +71,14 @@ def test_rapier_releases_have_the_listed_slow_rebounds(version: str, kept: Relea
 
 @each("version, shipped, told", [("0.19.3", 0.186, 1), ("0.20.0", 0, 2), ("0.21.0", 0, 1)])
 def test_rapier_releases_exchange_velocities_in_a_row(
-    version: str, shipped: float, told: int, kept: ReleaseCache
+    version: str, shipped: float, told: int, release_cache: ReleaseCache
 ) -> None:
     r"""In each release of bare Rapier tuned discs in a row exchange velocities at all 32 phases.
 
     Release 0.20.0 reports each contact twice. With default settings 0.19.3 is off by 0.186.
     """
     script = Path(__file__).with_name("rapier_releases.mjs")
-    command = ["node", str(script), str(release(kept, "npm", RAPIER, version)), "rows"]
+    command = ["node", str(script), str(install_release(release_cache, "npm", RAPIER, version)), "rows"]
     found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     assert max(off for off, *_ in found["shipped"]) == pytest.approx(shipped, abs=5e-4)  # as it is rounded
     assert max(off for off, *_ in found["tuned"]) < 1e-6  # 32-bit floats
@@ -89,17 +89,17 @@ def test_rapier_releases_exchange_velocities_in_a_row(
     )
 
 
-def test_history_does_not_blame_rapier_0_20_for_double_reports(kept: ReleaseCache) -> None:
+def test_history_does_not_blame_rapier_0_20_for_double_reports(release_cache: ReleaseCache) -> None:
     """`carom history` does not call 0.20 worse, nor 0.21 changed, where only contacts are reported twice."""
-    moved = told("rapier2d", "0.19.3,0.20.0,0.21.0", kept, "classics/sorting")
+    moved = list_changes("rapier2d", "0.19.3,0.20.0,0.21.0", release_cache, "classics/sorting")
     assert ChangeKind.WORSE not in moved["0.20.0"]
     assert not any(one.real for one in moved["0.21.0"])
 
 
-def bare_matter(version: str, kept: ReleaseCache) -> dict[str, list[Any]]:
+def run_bare_matter(version: str, release_cache: ReleaseCache) -> dict[str, list[Any]]:
     """Return what bodies of a release of matter.js are without Carom."""
     script = Path(__file__).with_name("matter_releases.mjs")
-    command = ["node", str(script), str(release(kept, "npm", "matter-js", version))]
+    command = ["node", str(script), str(install_release(release_cache, "npm", "matter-js", version))]
     found: dict[str, list[Any]] = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     return found
 
@@ -116,8 +116,14 @@ PACKAGES = {
 }
 
 
-def bare(
-    engine: str, version: str, kept: ReleaseCache, folder: Path, names: Sequence[str] = SCENES, *, asked: str = ""
+def run_bare(
+    engine: str,
+    version: str,
+    release_cache: ReleaseCache,
+    folder: Path,
+    names: Sequence[str] = SCENES,
+    *,
+    asked: str = "",
 ) -> dict[str, list[Any]]:
     """Return what a release gives at each of 32 phases, without Carom, in the scenes of `docs/results/history.md`."""
     scenes = folder / "scenes.json"
@@ -129,14 +135,14 @@ def bare(
         sys.executable if python else "node",
         str(script),
         engine,
-        str(release(kept, registry, package, version)),
+        str(install_release(release_cache, registry, package, version)),
     ]
     done = subprocess.run([*command, str(scenes), *filter(None, [asked])], capture_output=True, text=True, check=True)
     found: dict[str, list[Any]] = json.loads(done.stdout.splitlines()[-1])  # pymunk 5 prints a line of its own
     return found
 
 
-def right(name: str, part: float = 1.0) -> NDArray[np.float64]:
+def exact_states(name: str, part: float = 1.0) -> NDArray[np.float64]:
     """Return places and velocities of PIC at each phase: a step after the end, or at the first after a part of it."""
     scene = next(entry.scene for entry in find_scenes([name]))
     dt_s = 1 / scene.frame_rate_hz
@@ -146,9 +152,9 @@ def right(name: str, part: float = 1.0) -> NDArray[np.float64]:
     return np.array([np.hstack([trace.final_position_m, trace.final_velocity_m_s]) for trace in exact])
 
 
-def off(name: str, runs: list[Any], at: slice, over: float) -> list[float]:
+def measure_errors(name: str, runs: list[Any], at: slice, over: float) -> list[float]:
     """Return how far the places or velocities of a scene are from those of PIC at the end, over a length or a speed."""
-    errors = (np.array([run["end"] for run in runs]) - right(name))[:, :, at]
+    errors = (np.array([run["end"] for run in runs]) - exact_states(name))[:, :, at]
     return [float(error) / over for error in np.linalg.norm(errors, axis=2).max(axis=1)]
 
 
@@ -169,19 +175,23 @@ VELOCITIES_OF_MATTER = {
 
 
 @each("version, row", ROW_OF_MATTER.items())
-def test_matter_releases_have_the_listed_errors(version: str, row: float, kept: ReleaseCache, tmp_path: Path) -> None:
+def test_matter_releases_have_the_listed_errors(
+    version: str, row: float, release_cache: ReleaseCache, tmp_path: Path
+) -> None:
     """Bare matter.js has the listed errors in five scenes, which change at 0.14, and in a row also at 0.19."""
-    found = bare("matter", version, kept, tmp_path)
+    found = run_bare("matter", version, release_cache, tmp_path)
     new = version not in ("0.10.0", "0.12.0")
-    assert off("classics/sorting", found["classics/sorting"], VELOCITIES, 2.5) == pytest.approx([row] * 32, abs=5e-4)
+    assert measure_errors("classics/sorting", found["classics/sorting"], VELOCITIES, 2.5) == pytest.approx(
+        [row] * 32, abs=5e-4
+    )
     for name, (fastest, *ranges) in VELOCITIES_OF_MATTER.items():
-        errors = off(name, found[name], VELOCITIES, fastest)
+        errors = measure_errors(name, found[name], VELOCITIES, fastest)
         assert (min(errors), max(errors)) == pytest.approx(ranges[new], abs=5e-6), name  # as they are rounded
-    places = off("classics/box", found["classics/box"], PLACES, 1.0)
+    places = measure_errors("classics/box", found["classics/box"], PLACES, 1.0)
     assert (min(places), max(places)) == pytest.approx(((0.598, 0.798), (1.109, 1.500))[new], abs=5e-4)
     ladder = found["classics/restitution-ladder"]
     assert {run["turns"] for run in ladder} == {7 if new else 6}
-    errors = off("classics/restitution-ladder", ladder, VELOCITIES, math.hypot(11.0, 0.3))
+    errors = measure_errors("classics/restitution-ladder", ladder, VELOCITIES, math.hypot(11.0, 0.3))
     assert errors == pytest.approx([0.3076 if new else 0.0376] * 32, abs=5e-5)
 
 
@@ -194,11 +204,11 @@ def test_matter_releases_have_the_listed_errors(version: str, row: float, kept: 
     ],
 )
 def test_matter_pushed_inelastic_discs_apart_until_0_12(
-    version: str, apart: float, fast: tuple[float, float], kept: ReleaseCache, tmp_path: Path
+    version: str, apart: float, fast: tuple[float, float], release_cache: ReleaseCache, tmp_path: Path
 ) -> None:
     """With restitution 0 two discs touch once at each of 32 phases; until 0.12 some are then pushed apart."""
     name = "classics/perfectly-inelastic"
-    runs = bare("matter", version, kept, tmp_path, [name])[name]
+    runs = run_bare("matter", version, release_cache, tmp_path, [name])[name]
     errors = [abs(vx - 2.0) for run in runs for _, _, vx, _ in run["end"]]
     assert fast[0] <= min(errors) <= max(errors) <= fast[1]
     assert [run["met"] for run in runs] == [1] * 32
@@ -209,13 +219,13 @@ def test_matter_pushed_inelastic_discs_apart_until_0_12(
 
 @each("version, cradle, together", [("0.19.3", 0.1125, (5.02e-4, 5.03e-4)), ("0.20.0", 0.0, (0.03e-4, 0.27e-4))])
 def test_rapier_releases_have_the_listed_cradle_errors(
-    version: str, cradle: float, together: tuple[float, float], kept: ReleaseCache, tmp_path: Path
+    version: str, cradle: float, together: tuple[float, float], release_cache: ReleaseCache, tmp_path: Path
 ) -> None:
     """Bare Rapier has the listed worst error in a cradle and range of errors of discs that go on together."""
-    found = bare("rapier", version, kept, tmp_path)
-    errors = off("classics/cradle-gaps", found["classics/cradle-gaps"], VELOCITIES, 2.0)
+    found = run_bare("rapier", version, release_cache, tmp_path)
+    errors = measure_errors("classics/cradle-gaps", found["classics/cradle-gaps"], VELOCITIES, 2.0)
     assert max(errors) == pytest.approx(cradle, abs=5e-5)
-    places = off("classics/perfectly-inelastic", found["classics/perfectly-inelastic"], PLACES, 1.0)
+    places = measure_errors("classics/perfectly-inelastic", found["classics/perfectly-inelastic"], PLACES, 1.0)
     assert (min(places), max(places)) == pytest.approx(together, abs=1e-6)
 
 
@@ -230,10 +240,10 @@ def test_rapier_releases_have_the_listed_cradle_errors(
     ],
 )
 def test_bare_engine_states_are_equal_in_two_releases(
-    engine: str, old: str, new: str, rounding: float, kept: ReleaseCache, tmp_path: Path
+    engine: str, old: str, new: str, rounding: float, release_cache: ReleaseCache, tmp_path: Path
 ) -> None:
     """Bare final states in every scene at 32 phases are equal in both releases, or equal to rounding."""
-    before, after = (bare(engine, version, kept, tmp_path) for version in (old, new))
+    before, after = (run_bare(engine, version, release_cache, tmp_path) for version in (old, new))
     assert len(before) == len(find_scenes(SCENES))
     for name, runs in before.items():
         assert len(runs) == 32
@@ -253,11 +263,11 @@ NEWTON_4103 = {
 
 @each("version, right", NEWTON_4103.items())
 def test_newton_1_6_1_restitution_differs_from_1_5_2(
-    version: str, right: dict[str, tuple[float, float]], kept: ReleaseCache, tmp_path: Path
+    version: str, right: dict[str, tuple[float, float]], release_cache: ReleaseCache, tmp_path: Path
 ) -> None:
     """Since 1.6.1 inelastic discs stay together (newton #4103); shared contacts gain or lose the listed energy."""
     names = ["issues/newton-4103", "classics/one-into-two", "classics/cradle-touching"]
-    found = bare("newton", version, kept, tmp_path, names)
+    found = run_bare("newton", version, release_cache, tmp_path, names)
     found_parted = [second[2] - first[2] for first, second in found[names[0]]]
     assert (min(found_parted), max(found_parted)) == pytest.approx(right["parted"], abs=5e-4)  # as they are rounded
     for name in names[1:]:
@@ -267,27 +277,29 @@ def test_newton_1_6_1_restitution_differs_from_1_5_2(
         assert (min(left), max(left)) == pytest.approx(right[name.partition("/")[2]], abs=5e-4), name
 
 
-def test_history_finds_the_changes_of_matter(kept: ReleaseCache) -> None:
+def test_history_finds_the_changes_of_matter(release_cache: ReleaseCache) -> None:
     """`carom history` calls matter.js 0.14 better and 0.19 worse in a row, and no other release changed."""
-    moved = told("matter", "0.10.0,0.12.0,0.14.0,0.17.1,0.18.0,0.19.0,0.20.0", kept, "classics/sorting")
+    moved = list_changes(
+        "matter", "0.10.0,0.12.0,0.14.0,0.17.1,0.18.0,0.19.0,0.20.0", release_cache, "classics/sorting"
+    )
     assert ChangeKind.BETTER in moved["0.14.0"]
     assert ChangeKind.WORSE in moved["0.19.0"]
     assert {version for version, moves in moved.items() if any(one.real for one in moves)} == {"0.14.0", "0.19.0"}
 
 
 @each("version, scaled", [("0.12.0", False), ("0.14.0", True), ("0.20.0", True)])
-def test_matter_scales_inertia_with_mass_since_0_14(version: str, scaled: bool, kept: ReleaseCache) -> None:
+def test_matter_scales_inertia_with_mass_since_0_14(version: str, scaled: bool, release_cache: ReleaseCache) -> None:
     """Until 0.12 `Body.setMass` leaves a body's moment of inertia unchanged; since 0.14 it scales it."""
-    made, given = bare_matter(version, kept)["inertia"]
+    made, given = run_bare_matter(version, release_cache)["inertia"]
     assert (given == pytest.approx(made)) is scaled
 
 
-def test_walls_fill_the_grid_of_matter_before_0_18(kept: ReleaseCache) -> None:
+def test_walls_fill_the_grid_of_matter_before_0_18(release_cache: ReleaseCache) -> None:
     """Before 0.18 a wall of matter.js occupies each grid cell of 48 pixels that it covers; since then none."""
-    small, large = bare_matter("0.17.1", kept)["cells"]
+    small, large = run_bare_matter("0.17.1", release_cache)["cells"]
     assert small >= (4800 / 48) ** 2
     assert large >= (9600 / 48) ** 2
-    assert bare_matter("0.18.0", kept)["cells"] == [0, 0]
+    assert run_bare_matter("0.18.0", release_cache)["cells"] == [0, 0]
 
 
 #: Releases of DART, bare, over 32 phases: the worst row, how far normals lean, the worst of `head-on` and the least of
@@ -301,10 +313,10 @@ DART_BARE = {
 
 
 @each("version", DART_BARE)
-def test_dart_spheres_are_exact_since_6_20(version: str, kept: ReleaseCache) -> None:
+def test_dart_spheres_are_exact_since_6_20(version: str, release_cache: ReleaseCache) -> None:
     """Until 6.19 DART's spheres are meshes: discs leave a box or turn too often; since 6.20 the turns are right."""
     script = Path(__file__).with_name("dart_releases.py")
-    command = [sys.executable, str(script), str(release(kept, "pip", "dartpy", version))]
+    command = [sys.executable, str(script), str(install_release(release_cache, "pip", "dartpy", version))]
     told = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     errors, counts = DART_BARE[version]
     found = (max(told["row"]), max(told["leans"]), max(told["head_on"]), min(told["cradle"]))
@@ -312,10 +324,10 @@ def test_dart_spheres_are_exact_since_6_20(version: str, kept: ReleaseCache) -> 
     assert tuple((min(told[name]), max(told[name])) for name in ("box", "ladder", "bank")) == counts
 
 
-def told(engine: str, versions: str, kept: ReleaseCache, *scenes: str) -> dict[str, set[ChangeKind]]:
+def list_changes(engine: str, versions: str, release_cache: ReleaseCache, *scenes: str) -> dict[str, set[ChangeKind]]:
     """Return what became of the cells of each release since the one before."""
     plain = [entry.scene for entry in find_scenes(scenes)]
-    found = run_history(engine, plain, kept, HistoryOptions(versions=[versions], jobs=1))
+    found = run_history(engine, plain, release_cache, HistoryOptions(versions=[versions], jobs=1))
     if reasons := [one.not_run for one in found.releases if one.not_run]:
         pytest.skip(reasons[0])
     return {step.new.version: {change.kind for change in step.changes.values()} for step in found.transitions}
@@ -330,9 +342,11 @@ def told(engine: str, versions: str, kept: ReleaseCache, *scenes: str) -> dict[s
         ("jolt", "0.29.0,1.1.0"),
     ],
 )
-def test_history_finds_no_changed_bit_in_these_releases(engine: str, versions: str, kept: ReleaseCache) -> None:
+def test_history_finds_no_changed_bit_in_these_releases(
+    engine: str, versions: str, release_cache: ReleaseCache
+) -> None:
     """In these releases impacts and final states of every cell that runs are equal."""
-    moved = told(engine, versions, kept, "paper", "classics/box", "classics/sorting")
+    moved = list_changes(engine, versions, release_cache, "paper", "classics/box", "classics/sorting")
     assert set.union(*moved.values()) <= {ChangeKind.NOTHING, ChangeKind.NOT_RUN}
 
 
@@ -344,10 +358,10 @@ def test_history_finds_no_changed_bit_in_these_releases(engine: str, versions: s
     ],
 )
 def test_history_separates_other_settings_from_real_changes(
-    engine: str, before: str, release: str, scenes: list[str], kept: ReleaseCache
+    engine: str, before: str, release: str, scenes: list[str], release_cache: ReleaseCache
 ) -> None:
     """Changed defaults or requested settings are reported as such, and not as worse or better."""
-    moved = told(engine, f"{before},{release}", kept, *scenes)[release]
+    moved = list_changes(engine, f"{before},{release}", release_cache, *scenes)[release]
     assert ChangeKind.OTHER_SETTINGS in moved
     assert not any(one.real for one in moved)
 
@@ -362,14 +376,14 @@ TURNED = {
 
 @each("version, since", [("0.19.3", 0), ("0.20.0", 1), ("0.21.0", 1)])
 def test_tuned_discs_of_rapier_turn_earlier_since_0_20(
-    version: str, since: int, kept: ReleaseCache, tmp_path: Path
+    version: str, since: int, release_cache: ReleaseCache, tmp_path: Path
 ) -> None:
     """Bare tuned Rapier has the listed range of position errors in each scene, which changes at 0.20."""
     asked = json.dumps({"lengthUnit": 1024, "normalizedPredictionDistance": 0, "contact_natural_frequency": 0})
-    found = bare("rapier", version, kept, tmp_path, list(TURNED), asked=asked)
+    found = run_bare("rapier", version, release_cache, tmp_path, list(TURNED), asked=asked)
     for name, ((disc, axis), *ranges) in TURNED.items():
         later = np.array([run["later"] for run in found[name]])
-        assert_range((later - right(name, 0.625))[:, disc, axis], *ranges[since])
+        assert_range((later - exact_states(name, 0.625))[:, disc, axis], *ranges[since])
 
 
 #: DART, bare: a disc's coordinate at the end, and how far off it is over 32 phases, until 6.19 and since, metres.
@@ -382,17 +396,17 @@ LEANT = {
 
 @each("version, since", [("6.19.5", 0), ("6.20.0", 1)])
 def test_dart_releases_have_the_listed_final_positions(
-    version: str, since: int, kept: ReleaseCache, tmp_path: Path
+    version: str, since: int, release_cache: ReleaseCache, tmp_path: Path
 ) -> None:
     """Since 6.20 DART's discs that meet off centre end on the other side of their exact positions."""
-    found = bare("dart", version, kept, tmp_path, list(LEANT))
+    found = run_bare("dart", version, release_cache, tmp_path, list(LEANT))
     for name, ((disc, axis), *ranges) in LEANT.items():
-        assert_range((np.array(found[name]) - right(name))[:, disc, axis], *ranges[since])
+        assert_range((np.array(found[name]) - exact_states(name))[:, disc, axis], *ranges[since])
 
 
-def test_history_does_not_run_pymunk_before_5_7(kept: ReleaseCache) -> None:
+def test_history_does_not_run_pymunk_before_5_7(release_cache: ReleaseCache) -> None:
     """Pymunk 5.6 reports no contacts to the adapter, so it is not run, since it is older than 5.7."""
     plain = [entry.scene for entry in find_scenes(["classics/box"])]
-    found = run_history("pymunk", plain, kept, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
+    found = run_history("pymunk", plain, release_cache, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
     assert found.releases[0].not_run == "older than 5.7, the oldest release that its adapter drives"
     assert found.ran == found.releases[1:]

@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.engines.impact_scenes import PHASES, STARTS, after_oblique, at_starts, head_on, oblique
+from tests.engines.impact_scenes import (
+    PHASES,
+    STARTS,
+    build_head_on_scene,
+    build_oblique_scene,
+    list_starts,
+    velocities_after_oblique,
+)
 from tests.scene_builders import Drive, Finish, Named, with_discs
 
 from carom import Disc, Scene
@@ -27,7 +34,7 @@ def test_default_engines_limit_speeds_with_a_warning(name: str, limit_m_s: float
     """A disc that should leave at 600 m/s has the engine's speed limit, and the adapter warns; tuned has none."""
     heavy = Disc(position_m=(0, 0), velocity_m_s=(300.3, 0), radius_m=3, mass_kg=1000)
     light = Disc(position_m=(10, 0), radius_m=3, mass_kg=1)
-    for scene in at_starts(Scene(name="sling", discs=[heavy, light], duration_s=0.1, frame_rate_hz=240)):
+    for scene in list_starts(Scene(name="sling", discs=[heavy, light], duration_s=0.1, frame_rate_hz=240)):
         end = finish(named(name), scene, 1 / 240, "default")
         assert end.velocity_m_s[1, 0] == pytest.approx(limit_m_s, rel=1e-5)
         assert "slowed down" in end.warning
@@ -86,21 +93,23 @@ def test_box2d_v3_reports_impulses_above_the_change_of_momentum(named: Named) ->
 
 def test_jolt_cast_gives_right_velocities_and_loses_its_step(named: Named, finish: Finish) -> None:
     """After an oblique impact velocities are right to 0.1 %, but the rest of the step is lost and discs lag."""
-    for scene in at_starts(oblique()):
+    for scene in list_starts(build_oblique_scene()):
         end = finish(named("jolt"), scene, DT_S, "swept")
-        np.testing.assert_allclose(end.velocity_m_s, after_oblique(), atol=5e-3)
+        np.testing.assert_allclose(end.velocity_m_s, velocities_after_oblique(), atol=5e-3)
         before_s = -scene.discs[0].position_m[0] / 5.0
         flight_s = scene.step_count(DT_S) * DT_S - before_s
-        lag_m = np.array(after_oblique()) * flight_s + [[0, 0], [0.8, 0.6]] - end.position_m
-        late_s = float((lag_m[1] * after_oblique()[1]).sum()) / 4.0**2
+        lag_m = np.array(velocities_after_oblique()) * flight_s + [[0, 0], [0.8, 0.6]] - end.position_m
+        late_s = float((lag_m[1] * velocities_after_oblique()[1]).sum()) / 4.0**2
         assert -1e-5 < late_s < DT_S
 
 
-def given_back(adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 1.0, dt_s: float = DT_S) -> list[float]:
+def measure_restitution(
+    adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 1.0, dt_s: float = DT_S
+) -> list[float]:
     """What part of the closing speed equal elastic discs part with, at each of 16 starts."""
     found = []
     for phase in PHASES:
-        scene = head_on(5.0, phase=phase + 0.5 / STARTS, dt_s=dt_s)
+        scene = build_head_on_scene(5.0, phase=phase + 0.5 / STARTS, dt_s=dt_s)
         heavy = with_discs(scene, mass_kg=mass_kg)
         first, second = finish(adapter, heavy, dt_s, profile).velocity_m_s[:, 0]
         found.append(float(second - first) / 5.0)
@@ -114,17 +123,17 @@ def test_default_cannon_restitution_depends_on_the_overlap(named: Named, finish:
     steps: 12/13 of the impulse, and 4/13 of the overlap. Its softness, 4 / (h^2 k (1 + 4 d)) with k = 1e7, takes
     less than a thousandth from discs of 1 kg.
     """
-    found = given_back(named("cannon"), finish, "default")
+    found = measure_restitution(named("cannon"), finish, "default")
     middles = [11 / 13 + 4 / 13 * (k + 0.5) / STARTS for k in range(STARTS)]
     assert sorted(found) == pytest.approx(middles, abs=1e-3)
-    assert given_back(named("cannon"), finish, "tuned") == pytest.approx([1.0] * STARTS, abs=1e-12)
+    assert measure_restitution(named("cannon"), finish, "tuned") == pytest.approx([1.0] * STARTS, abs=1e-12)
 
 
 def test_cannon_warns_of_a_limited_impulse(named: Named, drive: Drive) -> None:
     """An impulse above cannon's maximum of 1e6 N s is reported as a warning; a smaller one is not."""
 
     def warned(mass_kg: float) -> bool:
-        scene = head_on(5.0)
+        scene = build_head_on_scene(5.0)
         looks = drive(named("cannon"), with_discs(scene, mass_kg=mass_kg), DT_S, "tuned")
         return any("an impulse was cut" in look.warning for look in looks)
 
@@ -143,8 +152,10 @@ def test_default_p2_restitution_falls_with_rate_and_mass(
     softness = 4 * rate_hz**2 / (1e6 * (1 + 4 * 4))
     given = 1 / (1 + softness / (2 / mass_kg))
     p2, dt_s = named("p2"), 1 / rate_hz
-    assert given_back(p2, finish, "default", mass_kg, dt_s) == pytest.approx([2 * given - 1] * STARTS, abs=1e-3)
-    assert given_back(p2, finish, "tuned", mass_kg, dt_s) == pytest.approx([1.0] * STARTS, abs=SINGLE)
+    assert measure_restitution(p2, finish, "default", mass_kg, dt_s) == pytest.approx(
+        [2 * given - 1] * STARTS, abs=1e-3
+    )
+    assert measure_restitution(p2, finish, "tuned", mass_kg, dt_s) == pytest.approx([1.0] * STARTS, abs=SINGLE)
 
 
 @each(
@@ -158,7 +169,7 @@ def test_havok_loses_a_step_of_gravity_per_bounce(
     lost = 9.81 / rate_hz / units_per_m
     for speed in (5.0, 20.0):
         for phase in PHASES:
-            scene = head_on(speed, phase=phase + 0.5 / STARTS, dt_s=1 / rate_hz)
+            scene = build_head_on_scene(speed, phase=phase + 0.5 / STARTS, dt_s=1 / rate_hz)
             held = scene.discs[1].model_copy(update={"mass_kg": math.inf})
             at_held = scene.model_copy(update={"discs": (scene.discs[0], held)})
             left = -finish(named("havok"), at_held, 1 / rate_hz, profile).velocity_m_s[0, 0]
@@ -168,7 +179,7 @@ def test_havok_loses_a_step_of_gravity_per_bounce(
 def test_default_havok_loses_bounces_at_fine_steps(named: Named, finish: Finish) -> None:
     """At 960 steps a second discs do not rebound, unless the adjustment `idealStepTime` is 0."""
     for phase in PHASES:
-        scene = head_on(5.0, phase=phase + 0.5 / STARTS, dt_s=1 / 960)
+        scene = build_head_on_scene(5.0, phase=phase + 0.5 / STARTS, dt_s=1 / 960)
         ends = [
             finish(named("havok"), scene, 1 / 960, "default", **changes).velocity_m_s[:, 0]
             for changes in ({}, {"idealStepTime": 0.0})
@@ -195,7 +206,7 @@ HERTZ, ALONE_RADIUS_M, G, ALONE_STARTS = 240, 0.5, 10.0, 8
 End = tuple[float, float, float, float, float]
 
 
-def ended(runs: list[dict[str, Any]]) -> list[End]:
+def run_bare_box2d3(runs: list[dict[str, Any]]) -> list[End]:
     """Return place, velocity and spin of a disc after each run."""
     if not (PACKAGES / "box2d3-wasm").exists():
         pytest.skip("box2d3-wasm is not installed")
@@ -218,7 +229,7 @@ def test_bare_box2d_v3_rolling_resistance_follows_the_law() -> None:
             np.linspace(1.5, 2.9, ALONE_STARTS), np.linspace(0.01, 0.15, ALONE_STARTS), strict=True
         )
     ]
-    for run, end in zip(runs, ended(runs), strict=True):
+    for run, end in zip(runs, run_bare_box2d3(runs), strict=True):
         assert end[2] == pytest.approx(run["velocity"][0] - run["resists"] * G / 1.5, abs=2e-4)
 
 
@@ -228,14 +239,14 @@ def test_bare_box2d_v3_rolling_resistance_holds_on_a_slope() -> None:
     for tangent in np.linspace(0.05, 0.19, ALONE_STARTS).tolist():
         long = math.hypot(1.0, tangent)
         runs.append({"gravity": [G * tangent / long, -G / long], "resists": 1.05 * tangent, "steps": 2 * HERTZ})
-    assert all(abs(end[0]) < 1e-4 for end in ended(runs))
+    assert all(abs(end[0]) < 1e-4 for end in run_bare_box2d3(runs))
 
 
 def test_bare_box2d_v3_disc_slides_if_resistance_exceeds_friction() -> None:
     """With more rolling resistance than friction a disc slides v^2/(2 f g) without turning, to v dt / 2."""
     speeds = np.linspace(1.0, 2.4, ALONE_STARTS).tolist()
     runs = [{"velocity": [speed, 0], "friction": 0.2, "resists": 0.3, "steps": 2 * HERTZ} for speed in speeds]
-    for speed, end in zip(speeds, ended(runs), strict=True):
+    for speed, end in zip(speeds, run_bare_box2d3(runs), strict=True):
         assert abs(end[4]) < 1e-6
         assert end[0] == pytest.approx(speed**2 / 4.0, abs=0.5 * speed / HERTZ)
 
@@ -251,7 +262,7 @@ def test_bare_box2d_v3_friction_in_a_bounce_is_too_weak(restitution: float) -> N
         for k, into in enumerate(np.linspace(2.0, 4.1, ALONE_STARTS).tolist())
     ]  # fmt: skip
     taken = []
-    for run, end in zip(runs, ended(runs), strict=True):
+    for run, end in zip(runs, run_bare_box2d3(runs), strict=True):
         into = -run["velocity"][1]
         assert end[3] == pytest.approx(restitution * into, abs=1e-5)
         taken.append((5.0 - end[2]) / (0.1 * (1.0 + restitution) * into))

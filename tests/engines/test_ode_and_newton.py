@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 from tests.cases import each
-from tests.hazards.measures import DT_S, head_on, parted
-from tests.hazards.spread import starts_of
+from tests.hazards.measures import DT_S, build_head_on_scene, measure_restitution
+from tests.hazards.spread import build_starts
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import Adapter
@@ -15,7 +15,7 @@ from carom.engines.api import Adapter
 STARTS = 8
 
 
-def heap() -> Scene:
+def build_heap_scene() -> Scene:
     """Thirty discs stacked edge to edge fall on a floor: contacts that share discs."""
     return Scene(
         name="heap",
@@ -33,13 +33,15 @@ def test_ode_softness_follows_its_manual(ode: Adapter, mass_kg: float) -> None:
     """ODE solves J v + CFM / h λ = c for J v = c: impulses are right over 1 + CFM / (h Σ 1/m)."""
     softness = 1e-5 / DT_S / (2 / mass_kg)
     expected = 2 / (1 + softness) - 1
-    for scene in starts_of(head_on(5.0, mass_kg=mass_kg), STARTS):
-        assert parted(ode, scene, "default") == pytest.approx(expected, rel=1e-5)  # some roundings of 32 bits
+    for scene in build_starts(build_head_on_scene(5.0, mass_kg=mass_kg), STARTS):
+        assert measure_restitution(ode, scene, "default") == pytest.approx(
+            expected, rel=1e-5
+        )  # some roundings of 32 bits
 
 
 def test_ode_heap_stays_in_the_plane_to_the_bit(ode: Adapter) -> None:
     """After 60 steps of a heap of 30 discs in ODE all third coordinates and velocities are exactly 0."""
-    world: Any = ode.prepare(heap(), ode.profiles["default"].settings(DT_S))
+    world: Any = ode.prepare(build_heap_scene(), ode.profiles["default"].settings(DT_S))
     world.advance(60)
     assert all(body.getPosition()[2] == 0.0 == body.getLinearVel()[2] for body in world._bodies)  # noqa: SLF001 - ODE's own
     world.close()
@@ -47,7 +49,7 @@ def test_ode_heap_stays_in_the_plane_to_the_bit(ode: Adapter) -> None:
 
 def test_ode_step_below_32_bits_moves_nothing(ode: Adapter) -> None:
     """A step of 1e-300 s, which a bisection may request, neither fails nor moves a disc."""
-    scene = head_on(5.0)
+    scene = build_head_on_scene(5.0)
     world: Any = ode.prepare(scene, ode.profiles["located"].settings(DT_S))
     before = world.observe().position_m
     world.cut(1e-300)
@@ -80,10 +82,10 @@ def test_newtons_own_verification_passes(case: str, settings: dict[str, Any]) ->
 @each("restitution", [0.0, 0.5, 1.0])
 def test_newton_needs_enable_restitution(newton: Adapter, restitution: float) -> None:
     """Discs rebound with the scene's restitution; without `enable_restitution` with less than 0.1."""
-    for start in starts_of(head_on(5.0), STARTS):
+    for start in build_starts(build_head_on_scene(5.0), STARTS):
         scene = start.model_copy(update={"restitution": restitution})
-        assert parted(newton, scene, "default") == pytest.approx(restitution, abs=1e-5)
-        assert 0.0 < parted(newton, scene, "default", enable_restitution=False) < 0.1
+        assert measure_restitution(newton, scene, "default") == pytest.approx(restitution, abs=1e-5)
+        assert 0.0 < measure_restitution(newton, scene, "default", enable_restitution=False) < 0.1
 
 
 def test_newton_discs_stay_in_the_plane_to_the_bit(newton: Adapter) -> None:
@@ -102,7 +104,7 @@ def test_newton_discs_stay_in_the_plane_to_the_bit(newton: Adapter) -> None:
     world.close()
 
 
-def struck(speed_m_s: float, phase: float) -> tuple[float, float]:
+def run_bare_impact(speed_m_s: float, phase: float) -> tuple[float, float]:
     """Return the velocities of two discs of 1 kg without Carom, of which one struck the other at rest."""
     import newton
     import numpy as np
@@ -133,7 +135,7 @@ def struck(speed_m_s: float, phase: float) -> tuple[float, float]:
 @pytest.mark.usefixtures("newton")
 def test_bare_newton_loses_momentum_in_slow_impacts(speed_m_s: float, least: float, most: float) -> None:
     """In bare Newton slow impacts lose up to 0.04 to 0.05 mm/s of momentum over 32 phases; at 10 mm/s none."""
-    lost = [speed_m_s - sum(struck(speed_m_s, k / 32)) for k in range(32)]
+    lost = [speed_m_s - sum(run_bare_impact(speed_m_s, k / 32)) for k in range(32)]
     assert least <= max(lost) < most
 
 

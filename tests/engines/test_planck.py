@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.engines.impact_scenes import STARTS, after_oblique, at_starts, oblique
-from tests.scene_builders import Drive, Finish, Named, sure
-from tests.unit.studies.tune.hand_written_profiles import assert_as_good, merits
+from tests.engines.impact_scenes import STARTS, build_oblique_scene, list_starts, velocities_after_oblique
+from tests.scene_builders import Drive, Finish, Named, require_value
+from tests.unit.studies.tune.hand_written_profiles import assert_as_good, compute_merits
 
 import carom_adapters
 from carom import Disc, Scene, Wall
@@ -25,11 +25,11 @@ ROUNDING = 1e-12
 def test_planck_can_be_made_event_driven(frames: int, named: Named, drive: Drive) -> None:
     """With bullets and a slop of 1e-14 m an oblique impact has its exact time and velocities, from any start."""
     planck = named("planck")
-    starts = at_starts(oblique().model_copy(update={"frame_rate_hz": float(frames)}))
+    starts = list_starts(build_oblique_scene().model_copy(update={"frame_rate_hz": float(frames)}))
     assert len(starts) == STARTS
     for scene in starts:
         seen = drive(planck, scene, 1 / frames, "event-driven")
-        np.testing.assert_allclose(seen[-1].velocity_m_s, after_oblique(), atol=ROUNDING)
+        np.testing.assert_allclose(seen[-1].velocity_m_s, velocities_after_oblique(), atol=ROUNDING)
         (contact,) = [contact for look in seen for contact in look.contacts]
         assert contact.time_s == pytest.approx(-scene.discs[0].position_m[0] / 5.0, abs=ROUNDING)
         assert contact.normal == pytest.approx((0.8, 0.6), abs=ROUNDING)
@@ -38,8 +38,8 @@ def test_planck_can_be_made_event_driven(frames: int, named: Named, drive: Drive
 def test_tuned_planck_is_late_in_most_starts(named: Named, finish: Finish) -> None:
     """Without bullets the same impact has errors above 0.01 m/s from most of 16 starts, and up to over 0.1 m/s."""
     errors = [
-        float(np.abs(finish(named("planck"), scene, 1 / 60, "tuned").velocity_m_s - after_oblique()).max())
-        for scene in at_starts(oblique())
+        float(np.abs(finish(named("planck"), scene, 1 / 60, "tuned").velocity_m_s - velocities_after_oblique()).max())
+        for scene in list_starts(build_oblique_scene())
     ]
     assert sum(error > 0.01 for error in errors) > STARTS // 2
     assert max(errors) > 0.1
@@ -60,7 +60,7 @@ def test_default_planck_limits_motion_to_2_m_per_step(named: Named, finish: Fini
     sling = Scene(name="sling", discs=[heavy, Disc(position_m=(6, 0), radius_m=0.5, mass_kg=1)], duration_s=0.2)
     law = 2 * 1000 * 100 / 1001
     caught = 0
-    for scene in at_starts(sling):
+    for scene in list_starts(sling):
         end = finish(named("planck"), scene, 1 / 60, "default")
         hit = finish(named("planck"), scene, 1 / 60, "tuned").velocity_m_s[1, 0]
         if hit == 0 and end.velocity_m_s[1, 0] == 0:
@@ -76,7 +76,7 @@ def test_event_driven_planck_follows_coulomb_at_a_wall(named: Named, finish: Fin
     """A gripping disc of inertia factor 1/2 keeps two thirds of its speed along the wall: 2 of 3 m/s."""
     end = finish(named("planck"), all_scenes()["spin/grip"].scene, 1 / 60, "event-driven")
     np.testing.assert_allclose(end.velocity_m_s, [[2, 2]], atol=ROUNDING)
-    np.testing.assert_allclose(sure(end.spin_rad_s), [-2], atol=ROUNDING)
+    np.testing.assert_allclose(require_value(end.spin_rad_s), [-2], atol=ROUNDING)
 
 
 def test_default_planck_limits_rotation_to_a_quarter_turn(named: Named, finish: Finish) -> None:
@@ -86,7 +86,7 @@ def test_default_planck_limits_rotation_to_a_quarter_turn(named: Named, finish: 
     fast = disc.model_copy(update={"velocity_m_s": (60 * disc.velocity_m_s[0], disc.velocity_m_s[1])})
     scene = rough.model_copy(update={"discs": (fast,), "wall_friction": 100.0})
     end = finish(named("planck"), scene, 1 / 60, "default", maxTranslation=1e100)
-    assert sure(end.spin_rad_s)[0] == pytest.approx(-math.pi / 2 * 60, rel=1e-9)
+    assert require_value(end.spin_rad_s)[0] == pytest.approx(-math.pi / 2 * 60, rel=1e-9)
     assert "rad a step" in end.warning
 
 
@@ -134,5 +134,5 @@ def test_tuning_planck_is_as_good_as_its_written_profiles(named: Named) -> None:
     No more scenes are wrong, and no fewer are exact or close.
     """
     named("planck")
-    found, written = merits("planck", ["tuned", "swept", "event-driven"], 60)
+    found, written = compute_merits("planck", ["tuned", "swept", "event-driven"], 60)
     assert_as_good(found, written)

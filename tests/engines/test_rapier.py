@@ -20,7 +20,7 @@ def _scene(*discs: Disc, duration_s: float = 1.0) -> Scene:
     return staged("hazard", *discs, duration_s=duration_s)
 
 
-def _bullet(phase: float, mass_kg: float) -> Scene:
+def _build_bullet_scene(phase: float, mass_kg: float) -> Scene:
     """Stage a disc of 5 cm at 100 m/s, 3 m and a part of 1/60 s before another one."""
     start = -3.0 - phase * 100 / 60
     return _scene(disc_at(start, 0, 100, r=0.05), disc_at(0, 0, r=0.05, m=mass_kg), duration_s=0.2)
@@ -65,19 +65,19 @@ def test_located_rapier_shortens_the_step_of_the_bounce(rapier: Adapter) -> None
 @pytest.mark.usefixtures("rapier")
 def test_rapier_ccd_stops_at_fixed_bodies(phase: float) -> None:
     """With CCD a disc that hits an immovable one returns with its speed, in each of 16 phases of a step."""
-    velocity, _ = _with_ccd(_bullet(phase, math.inf))
+    velocity, _ = _run_with_ccd(_build_bullet_scene(phase, math.inf))
     assert velocity == pytest.approx(-100, rel=1e-5)
 
 
 @pytest.mark.usefixtures("rapier")
 def test_rapier_ccd_does_not_stop_at_dynamic_bodies() -> None:
     """With CCD equal discs still pass through each other in at least 12 of 16 phases."""
-    ends = (_with_ccd(_bullet(k / 16, 1.0)) for k in range(16))
+    ends = (_run_with_ccd(_build_bullet_scene(k / 16, 1.0)) for k in range(16))
     through = [velocity == 100 and other == 0 for velocity, other in ends]
     assert sum(through) >= 12
 
 
-def _with_ccd(scene: Scene) -> tuple[float, float]:
+def _run_with_ccd(scene: Scene) -> tuple[float, float]:
     """Run a scene in Rapier itself, with `ccd_enabled` and four substeps; return both velocities along x."""
     import rapier3d
 
@@ -151,7 +151,7 @@ AS_NPM: dict[str, Setting] = {
 }
 
 
-def impacts(look: Observation) -> set[tuple[object, ...]]:
+def list_contacts(look: Observation) -> set[tuple[object, ...]]:
     """Reported contacts of a step, in no order; normals are made unit vectors by two libraries' square roots."""
     return {
         (
@@ -176,7 +176,7 @@ def test_rapier_wheel_and_npm_package_are_bit_identical(
     for one, other in zip(plane, space, strict=True):
         np.testing.assert_array_equal(one.position_m, other.position_m)
         np.testing.assert_array_equal(one.velocity_m_s, other.velocity_m_s)
-        assert impacts(one) == impacts(other)
+        assert list_contacts(one) == list_contacts(other)
 
 
 @each("name, same", [("paper/multiple", True), ("classics/slanted-wall", False)])

@@ -8,8 +8,8 @@ import json
 import sys
 from pathlib import Path
 
-from tests.hazards.measures import ENGINES, Figure, measured
-from tests.hazards.page import lines_of, page
+from tests.hazards.measures import ENGINES, Figure, measure_engines
+from tests.hazards.page import render_lines, render_page
 from tests.hazards.spread import Spread
 
 from carom.engines.registry import explain_unavailable_adapter, load_adapter
@@ -32,9 +32,9 @@ def main() -> int:
     kept: Path | None = asked.figures
     figures = [_figure(row) for row in json.loads(kept.read_text("utf-8"))] if kept and kept.exists() else []
     for name in names:
-        own = list(measured((name,)))
+        own = list(measure_engines((name,)))
         figures = [figure for figure in figures if figure.engine != name] + own
-        sys.stdout.write("".join(f"{line}\n" for line in lines_of(own)))
+        sys.stdout.write("".join(f"{line}\n" for line in render_lines(own)))
         sys.stdout.flush()
         if kept:
             kept.write_text(json.dumps([_record(figure) for figure in figures], indent=1), encoding="utf-8")
@@ -44,7 +44,9 @@ def main() -> int:
             sys.stderr.write(f"no figures of {', '.join(lacking)}\n")
             return 3
         versions = ", ".join(f"{one.engine} {one.version}" for one in engines(ENGINES))
-        asked.write.write_text(page(figures, [load_adapter(name) for name in ENGINES], versions), encoding="utf-8")
+        asked.write.write_text(
+            render_page(figures, [load_adapter(name) for name in ENGINES], versions), encoding="utf-8"
+        )
     return 0
 
 

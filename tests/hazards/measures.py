@@ -12,7 +12,7 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
-from tests.hazards.spread import Spread, ended, energy_change, starts_of, velocities_after
+from tests.hazards.spread import Spread, build_starts, energy_change, run_to_end, velocities_after
 from tests.scene_builders import disc_at, staged
 
 from carom import Chain, Scene
@@ -66,7 +66,7 @@ class Figure:
     refused: str = ""
 
 
-def head_on(
+def build_head_on_scene(
     speed_m_s: float, radius_m: float = 0.5, *, at_m: float = 0.0, both: bool = False, mass_kg: float = 1.0
 ) -> Scene:
     """A disc runs into an equal one, at rest `at_m` from the origin, or both close at half of it; in 8 to 9 steps."""
@@ -78,7 +78,7 @@ def head_on(
     )
 
 
-def passing(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S) -> Scene:
+def build_passing_scene(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S) -> Scene:
     """A disc passes another of its size, at rest, at a distance."""
     return staged(
         "passing",
@@ -89,7 +89,7 @@ def passing(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S) -> Scene:
     )
 
 
-def paddled(speed_m_s: float, *, disc_m_s: float = 0.0, radius_m: float = 0.5) -> Scene:
+def build_paddle_scene(speed_m_s: float, *, disc_m_s: float = 0.0, radius_m: float = 0.5) -> Scene:
     """An edge that is driven strikes a disc that comes at it, or is at rest, head-on, in 8 to 9 steps."""
     gap = (speed_m_s + disc_m_s) * 8.37 * DT_S
     return staged(
@@ -100,14 +100,14 @@ def paddled(speed_m_s: float, *, disc_m_s: float = 0.0, radius_m: float = 0.5) -
     )
 
 
-def left_paddle(adapter: Adapter, scene: Scene, profile: str) -> float:
+def measure_paddle_restitution(adapter: Adapter, scene: Scene, profile: str) -> float:
     """The speed at which a disc leaves a paddle, as seen from that, over that at which it came: mechanics says 1."""
-    velocity = float(ended(adapter, scene, DT_S, profile).velocity_m_s[0, 0])
+    velocity = float(run_to_end(adapter, scene, DT_S, profile).velocity_m_s[0, 0])
     drive = scene.walls[0].velocity_m_s[0]
     return (velocity - drive) / (drive - scene.discs[0].velocity_m_s[0])
 
 
-def fastest_crushed(adapter: Adapter, scene: Scene, profile: str) -> float:
+def measure_largest_crushed_speed(adapter: Adapter, scene: Scene, profile: str) -> float:
     """The greatest speed of a disc that a piston crushes, m/s, at any step: mechanics says that it has no bound."""
     world = adapter.prepare(scene, adapter.profiles[profile].settings(DT_S))
     fastest = 0.0
@@ -118,16 +118,16 @@ def fastest_crushed(adapter: Adapter, scene: Scene, profile: str) -> float:
     return fastest
 
 
-def beyond_crushed(adapter: Adapter, scene: Scene, profile: str) -> float:
+def measure_crushed_overshoot(adapter: Adapter, scene: Scene, profile: str) -> float:
     """How far beyond the wall or the piston the centre of a crushed disc ends, metres: nothing may be beyond either."""
-    (x, _) = ended(adapter, scene, DT_S, profile).position_m[0]
+    (x, _) = run_to_end(adapter, scene, DT_S, profile).position_m[0]
     faces = [
         (wall.point_m[0] + wall.velocity_m_s[0] * scene.duration_s, wall.normal[0]) for wall in scene.half_planes()
     ]
     return max(0.0, *(float((face - x) * normal) for face, normal in faces))
 
 
-def left_mocap(_adapter: Adapter, scene: Scene, _profile: str) -> float:
+def measure_mocap_restitution(_adapter: Adapter, scene: Scene, _profile: str) -> float:
     """As `left_paddle`, of a box that is a `mocap` body of MuJoCo's, put where the paddle is at each step."""
     mujoco: Any = importlib.import_module("mujoco")
     (disc,), (drive, _) = scene.discs, scene.walls[0].velocity_m_s
@@ -146,7 +146,7 @@ def left_mocap(_adapter: Adapter, scene: Scene, _profile: str) -> float:
     return float(data.qvel[0] - drive) / (drive - disc.velocity_m_s[0])
 
 
-def left_box(_adapter: Adapter, scene: Scene, _profile: str) -> float:
+def measure_box_restitution(_adapter: Adapter, scene: Scene, _profile: str) -> float:
     """As `left_paddle`, of a box of PyBullet's without a mass that is given a velocity, all else as shipped."""
     p: Any = importlib.import_module("pybullet")
     (disc,), (drive, _) = scene.discs, scene.walls[0].velocity_m_s
@@ -167,23 +167,23 @@ def left_box(_adapter: Adapter, scene: Scene, _profile: str) -> float:
     return float(left - drive) / (drive - disc.velocity_m_s[0])
 
 
-def parted(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
+def measure_restitution(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
     """The speed at which two discs on the x axis part, over that at which they closed: mechanics says 1."""
-    velocity = ended(adapter, scene, 1 / scene.frame_rate_hz, profile, **changes).velocity_m_s[:, 0]
+    velocity = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile, **changes).velocity_m_s[:, 0]
     first, second = scene.discs
     return float(velocity[1] - velocity[0]) / (first.velocity_m_s[0] - second.velocity_m_s[0])
 
 
-def turned_aside(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
+def measure_velocity_change(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
     """How far velocities change of discs that do not touch, over the greatest speed: mechanics says 0."""
     start = np.array([disc.velocity_m_s for disc in scene.discs])
-    end = ended(adapter, scene, 1 / scene.frame_rate_hz, profile, **changes).velocity_m_s
+    end = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile, **changes).velocity_m_s
     return float(np.abs(end - start).max() / np.abs(start).max())
 
 
-def energy_left(adapter: Adapter, scene: Scene, profile: str) -> float:
+def measure_energy_ratio(adapter: Adapter, scene: Scene, profile: str) -> float:
     """The kinetic energy at the end over that at the start, of elastic impacts: mechanics says 1."""
-    return 1 + energy_change(scene, ended(adapter, scene, DT_S, profile))
+    return 1 + energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
 
 
 @dataclass(frozen=True)
@@ -214,76 +214,107 @@ class Finding:
 def _findings() -> Iterator[Finding]:
     for speed in (5.0, 1.0, 0.5, 0.1):
         yield Finding(
-            f"separation speed / closing speed, {speed:g} m/s", "drake", "default", head_on(speed), parted, 1.0
+            f"separation speed / closing speed, {speed:g} m/s",
+            "drake",
+            "default",
+            build_head_on_scene(speed),
+            measure_restitution,
+            1.0,
         )
     for speed in (1.0, 0.1, 0.01):
-        yield Finding(f"separation speed / closing speed, {speed:g} m/s", "drake", "tuned", head_on(speed), parted, 1.0)
+        yield Finding(
+            f"separation speed / closing speed, {speed:g} m/s",
+            "drake",
+            "tuned",
+            build_head_on_scene(speed),
+            measure_restitution,
+            1.0,
+        )
     for mass in (1.0, 100.0, 10000.0):
         says = f"separation speed / closing speed, 5 m/s, discs of {mass:g} kg"
-        yield Finding(says, "ode", "default", head_on(5.0, mass_kg=mass), parted, 1.0)
-    plastic = head_on(5.0).model_copy(update={"restitution": 0.0})
-    yield Finding("separation speed / closing speed, 5 m/s, restitution 0", "ode", "default", plastic, parted, 0.0)
+        yield Finding(says, "ode", "default", build_head_on_scene(5.0, mass_kg=mass), measure_restitution, 1.0)
+    plastic = build_head_on_scene(5.0).model_copy(update={"restitution": 0.0})
+    yield Finding(
+        "separation speed / closing speed, 5 m/s, restitution 0", "ode", "default", plastic, measure_restitution, 0.0
+    )
     for pixels in (60, 110, 130, 300, 1200):
-        scene = head_on(pixels / 128)
+        scene = build_head_on_scene(pixels / 128)
         for name, changes in (("discs can turn", {}), ("discs cannot turn", {"locked": True})):
             says = f"separation speed / closing speed, {pixels} pixels per second, {name}"
-            yield Finding(says, "matter", "default", scene, parted, 1.0, changes)
+            yield Finding(says, "matter", "default", scene, measure_restitution, 1.0, changes)
     yield Finding(
         "separation speed / closing speed, 110 pixels per second, discs cannot turn, 5 velocity iterations",
-        "matter", "default", head_on(110 / 128), parted, 1.0, {"locked": True, "velocityIterations": 5},
+        "matter", "default", build_head_on_scene(110 / 128), measure_restitution, 1.0,
+        {"locked": True, "velocityIterations": 5},
     )  # fmt: skip
     for name in ("rapier", "rapier2d"):
         for gap in (0.001, 0.002, 0.005):
             for rate in (60, 240, 960) if gap == 0.001 else (60,):
                 says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, {rate} Hz"
-                yield Finding(says, name, "default", passing(gap, dt_s=1 / rate), turned_aside, 0.0)
+                yield Finding(
+                    says, name, "default", build_passing_scene(gap, dt_s=1 / rate), measure_velocity_change, 0.0
+                )
     for name in ("box2d3", "jolt", "physx"):
         for gap in (0.001, 0.005):
             says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, 60 Hz"
-            yield Finding(says, name, "default", passing(gap), turned_aside, 0.0)
+            yield Finding(says, name, "default", build_passing_scene(gap), measure_velocity_change, 0.0)
     for closing in (100.0, 160.0, 199.0):
         yield Finding(
             f"separation speed / closing speed, {closing:g} m/s, discs of 5 m",
             "dart",
             "default",
-            large(closing),
-            parted,
+            build_large_discs(closing),
+            measure_restitution,
             1.0,
         )
     for name, profiles in {
         "planck": ("swept", "event-driven"), "jolt": ("swept",), "rapier2d": ("swept",), "rapier": ("swept",),
     }.items():  # fmt: skip
         for profile in profiles:
-            yield Finding("velocity error / speed in engines/film", name, profile, _film().scene, film_error, 0.0)
+            yield Finding(
+                "velocity error / speed in engines/film",
+                name,
+                profile,
+                _load_film_scene().scene,
+                measure_film_error,
+                0.0,
+            )
     for says, seconds in CHAOTIC.items():
-        scene = _entry(GAS).scene.model_copy(update={"duration_s": seconds})
-        yield Finding(says, "mujoco", "default", scene, off_the_plane, 0.0, count=GAS_STARTS)
+        scene = _load_entry(GAS).scene.model_copy(update={"duration_s": seconds})
+        yield Finding(says, "mujoco", "default", scene, measure_distance_from_plane, 0.0, count=GAS_STARTS)
     says = "separation speed / closing speed at a paddle of {:g} m/s ({})"
-    yield Finding(says.format(1, "a mocap body"), "mujoco", "default", paddled(1.0, disc_m_s=1.0), left_mocap, 1.0)
+    yield Finding(
+        says.format(1, "a mocap body"),
+        "mujoco",
+        "default",
+        build_paddle_scene(1.0, disc_m_s=1.0),
+        measure_mocap_restitution,
+        1.0,
+    )
     for drive in (1.0, 5.0):
-        scene = paddled(drive, disc_m_s=drive)
-        yield Finding(says.format(drive, "a box"), "pybullet", "default", scene, left_box, 1.0)
-    yield from _swept()
-    yield from _far_out()
-    yield from _heavy()
-    yield from _lost()
+        scene = build_paddle_scene(drive, disc_m_s=drive)
+        yield Finding(says.format(drive, "a box"), "pybullet", "default", scene, measure_box_restitution, 1.0)
+    yield from _swept_findings()
+    yield from _far_out_findings()
+    yield from _heavy_findings()
+    yield from _lost_bounce_findings()
 
 
-def _entry(name: str) -> CatalogueScene:
+def _load_entry(name: str) -> CatalogueScene:
     (entry,) = find_scenes([name])
     return entry
 
 
-def _crush() -> Scene:
+def _build_crush_scene() -> Scene:
     """The crush of the catalogue, with half a second left of a disc without room."""
-    return _entry("driven/crush").scene.model_copy(update={"duration_s": 3.5, "frame_rate_hz": 1 / DT_S})
+    return _load_entry("driven/crush").scene.model_copy(update={"duration_s": 3.5, "frame_rate_hz": 1 / DT_S})
 
 
-def _film() -> CatalogueScene:
-    return _entry("engines/film")
+def _load_film_scene() -> CatalogueScene:
+    return _load_entry("engines/film")
 
 
-def large(closing_m_s: float) -> Scene:
+def build_large_discs(closing_m_s: float) -> Scene:
     """Two discs of 5 m close, both at half the speed, from a tenth of a second away; at most 100 m/s each."""
     gap = 0.1 * closing_m_s
     return staged(
@@ -295,12 +326,12 @@ def large(closing_m_s: float) -> Scene:
     )
 
 
-def film_error(adapter: Adapter, scene: Scene, profile: str) -> float:
+def measure_film_error(adapter: Adapter, scene: Scene, profile: str) -> float:
     """The velocity error at the end of `engines/film` over its speed: mechanics says 0."""
-    return _error(adapter, _film(), scene, profile)
+    return _measure_velocity_error(adapter, _load_film_scene(), scene, profile)
 
 
-def off_the_plane(adapter: Adapter, scene: Scene, profile: str) -> float:
+def measure_distance_from_plane(adapter: Adapter, scene: Scene, profile: str) -> float:
     """How far the farthest of MuJoCo's free spheres is off the plane at the end, metres: mechanics says 0."""
     world: Any = adapter.prepare(scene, adapter.profiles[profile].settings(DT_S))
     world.advance(scene.step_count(DT_S))
@@ -309,7 +340,7 @@ def off_the_plane(adapter: Adapter, scene: Scene, profile: str) -> float:
     return farthest
 
 
-def _swept() -> Iterator[Finding]:
+def _swept_findings() -> Iterator[Finding]:
     says = "separation speed / closing speed, discs of radius 5 cm, {} m/s, {}"
     for engine, profiles in {
         "planck": ("tuned", "swept", "event-driven"),
@@ -326,131 +357,166 @@ def _swept() -> Iterator[Finding]:
         for profile in profiles:
             for both in (False, True):
                 target = "both move" if both else "one at rest"
-                yield Finding(says.format(100, target), engine, profile, head_on(100.0, 0.05, both=both), parted, 1.0)
+                yield Finding(
+                    says.format(100, target),
+                    engine,
+                    profile,
+                    build_head_on_scene(100.0, 0.05, both=both),
+                    measure_restitution,
+                    1.0,
+                )
             if engine == "planck":
-                yield Finding(says.format(1000, "one at rest"), engine, profile, head_on(1000.0, 0.05), parted, 1.0)
+                yield Finding(
+                    says.format(1000, "one at rest"),
+                    engine,
+                    profile,
+                    build_head_on_scene(1000.0, 0.05),
+                    measure_restitution,
+                    1.0,
+                )
 
 
-def _far_out() -> Iterator[Finding]:
+def _far_out_findings() -> Iterator[Finding]:
     small = "separation speed / closing speed, discs of radius 5 cm"
     for x in (10.0, 17.0, 30.0, 60.0, 100.0):
         for speed in (10.0, 100.0):
             says = f"{small}, {speed:g} m/s, one at rest, {x:g} m from the origin"
-            yield Finding(says, "planck", "event-driven", head_on(speed, 0.05, at_m=x), parted, 1.0)
+            yield Finding(
+                says, "planck", "event-driven", build_head_on_scene(speed, 0.05, at_m=x), measure_restitution, 1.0
+            )
     yield Finding(
         f"{small}, 100 m/s, one at rest, 100 m from the origin", "planck", "swept",
-        head_on(100.0, 0.05, at_m=100.0), parted, 1.0,
+        build_head_on_scene(100.0, 0.05, at_m=100.0), measure_restitution, 1.0,
     )  # fmt: skip
 
 
-def _heavy() -> Iterator[Finding]:
+def _heavy_findings() -> Iterator[Finding]:
     for profile in ("default", "tuned"):
         for mass_kg in (1e2, 1e4, 1e6):
             says = f"separation speed / closing speed, 5 m/s, discs of {mass_kg:g} kg"
             for name in ("cannon", "p2"):
-                yield Finding(says, name, profile, head_on(5.0, mass_kg=mass_kg), parted, 1.0)
+                yield Finding(says, name, profile, build_head_on_scene(5.0, mass_kg=mass_kg), measure_restitution, 1.0)
         for rate in (60, 240, 960):
-            scene = head_on(5.0).model_copy(update={"frame_rate_hz": float(rate)})
-            yield Finding(f"separation speed / closing speed, 5 m/s, {rate} Hz", "p2", profile, scene, parted, 1.0)
+            scene = build_head_on_scene(5.0).model_copy(update={"frame_rate_hz": float(rate)})
+            yield Finding(
+                f"separation speed / closing speed, 5 m/s, {rate} Hz", "p2", profile, scene, measure_restitution, 1.0
+            )
 
 
-def _lost() -> Iterator[Finding]:
+def _lost_bounce_findings() -> Iterator[Finding]:
     for speed in (1.99, 2.01):
         yield Finding(
-            f"separation speed / closing speed, {speed:g} m/s", "physx", "default", head_on(speed), parted, 1.0
+            f"separation speed / closing speed, {speed:g} m/s",
+            "physx",
+            "default",
+            build_head_on_scene(speed),
+            measure_restitution,
+            1.0,
         )
     for profile in ("default", "tuned"):
         for rate in (30, 60, 120, 240, 960):
-            scene = head_on(5.0).model_copy(update={"frame_rate_hz": float(rate)})
-            yield Finding(f"separation speed / closing speed, 5 m/s, {rate} Hz", "havok", profile, scene, parted, 1.0)
+            scene = build_head_on_scene(5.0).model_copy(update={"frame_rate_hz": float(rate)})
+            yield Finding(
+                f"separation speed / closing speed, 5 m/s, {rate} Hz", "havok", profile, scene, measure_restitution, 1.0
+            )
         says = "energy after / before an oblique impact at 5 m/s, 60 Hz"
-        yield Finding(says, "havok", profile, _entry("classics/oblique-3-4-5").scene, energy_left, 1.0)
+        yield Finding(says, "havok", profile, _load_entry("classics/oblique-3-4-5").scene, measure_energy_ratio, 1.0)
         for gap in (0.001, 0.005):
             says = f"velocity change / speed when discs pass at {1000 * gap:g} mm, 60 Hz"
-            yield Finding(says, "havok", profile, passing(gap), turned_aside, 0.0)
+            yield Finding(says, "havok", profile, build_passing_scene(gap), measure_velocity_change, 0.0)
 
 
 FINDINGS: tuple[Finding, ...] = tuple(_findings())
 
 
 @cache
-def starts(scene: Scene, count: int = STARTS) -> tuple[Scene, ...]:
+def list_starts(scene: Scene, count: int = STARTS) -> tuple[Scene, ...]:
     """Return the starts of a scene; they are the same for every engine."""
-    return tuple(starts_of(scene, count))
+    return tuple(build_starts(scene, count))
 
 
 def compute_spread(finding: Finding, adapter: Adapter) -> Spread:
     """Measure a finding."""
     values = [
         finding.figure(adapter, scene, finding.profile, **finding.changes)
-        for scene in starts(finding.scene, finding.count)
+        for scene in list_starts(finding.scene, finding.count)
     ]
     return Spread(tuple(values), finding.right)
 
 
-def _group(adapter: Adapter) -> Iterator[Figure]:
+def _measure_group(adapter: Adapter) -> Iterator[Figure]:
     for entry in find_scenes(["engines"]):
         if entry.name != GAS:
-            value = partial(_error, adapter, entry)
-            yield _figure("group", entry.name, adapter.name, "default", entry.scene, value, 0.0)
+            value = partial(_measure_velocity_error, adapter, entry)
+            yield _build_figure("group", entry.name, adapter.name, "default", entry.scene, value, 0.0)
 
 
-def profiles_of(adapter: Adapter, *names: str) -> list[str]:
+def list_profiles(adapter: Adapter, *names: str) -> list[str]:
     """Return the profiles of an adapter that are asked for; PIT, which has one form, is measured once."""
     known = dict.fromkeys(Method(adapter.name, name).profile for name in names)
     return [name for name in known if name in adapter.profiles]
 
 
-def _error(adapter: Adapter, entry: CatalogueScene, scene: Scene, profile: str = "default") -> float:
+def _measure_velocity_error(adapter: Adapter, entry: CatalogueScene, scene: Scene, profile: str = "default") -> float:
     """Return the velocity error at the end of a start of a scene over its greatest speed."""
-    error = ended(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
+    error = run_to_end(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
     return float(np.hypot(*error.T).max()) / max(math.hypot(*disc.velocity_m_s) for disc in entry.scene.discs)
 
 
-def _bounces(adapter: Adapter) -> Iterator[Figure]:
-    for profile in profiles_of(adapter, "default", "tuned"):
+def _measure_bounces(adapter: Adapter) -> Iterator[Figure]:
+    for profile in list_profiles(adapter, "default", "tuned"):
         for speed in SPEEDS:
-            value = partial(_parted, adapter, profile)
-            yield _figure("bounces", f"{speed:g} m/s", adapter.name, profile, head_on(speed), value, 1.0)
+            value = partial(_measure_restitution_of, adapter, profile)
+            yield _build_figure(
+                "bounces", f"{speed:g} m/s", adapter.name, profile, build_head_on_scene(speed), value, 1.0
+            )
 
 
-def _parted(adapter: Adapter, profile: str, scene: Scene) -> float:
-    return parted(adapter, scene, profile)
+def _measure_restitution_of(adapter: Adapter, profile: str, scene: Scene) -> float:
+    return measure_restitution(adapter, scene, profile)
 
 
-def _gas(adapter: Adapter) -> Iterator[Figure]:
-    for profile in profiles_of(adapter, "default", "tuned", "swept"):
+def _measure_gas(adapter: Adapter) -> Iterator[Figure]:
+    for profile in list_profiles(adapter, "default", "tuned", "swept"):
         if (adapter.name, profile) not in NO_GAS:
-            value = partial(_changed, adapter, profile)
-            yield _figure("gas", GAS, adapter.name, profile, _entry(GAS).scene, value, 0.0, GAS_STARTS)
+            value = partial(_measure_energy_change, adapter, profile)
+            yield _build_figure("gas", GAS, adapter.name, profile, _load_entry(GAS).scene, value, 0.0, GAS_STARTS)
 
 
-def _changed(adapter: Adapter, profile: str, scene: Scene) -> float:
-    return energy_change(scene, ended(adapter, scene, DT_S, profile))
+def _measure_energy_change(adapter: Adapter, profile: str, scene: Scene) -> float:
+    return energy_change(scene, run_to_end(adapter, scene, DT_S, profile))
 
 
 #: What is driven, by columns of the page: a scene, what is read of it, what mechanics says.
 DRIVEN: dict[str, tuple[Scene, Callable[[Adapter, Scene, str], float], float]] = {
-    "separation / closing speed, paddle of 1 m/s": (paddled(1.0, disc_m_s=2.0), left_paddle, 1.0),
-    "separation / closing speed, paddle of 65 m/s": (paddled(65.0, radius_m=2.0), left_paddle, 1.0),
-    "crushed disc: largest speed, m/s": (_crush(), fastest_crushed, math.inf),
-    "crushed disc: distance beyond a wall, m": (_crush(), beyond_crushed, 0.0),
+    "separation / closing speed, paddle of 1 m/s": (
+        build_paddle_scene(1.0, disc_m_s=2.0),
+        measure_paddle_restitution,
+        1.0,
+    ),
+    "separation / closing speed, paddle of 65 m/s": (
+        build_paddle_scene(65.0, radius_m=2.0),
+        measure_paddle_restitution,
+        1.0,
+    ),
+    "crushed disc: largest speed, m/s": (_build_crush_scene(), measure_largest_crushed_speed, math.inf),
+    "crushed disc: distance beyond a wall, m": (_build_crush_scene(), measure_crushed_overshoot, 0.0),
 }
 
 
-def _driven(adapter: Adapter) -> Iterator[Figure]:
-    for profile in profiles_of(adapter, "default", "tuned"):
+def _measure_driven(adapter: Adapter) -> Iterator[Figure]:
+    for profile in list_profiles(adapter, "default", "tuned"):
         if adapter.capabilities.driven_walls:
             for of, (scene, figure, right) in DRIVEN.items():
                 value = partial(_of_profile, figure, adapter, profile)
-                yield _figure("driven", of, adapter.name, profile, scene, value, right)
+                yield _build_figure("driven", of, adapter.name, profile, scene, value, right)
 
 
 def _of_profile(figure: Callable[[Adapter, Scene, str], float], adapter: Adapter, profile: str, scene: Scene) -> float:
     return figure(adapter, scene, profile)
 
 
-def _figure(
+def _build_figure(
     table: str,
     of: str,
     engine: str,
@@ -461,7 +527,7 @@ def _figure(
     count: int = STARTS,
 ) -> Figure:
     try:
-        values = tuple(value(start) for start in starts(scene, count))
+        values = tuple(value(start) for start in list_starts(scene, count))
     except AdapterError as error:
         return Figure(table, of, engine, profile, None, str(error))
     if any(map(math.isnan, values)):
@@ -469,7 +535,7 @@ def _figure(
     return Figure(table, of, engine, profile, Spread(values, right))
 
 
-def measured(
+def measure_engines(
     names: tuple[str, ...] = ENGINES, tables: tuple[str, ...] = (), *, chaotic: bool = True
 ) -> Iterator[Figure]:
     """Measure all engines that are installed."""
@@ -477,7 +543,12 @@ def measured(
         adapter = load_adapter(name)
         if explain_unavailable_adapter(adapter):
             continue
-        for table, of in (("group", _group), ("bounces", _bounces), ("driven", _driven), ("gas", _gas)):
+        for table, of in (
+            ("group", _measure_group),
+            ("bounces", _measure_bounces),
+            ("driven", _measure_driven),
+            ("gas", _measure_gas),
+        ):
             if not tables or table in tables:
                 yield from of(adapter)
         if tables and "findings" not in tables:

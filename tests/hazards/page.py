@@ -19,47 +19,48 @@ from carom.report.render.markdown import render_markdown
 SHOWN_TO = 1e-6
 
 
-def _said(value: float) -> str:
+def _format_value(value: float) -> str:
     whole = round(value)
     return format_number(float(whole) if abs(value - whole) < SHOWN_TO else value, 3)
 
 
-def _range(spread: Spread) -> str:
-    least, most = _said(spread.least), _said(spread.most)
+def _format_range(spread: Spread) -> str:
+    least, most = _format_value(spread.least), _format_value(spread.most)
     return least if least == most else f"{least} to {most}"
 
 
-def _cell(figures: Mapping[tuple[str, str, Method], Figure], table: str, of: str, method: Method) -> str:
+def _format_cell(figures: Mapping[tuple[str, str, Method], Figure], table: str, of: str, method: Method) -> str:
     figure = figures.get((table, of, method))
     if figure is None:
         return "-"
     if figure.spread is None:
         return "unsupported"
-    return f"{figure.spread.share}: {_range(figure.spread)}"
+    return f"{figure.spread.share}: {_format_range(figure.spread)}"
 
 
-def _methods(figures: Iterable[Figure], table: str) -> list[Method]:
+def _list_methods(figures: Iterable[Figure], table: str) -> list[Method]:
     return list(dict.fromkeys(Method(figure.engine, figure.profile) for figure in figures if figure.table == table))
 
 
-def _table(table: str, columns: Sequence[tuple[str, str]], figures: Sequence[Figure]) -> Table:
+def _build_table(table: str, columns: Sequence[tuple[str, str]], figures: Sequence[Figure]) -> Table:
     """Return a table of methods by what is asked of them; each column is a heading and what it is of."""
     known = {(one.table, one.of, Method(one.engine, one.profile)): one for one in figures}
     first = [Column("method", lambda method: method.label)]
     return Table(
-        first + [Column(head, partial(_cell, known, table, of)) for head, of in columns], _methods(figures, table)
+        first + [Column(head, partial(_format_cell, known, table, of)) for head, of in columns],
+        _list_methods(figures, table),
     )
 
 
-def _findings(figures: Sequence[Figure]) -> Table:
+def _build_findings_table(figures: Sequence[Figure]) -> Table:
     def said(pick: str) -> Column:
-        return Column(pick, lambda figure: _said(getattr(figure.spread, pick)), number=True)
+        return Column(pick, lambda figure: _format_value(getattr(figure.spread, pick)), number=True)
 
     return Table(
         [
             Column("method", lambda figure: Method(figure.engine, figure.profile).label),
             Column("figure", lambda figure: figure.of),
-            Column("right", lambda figure: _said(figure.spread.right), number=True),
+            Column("right", lambda figure: _format_value(figure.spread.right), number=True),
             *map(said, ("least", "median", "most")),
             Column("starts with an error", lambda figure: figure.spread.share, number=True),
         ],
@@ -67,7 +68,7 @@ def _findings(figures: Sequence[Figure]) -> Table:
     )
 
 
-def _gas(figures: Sequence[Figure]) -> Table:
+def _build_gas_table(figures: Sequence[Figure]) -> Table:
     def said(pick: str) -> Column:
         return Column(pick, lambda figure: format_percent(getattr(figure.spread, pick)), number=True)
 
@@ -81,7 +82,7 @@ def _gas(figures: Sequence[Figure]) -> Table:
     )
 
 
-def _changes(adapters: Sequence[Adapter]) -> Table:
+def _build_changes_table(adapters: Sequence[Adapter]) -> Table:
     rows = [
         (adapter.name, name, reason)
         for adapter in adapters
@@ -91,30 +92,32 @@ def _changes(adapters: Sequence[Adapter]) -> Table:
     return Table([Column(head, itemgetter(k)) for k, head in enumerate(heads)], rows)
 
 
-def tables(figures: Sequence[Figure]) -> dict[str, Table]:
+def build_tables(figures: Sequence[Figure]) -> dict[str, Table]:
     """Return the tables of figures by their headings on the page."""
     scenes = [entry.name for entry in find_scenes(["engines"]) if entry.name != GAS]
     return {
-        "The group engines, as shipped": _table("group", [(name.partition("/")[2], name) for name in scenes], figures),
-        "How slow discs still bounce": _table("bounces", [(f"{speed:g} m/s",) * 2 for speed in SPEEDS], figures),
-        "What is driven": _table("driven", [(of, of) for of in DRIVEN], figures),
-        "A gas": _gas(figures),
-        "Findings": _findings(figures),
+        "The group engines, as shipped": _build_table(
+            "group", [(name.partition("/")[2], name) for name in scenes], figures
+        ),
+        "How slow discs still bounce": _build_table("bounces", [(f"{speed:g} m/s",) * 2 for speed in SPEEDS], figures),
+        "What is driven": _build_table("driven", [(of, of) for of in DRIVEN], figures),
+        "A gas": _build_gas_table(figures),
+        "Findings": _build_findings_table(figures),
     }
 
 
-def _rows(table: Table) -> list[str]:
+def _render_rows(table: Table) -> list[str]:
     """Return the rows of a table in Markdown, without its head."""
     lines = render_markdown(Document("", Headline(""), (Section("", (table,)),))).splitlines()
     return [line for line in lines if line.startswith("| ")][2:]
 
 
-def lines_of(figures: Sequence[Figure]) -> list[str]:
+def render_lines(figures: Sequence[Figure]) -> list[str]:
     """Return the rows that figures are on the page, without the tables' heads."""
-    return [line for table in tables(figures).values() for line in _rows(table)]
+    return [line for table in build_tables(figures).values() for line in _render_rows(table)]
 
 
-def ranges(text: str, heading: str) -> dict[str, tuple[float, float]]:
+def parse_ranges(text: str, heading: str) -> dict[str, tuple[float, float]]:
     """Return least and most of each row of a section of the page: of the gas by method, else by "method: figure"."""
     part = text.partition(f"## {heading}\n")[2].partition("\n## ")[0]
     rows = [[cell.strip().removesuffix(" %") for cell in line.split("|")[1:-1]] for line in part.splitlines()]
@@ -143,7 +146,7 @@ NOTES = {
 }
 
 
-def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) -> str:
+def render_page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) -> str:
     """Return the page; `versions` are of the engines measured."""
     lead = (
         "This page shows scenes in which engines go wrong. Each scene runs from many starts, which shift it within a "
@@ -156,9 +159,9 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
         f"Measured on {versions}. 'make hazards' writes this page. "
         "'make test-engines' compares it with new measurements.",
     )
-    shown = tables(figures)
+    shown = build_tables(figures)
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
-    changes = Section("What default changes", (replace(_changes(adapters), note=CHANGES),))
+    changes = Section("What default changes", (replace(_build_changes_table(adapters), note=CHANGES),))
     return render_markdown(Document("Hazards, over many starts", Headline.of(lead), (*sections, changes)))
 
 

@@ -54,12 +54,12 @@ class Spread:
         return f"{self.starts_off} of {len(self.values)}"
 
 
-def starts_of(scene: Scene, count: int) -> list[Scene]:
+def build_starts(scene: Scene, count: int) -> list[Scene]:
     """Return a scene at a number of starts, spread evenly over a step of its frame rate."""
     return list(build_shifted_scenes(solve_pic(scene), 1 / scene.frame_rate_hz, list_even_phases(count)))
 
 
-def ended(adapter: Adapter, scene: Scene, dt_s: float, profile: str, **changes: Setting) -> Observation:
+def run_to_end(adapter: Adapter, scene: Scene, dt_s: float, profile: str, **changes: Setting) -> Observation:
     """Run a scene to its end in one go, and return what is observed there."""
     world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
     try:

@@ -19,7 +19,7 @@ from collections import Counter
 from pathlib import Path
 
 from tests.mutants.packages import PACKAGES
-from tests.mutants.planting import Fault, faults_in, make_copy
+from tests.mutants.planting import Fault, list_faults, make_copy
 from tests.mutants.running import JOB
 
 _ROOT = Path(__file__).parents[2]
@@ -41,16 +41,18 @@ def main() -> None:
     parser.add_argument("--write", type=Path, help="put the table into this document")
     asked = parser.parse_args()
     packages = asked.package or list(PACKAGES)
-    faults = faults_in(_ROOT)
-    reasons = listed(asked.write.read_text()) if asked.write else {}
-    tried = tried_before(asked.state, {fault.key for fault in faults})
+    faults = list_faults(_ROOT)
+    reasons = parse_reasons(asked.write.read_text()) if asked.write else {}
+    tried = load_state(asked.state, {fault.key for fault in faults})
     numbered = list(enumerate(faults, start=1))
-    wanted = [pair for pair in drawn(numbered, packages, asked.faults, set(reasons)) if pair[1].key not in tried]
+    wanted = [
+        pair for pair in select_faults(numbered, packages, asked.faults, set(reasons)) if pair[1].key not in tried
+    ]
     if wanted:
         print(f"{len(faults)} places for a fault; {len(tried)} tried before, {len(wanted)} to try", flush=True)
         make_copy(_ROOT, asked.copy, wanted)
         _run(wanted, asked.copy, asked.state, 60.0 * asked.minutes)
-        tried = tried_before(asked.state, {fault.key for fault in faults})
+        tried = load_state(asked.state, {fault.key for fault in faults})
     table = _table(faults, tried, reasons)
     print(table)
     if asked.write:
@@ -59,7 +61,7 @@ def main() -> None:
         asked.write.write_text(f"{before}{_BEGIN}\n{table}\n{_END}{after}")
 
 
-def tried_before(state: Path, keys: set[str]) -> dict[str, dict[str, str]]:
+def load_state(state: Path, keys: set[str]) -> dict[str, dict[str, str]]:
     """Return what was found of the faults that there still are, by key.
 
     The program ends if an earlier version has written the file.
@@ -72,12 +74,14 @@ def tried_before(state: Path, keys: set[str]) -> dict[str, dict[str, str]]:
     return {row["key"]: row for row in rows if row["key"] in keys}
 
 
-def listed(text: str) -> dict[str, str]:
+def parse_reasons(text: str) -> dict[str, str]:
     """Return the reasons of the faults that a document lists, by key; empty for one that has none."""
     return {f"{row['path']}: {row['before']} -> {row['after']}": row["why"] or "" for row in _ROW.finditer(text)}
 
 
-def drawn(faults: list[tuple[int, Fault]], packages: list[str], count: int, first: set[str]) -> list[tuple[int, Fault]]:
+def select_faults(
+    faults: list[tuple[int, Fault]], packages: list[str], count: int, first: set[str]
+) -> list[tuple[int, Fault]]:
     """Return as many faults of each package, in the order drawn.
 
     Those whose keys are in `first` come first, all of them; no line of a package more often than needed.

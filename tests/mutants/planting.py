@@ -110,21 +110,21 @@ class _Token(NamedTuple):
     end: int
 
 
-def faults_in(root: Path) -> list[Fault]:
+def list_faults(root: Path) -> list[Fault]:
     """Return all faults that the sources of all packages have room for, by path and line."""
-    return list({fault.key: fault for package in PACKAGES for fault in faults_of(root, package)}.values())
+    return list({fault.key: fault for package in PACKAGES for fault in iterate_faults(root, package)}.values())
 
 
-def faults_of(root: Path, package: str) -> Iterator[Fault]:
+def iterate_faults(root: Path, package: str) -> Iterator[Fault]:
     """Yield the faults of one package, each as it is found."""
-    for path in sorted(sources_of(root, package)):
+    for path in sorted(list_sources(root, package)):
         if path.suffix in (".py", ".pyx", ".pxd"):
             yield from _faults_of(package, path.relative_to(root).as_posix(), path.read_text())
         elif path.suffix in (".h", ".c"):
             yield from _faults_of_c(package, path.relative_to(root).as_posix(), path.read_text())
 
 
-def sources_of(root: Path, package: str) -> set[Path]:
+def list_sources(root: Path, package: str) -> set[Path]:
     """Return the sources of a package: those of its patterns, without those of patterns that begin with "!"."""
     patterns = PACKAGES[package].sources
     found = {path for pattern in patterns if pattern[0] != "!" for path in root.glob(pattern)}
@@ -138,7 +138,7 @@ def _faults_of_c(package: str, path: str, text: str) -> Iterator[Fault]:
         commented = line.rfind("/*") > line.rfind("*/") or (commented and "*/" not in line)
         if place is None or not _is_whole(place["what"]) or _C_LEFT_OUT.search(place["what"]):
             continue
-        for other in _others(place["what"], _tokens_of_c(place["what"]), known):
+        for other in _alternatives(place["what"], _tokens_of_c(place["what"]), known):
             yield Fault(package, path, number, line.strip(), f"{place['head']}{other}{place['tail']}".strip())
 
 
@@ -158,7 +158,7 @@ def _faults_of(package: str, path: str, text: str) -> Iterator[Fault]:
             yield Fault(package, path, number, line, f"{constant['head']}2 * ({value})", name)
         place = _STATEMENT.match(line) if inside else None
         if place is not None and not _LEFT_OUT.search(place["what"]) and ": " not in place["what"]:
-            for other in _others(place["what"], _tokens_of_python(place["what"]), known):
+            for other in _alternatives(place["what"], _tokens_of_python(place["what"]), known):
                 after = f"{place['head']}{other}{place['tail']}"
                 yield Fault(package, path, number, line.strip(), after.strip())
 
@@ -194,7 +194,7 @@ def _tokens_of_python(expression: str) -> list[_Token]:
     return [_Token(kinds[t.type], t.string, t.start[1], t.end[1]) for t in tokens if t.type in kinds]
 
 
-def _others(expression: str, tokens: Iterable[_Token], known: set[str]) -> Iterator[str]:
+def _alternatives(expression: str, tokens: Iterable[_Token], known: set[str]) -> Iterator[str]:
     """Yield an expression with one thing otherwise, each in turn; a name only by one that the source contains."""
     for kind, text, begin, after in tokens:
         other, end = _OTHER.get(text), after
@@ -225,7 +225,7 @@ def make_copy(root: Path, copy: Path, faults: list[tuple[int, Fault]]) -> None:
     for number, fault in faults:
         by_path.setdefault(fault.path, []).append((number, fault))
     for path, planted in by_path.items():
-        (_plant_c if path.endswith((".h", ".c")) else _plant)(copy / path, planted)
+        (_plant_c if path.endswith((".h", ".c")) else _plant_python)(copy / path, planted)
     if (copy / "src/carom/core/built.pyx").exists():
         subprocess.run([sys.executable, "setup.py", "--quiet", "build_ext", "--inplace"], cwd=copy, check=True)
 
@@ -244,7 +244,7 @@ def _plant_c(path: Path, planted: list[tuple[int, Fault]]) -> None:
     path.write_text("\n".join([*lines[:at], '#include "carom/planted.h"', *lines[at:]]) + "\n")
 
 
-def _plant(path: Path, planted: list[tuple[int, Fault]]) -> None:
+def _plant_python(path: Path, planted: list[tuple[int, Fault]]) -> None:
     lines = path.read_text().splitlines()
     chosen = "NUMBER[0] == {}" if path.suffix == ".py" else "has_fault({})"
     for number, fault in planted:

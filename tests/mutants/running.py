@@ -34,7 +34,7 @@ class Stage:
         self.seconds: dict[str, float] = {}
         self.found: Counter[str] = Counter()
 
-    def ordered(self) -> list[pytest.Item]:
+    def sort_tests(self) -> list[pytest.Item]:
         """Return the tests, those that have found most faults first."""
         return sorted(self.items, key=lambda item: (-self.found[item.nodeid], self.seconds.get(item.nodeid, 0.0)))
 
@@ -60,10 +60,10 @@ def pytest_runtestloop(session: pytest.Session) -> bool:
             if time.monotonic() > ends_s:
                 break
             if fault.package not in stages:
-                stages[fault.package] = _whole(session, fault.package)
+                stages[fault.package] = _run_without_fault(session, fault.package)
             stage = stages[fault.package]
             limit_s = _PATIENCE * sum(stage.seconds.values()) + _PATIENCE_S
-            by, _ = tried(stage.ordered(), number, fault, limit_s)
+            by, _ = run_with_fault(stage.sort_tests(), number, fault, limit_s)
             if by in stage.seconds:
                 stage.found[by] += 1
             print(
@@ -74,16 +74,18 @@ def pytest_runtestloop(session: pytest.Session) -> bool:
     return True
 
 
-def _whole(session: pytest.Session, package: str) -> Stage:
+def _run_without_fault(session: pytest.Session, package: str) -> Stage:
     """Run a package's tests without a fault, by which is known how long each takes."""
     stage = Stage(session.items, PACKAGES[package].tests)
-    by, stage.seconds = tried(stage.items, 0, None, 3600.0)
+    by, stage.seconds = run_with_fault(stage.items, 0, None, 3600.0)
     if by or not stage.items:
         raise pytest.UsageError(f"the tests of {package} fail without a fault: {by or 'there are none'}")
     return stage
 
 
-def tried(items: list[pytest.Item], number: int, fault: Fault | None, limit_s: float) -> tuple[str, dict[str, float]]:
+def run_with_fault(
+    items: list[pytest.Item], number: int, fault: Fault | None, limit_s: float
+) -> tuple[str, dict[str, float]]:
     """Run tests in a process that has a fault.
 
     Returns:

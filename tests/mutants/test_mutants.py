@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 from tests.mutants import running
-from tests.mutants.__main__ import drawn, listed, tried_before
+from tests.mutants.__main__ import load_state, parse_reasons, select_faults
 from tests.mutants.packages import PACKAGES
-from tests.mutants.planting import VARIABLE, Fault, faults_in, faults_of, make_copy, sources_of
+from tests.mutants.planting import VARIABLE, Fault, iterate_faults, list_faults, list_sources, make_copy
 
 ROOT = Path(__file__).parents[2]
 
@@ -69,7 +69,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_faults_are_planted_in_statements_and_constants_only(project: Path) -> None:
     """Comparisons, operators, words, numbers and constants have faults; signatures and docstrings have none."""
-    found = {(fault.before, fault.after) for fault in faults_in(project)}
+    found = {(fault.before, fault.after) for fault in list_faults(project)}
     condition, sum_ = "if a < b and not b < 0:", "return a + (b - a) / 2"
     assert found == {
         ("LIMIT = 3", "LIMIT = 2 * (3)"),
@@ -88,7 +88,7 @@ def test_faults_are_planted_in_statements_and_constants_only(project: Path) -> N
 
 def test_process_has_only_the_requested_fault(project: Path, tmp_path: Path) -> None:
     """Without a number the copy computes the original results; with a number, those of that fault."""
-    faults = [fault for fault in faults_in(project) if not fault.constant]
+    faults = [fault for fault in list_faults(project) if not fault.constant]
     copy = tmp_path / "copy"
     make_copy(project, copy, list(enumerate(faults, start=1)))
 
@@ -108,7 +108,7 @@ def test_faults_are_planted_in_c_statements_only(tmp_path: Path) -> None:
     """Faults in C are in statements, and not in comments, pointer stars and casts."""
     (tmp_path / "src/carom/core").mkdir(parents=True)
     (tmp_path / "src/carom/core/feature.h").write_text(SOURCE_C)
-    found = {(fault.before, fault.after) for fault in faults_of(tmp_path, "physics")}
+    found = {(fault.before, fault.after) for fault in iterate_faults(tmp_path, "physics")}
     first, sum_ = "bool is_first = !(b < a); /* if (a < b) */", "return *smallest + 0.5 * (b - a);"
     assert found == {
         (first, "bool is_first = (b < a); /* if (a < b) */"),
@@ -125,7 +125,7 @@ def test_faults_are_planted_in_c_statements_only(tmp_path: Path) -> None:
 def test_c_program_has_only_the_requested_fault(project: Path, tmp_path: Path) -> None:
     """A compiled C program without a number computes the original results; with a number, those of that fault."""
     (project / "src/carom/core/feature.h").write_text(SOURCE_C)
-    faults = [fault for fault in faults_in(project) if fault.path.endswith(".h")]
+    faults = [fault for fault in list_faults(project) if fault.path.endswith(".h")]
     copy = tmp_path / "copy"
     make_copy(project, copy, list(enumerate(faults, start=1)))
     (project / "src/carom/core/feature.h").unlink()
@@ -149,7 +149,7 @@ def test_c_program_has_only_the_requested_fault(project: Path, tmp_path: Path) -
 
 def test_every_source_of_the_core_is_in_one_package() -> None:
     """Every source of the compiled core is in exactly one package; the WebAssembly sources are in none."""
-    found = Counter(path for package in PACKAGES for path in sources_of(ROOT, package))
+    found = Counter(path for package in PACKAGES for path in list_sources(ROOT, package))
     for path in (ROOT / "src/carom/core").rglob("*"):
         if path.suffix in (".pyx", ".pxd", ".h", ".c"):
             assert found[path] == ("wasm" not in path.parts), path
@@ -158,7 +158,7 @@ def test_every_source_of_the_core_is_in_one_package() -> None:
 def test_every_package_has_faults_and_existing_tests() -> None:
     """Every package has at least one place for a fault, and all its test files exist."""
     for package in PACKAGES:
-        assert any(True for _ in faults_of(ROOT, package)), package
+        assert any(True for _ in iterate_faults(ROOT, package)), package
     missing = [
         test for package in PACKAGES.values() for test in package.tests if not (ROOT / test.split("::")[0]).exists()
     ]
@@ -179,7 +179,7 @@ def test_waiting_process_is_killed_by_clock_time(monkeypatch: pytest.MonkeyPatch
         os._exit(1)  # one that is not killed is "a crash"
 
     monkeypatch.setattr(running, "_run", forever)
-    assert running.tried([], 1, None, 0.01) == ("no end", {})
+    assert running.run_with_fault([], 1, None, 0.01) == ("no end", {})
 
 
 @pytest.mark.release
@@ -195,7 +195,7 @@ def test_looping_process_is_killed_by_processor_time(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(running, "_run", forever)
     monkeypatch.setattr(running, "_BUSY", 1e6)  # the clock ends nothing within a day
-    assert running.tried([], 1, None, 0.1) == ("no end", {})
+    assert running.run_with_fault([], 1, None, 0.1) == ("no end", {})
 
 
 def test_listed_faults_are_tried_first_and_keep_their_reasons(project: Path) -> None:
@@ -203,15 +203,15 @@ def test_listed_faults_are_tried_first_and_keep_their_reasons(project: Path) -> 
 
     A row's reason is read, and may be missing.
     """
-    faults = list(enumerate(faults_in(project), start=1))
+    faults = list(enumerate(list_faults(project), start=1))
     last = faults[-1][1]
     row = f"- `{last.path}`: `{last.before}` as `{last.after}`"
-    assert listed(f"{row}: it ends as well\n") == {last.key: "it ends as well"}
-    assert listed(f"{row}\n") == {last.key: ""}
-    assert [fault for _, fault in drawn(faults, ["physics"], 1, {last.key})] == [last]
+    assert parse_reasons(f"{row}: it ends as well\n") == {last.key: "it ends as well"}
+    assert parse_reasons(f"{row}\n") == {last.key: ""}
+    assert [fault for _, fault in select_faults(faults, ["physics"], 1, {last.key})] == [last]
     two = {fault.key for _, fault in faults[:2]}
-    assert {fault.key for _, fault in drawn(faults, ["physics"], 1, two)} == two
-    assert len(drawn(faults, ["physics"], 3, two)) == 3
+    assert {fault.key for _, fault in select_faults(faults, ["physics"], 1, two)} == two
+    assert len(select_faults(faults, ["physics"], 3, two)) == 3
 
 
 def test_state_file_of_an_earlier_version_is_refused(tmp_path: Path) -> None:
@@ -219,11 +219,11 @@ def test_state_file_of_an_earlier_version_is_refused(tmp_path: Path) -> None:
     state = tmp_path / "mutants.jsonl"
     state.write_text('{"key": "a.py: x -> y", "room": "physics", "line": 3, "by": ""}\n', encoding="utf-8")
     with pytest.raises(SystemExit, match=r"state of an earlier version: delete .*mutants\.jsonl"):
-        tried_before(state, {"a.py: x -> y"})
+        load_state(state, {"a.py: x -> y"})
 
 
 def test_every_listed_fault_is_in_a_file_that_exists() -> None:
     """`docs/contributing/reliability.md` lists no fault of a deleted file."""
-    keys = listed((ROOT / "docs/contributing/reliability.md").read_text(encoding="utf-8"))
+    keys = parse_reasons((ROOT / "docs/contributing/reliability.md").read_text(encoding="utf-8"))
     assert keys
     assert not [key for key in keys if not (ROOT / key.split(": ")[0]).exists()]

@@ -29,7 +29,7 @@ def run(*command: str | Path, cwd: Path = ROOT, check: bool = True, env: Mapping
     return done
 
 
-def copy_of_the_tree(target: Path) -> Path:
+def copy_tree(target: Path) -> Path:
     """Return a copy of what git keeps and of what is not committed yet, without anything built."""
     listed = run("git", "ls-files", "--cached", "--others", "--exclude-standard", "-z").stdout
     for name in listed.rstrip("\0").split("\0"):
@@ -53,7 +53,7 @@ def install(wheel: Path, target: Path) -> Path:
     return target
 
 
-def report_of(site: Path | None, away: Path) -> dict[str, Any]:
+def run_bits(site: Path | None, away: Path) -> dict[str, Any]:
     """Return what ``bits.py`` prints of the Carom of a folder, started somewhere else; None for this environment's."""
     # Without `site`, an editable install of this environment can't fill in what the folder lacks.
     options: list[str] = []

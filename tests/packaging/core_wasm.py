@@ -41,16 +41,16 @@ _FLAGS = (
 )
 
 
-def compiler() -> str:
+def read_pinned_compiler() -> str:
     """Return the requirement of the compiler that is pinned, as ``ziglang==0.13.0``."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     (pinned,) = extras["wasm"]
     return str(pinned)
 
 
-def sources_digest() -> str:
+def compute_sources_digest() -> str:
     """Return the digest of everything that the file is made of."""
-    digest = hashlib.sha256(" ".join([compiler(), *_COMPILED, *_FLAGS]).encode())
+    digest = hashlib.sha256(" ".join([read_pinned_compiler(), *_COMPILED, *_FLAGS]).encode())
     core = ROOT / "src/carom/core"
     for path in sorted([*core.rglob("*.h"), *core.rglob("*.c")]):
         content = path.read_bytes().replace(b"\r\n", b"\n")
@@ -58,7 +58,7 @@ def sources_digest() -> str:
     return digest.hexdigest()
 
 
-def sources_digest_of(wasm: bytes) -> str:
+def read_sources_digest(wasm: bytes) -> str:
     """Return the digest of the sources that a file was built from; empty if it has none."""
     digests = (content for kind, content in _sections(wasm) if kind == _CUSTOM and content.startswith(_name(SECTION)))
     return next(digests, b"").removeprefix(_name(SECTION)).decode()
@@ -73,12 +73,12 @@ def build(root: Path = ROOT) -> bytes:
         sources = [f"src/carom/core/{name}" for name in _COMPILED]
         command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "-o", str(out), *sources]
         subprocess.run(command, check=True, cwd=root, env=os.environ | caches | python_path)
-        return out.read_bytes() + _section(SECTION, sources_digest().encode())
+        return out.read_bytes() + _section(SECTION, compute_sources_digest().encode())
 
 
 def zig_environment(folder: Path) -> dict[str, str]:
     """Return the variables with which ``python -m ziglang`` is the pinned version, downloaded if it is missing."""
-    return {} if _is_installed() else {"PYTHONPATH": _downloaded(folder)}
+    return {} if _is_installed() else {"PYTHONPATH": _download_zig(folder)}
 
 
 def main() -> None:
@@ -89,15 +89,15 @@ def main() -> None:
 
 
 def _is_installed() -> bool:
-    name, _, pinned = compiler().partition("==")
+    name, _, pinned = read_pinned_compiler().partition("==")
     try:
         return version(name) == pinned
     except PackageNotFoundError:
         return False
 
 
-def _downloaded(folder: Path) -> str:
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), compiler()]
+def _download_zig(folder: Path) -> str:
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), read_pinned_compiler()]
     subprocess.run(pip, check=True)
     return str(folder)
 

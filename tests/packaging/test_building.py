@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.packaging import core_wasm
-from tests.packaging.building import copy_of_the_tree, install, make_wheel, report_of, run
+from tests.packaging.building import copy_tree, install, make_wheel, run, run_bits
 
 pytestmark = pytest.mark.release
 
@@ -22,18 +22,18 @@ IDENTITY = ("tests/unit/core", "tests/unit/solvers")
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the source tree, in which nothing is built."""
-    return copy_of_the_tree(tmp_path_factory.mktemp("tree"))
+    return copy_tree(tmp_path_factory.mktemp("tree"))
 
 
 @pytest.fixture(scope="module")
-def bits(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def expected_results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Results of the Carom that the tests run on."""
-    results: dict[str, Any] = report_of(None, tmp_path_factory.mktemp("away"))["results"]
+    results: dict[str, Any] = run_bits(None, tmp_path_factory.mktemp("away"))["results"]
     return results
 
 
 @pytest.fixture(scope="module")
-def no_compiler(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def no_compiler_environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Environment in which every program of PATH is found, except for C compilers."""
     programs = tmp_path_factory.mktemp("programs")
     for folder in os.get_exec_path():
@@ -44,21 +44,21 @@ def no_compiler(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 def test_zig_builds_the_same_bits_without_a_compiler(
-    tree: Path, tmp_path: Path, bits: dict[str, Any], no_compiler: dict[str, str]
+    tree: Path, tmp_path: Path, expected_results: dict[str, Any], no_compiler_environment: dict[str, str]
 ) -> None:
     """Without a C compiler the build requires the pinned ziglang, and its wheel gives the same bits."""
     code = "import carom_build as b; print(b.get_requires_for_build_wheel(), b.get_requires_for_build_editable())"
     backend = {"PYTHONPATH": str(tree / "build_backend")}
-    pinned = core_wasm.compiler()
-    done = run(sys.executable, "-c", code, cwd=tree, env=backend | no_compiler)
+    pinned = core_wasm.read_pinned_compiler()
+    done = run(sys.executable, "-c", code, cwd=tree, env=backend | no_compiler_environment)
     assert done.stdout.splitlines()[-1] == str([pinned]) + " " + str([pinned])
-    done = make_wheel(tree, tmp_path, core_wasm.zig_environment(tmp_path / "zig") | no_compiler)
+    done = make_wheel(tree, tmp_path, core_wasm.zig_environment(tmp_path / "zig") | no_compiler_environment)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "-m ziglang cc -mcpu=baseline" in done.stdout + done.stderr
     (wheel,) = tmp_path.glob("*.whl")
-    report = report_of(install(wheel, tmp_path / "site"), tmp_path)
+    report = run_bits(install(wheel, tmp_path / "site"), tmp_path)
     assert report["notes"] == []
-    assert report["results"] == bits
+    assert report["results"] == expected_results
 
 
 def test_build_needs_no_zig_with_a_compiler(tree: Path) -> None:
@@ -71,7 +71,7 @@ def test_build_needs_no_zig_with_a_compiler(tree: Path) -> None:
 def test_failing_compiler_makes_no_wheel(tmp_path: Path) -> None:
     """If the compiler fails, the build fails and leaves no wheel."""
     # A tree of its own: where another test has built, nothing is left to compile.
-    done = make_wheel(copy_of_the_tree(tmp_path / "tree"), tmp_path, {"CC": "false"})
+    done = make_wheel(copy_tree(tmp_path / "tree"), tmp_path, {"CC": "false"})
     assert done.returncode != 0
     assert not list(tmp_path.glob("*.whl"))
 
@@ -81,7 +81,7 @@ def test_stale_extension_is_refused_with_the_build_command(tmp_path: Path) -> No
 
     Modules left by a failed build are refused, too.
     """
-    tree = copy_of_the_tree(tmp_path)
+    tree = copy_tree(tmp_path)
     for module in tree.rglob("*.pyx"):
         if module.name not in ("built.pyx", "damped_time.pyx"):  # what collecting imports: the others only take time
             module.unlink()
@@ -113,7 +113,7 @@ def test_stale_extension_is_refused_with_the_build_command(tmp_path: Path) -> No
 
 def test_only_changed_modules_are_compiled_again(tmp_path: Path) -> None:
     """After an edit only modules that depend on it, and the one with the digest of all sources, are compiled."""
-    tree = copy_of_the_tree(tmp_path)
+    tree = copy_tree(tmp_path)
     for module in tree.rglob("*.pyx"):
         if module.name not in ("built.pyx", "tree.pyx", "primitives.pyx"):  # the others would only take time
             module.unlink()
@@ -146,7 +146,7 @@ def test_only_changed_modules_are_compiled_again(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="reads the processor's features from /proc/cpuinfo")
 def test_native_build_fuses_no_multiply_add(tmp_path: Path) -> None:
     """Built with `-march=native`, the extension passes the tests that compare all bits."""
-    tree = copy_of_the_tree(tmp_path)
+    tree = copy_tree(tmp_path)
     build = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace")
     run(*build, cwd=tree, env={"CFLAGS": "-march=native"})
     if platform.machine() == "x86_64" and " avx " in Path("/proc/cpuinfo").read_text():
@@ -162,7 +162,7 @@ def test_native_build_fuses_no_multiply_add(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="preloads the sanitizers' libraries of GCC")
 def test_sanitizers_find_no_fault_in_the_core(tmp_path: Path) -> None:
     """Address and undefined-behaviour sanitizers find nothing in the tests of the core and the solvers."""
-    tree = copy_of_the_tree(tmp_path)
+    tree = copy_tree(tmp_path)
     sanitizers = "-fsanitize=address,undefined"
     flags = {"CFLAGS": f"{sanitizers} -fno-sanitize-recover=all", "LDFLAGS": sanitizers}
     run(sys.executable, "setup.py", "--quiet", "build_ext", "--inplace", cwd=tree, env=flags)

@@ -7,7 +7,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from tests.packaging.building import ROOT, install, report_of, run
+from tests.packaging.building import ROOT, install, run, run_bits
 
 pytestmark = pytest.mark.release
 
@@ -16,7 +16,7 @@ BUILT_IN = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entr
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def dist_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the sdist of this tree, and the wheel made from that sdist and from nothing else."""
     out = tmp_path_factory.mktemp("dist")
     # Without --wheel or --sdist, `build` makes the wheel from the unpacked sdist: what is left out of it would show.
@@ -24,19 +24,19 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def wheel_names(built: Path) -> set[str]:
-    with zipfile.ZipFile(next(built.glob("*.whl"))) as archive:
+def list_wheel_files(dist_folder: Path) -> set[str]:
+    with zipfile.ZipFile(next(dist_folder.glob("*.whl"))) as archive:
         return set(archive.namelist())
 
 
-def c_sources() -> set[str]:
+def list_c_sources() -> set[str]:
     """Return the C files of the package, without what Cython writes."""
     return {path.relative_to(ROOT / "src").as_posix() for path in (ROOT / "src").rglob("*.c")}
 
 
-def test_sdist_contains_everything_to_build_and_test(built: Path) -> None:
+def test_sdist_contains_everything_to_build_and_test(dist_folder: Path) -> None:
     """The sdist has adapters, tests, docs, the Makefile and C sources, and no compiled file and no report."""
-    with tarfile.open(next(built.glob("*.tar.gz"))) as archive:
+    with tarfile.open(next(dist_folder.glob("*.tar.gz"))) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
         "adapters/carom_adapters/pymunk/adapter.py",
@@ -54,20 +54,20 @@ def test_sdist_contains_everything_to_build_and_test(built: Path) -> None:
     }
     assert wanted <= names
     assert not [name for name in names if name.endswith((".so", ".pyd", ".pyc")) or name.startswith("reports")]
-    assert {name for name in names if name.endswith(".c")} == {f"src/{name}" for name in c_sources()}
+    assert {name for name in names if name.endswith(".c")} == {f"src/{name}" for name in list_c_sources()}
 
 
-def test_wheel_supports_all_later_python_versions(built: Path) -> None:
+def test_wheel_supports_all_later_python_versions(dist_folder: Path) -> None:
     """The wheel is tagged for CPython 3.11 with the stable ABI, which every later version supports."""
-    (wheel,) = built.glob("*.whl")
+    (wheel,) = dist_folder.glob("*.whl")
     _, _, python, abi, platform = wheel.stem.split("-")
     assert (python, abi) == ("cp311", "abi3")
     assert platform != "any"
 
 
-def test_wheel_contains_only_the_packages(built: Path) -> None:
+def test_wheel_contains_only_the_packages(dist_folder: Path) -> None:
     """The wheel has every file of both packages, and nothing else."""
-    names = wheel_names(built)
+    names = list_wheel_files(dist_folder)
     made = {"__pycache__", "node_modules"}
     for folder, package in (("src", "carom"), ("adapters", "carom_adapters")):
         for path in (ROOT / folder / package).rglob("*"):
@@ -75,18 +75,18 @@ def test_wheel_contains_only_the_packages(built: Path) -> None:
                 assert path.relative_to(ROOT / folder).as_posix() in names
     assert not [name for name in names if not name.startswith(("carom/", "carom_adapters/", "carom-"))]
     assert not [name for name in names if name.endswith(".pyc") or "node_modules" in name]
-    assert {name for name in names if name.endswith(".c")} == c_sources()
+    assert {name for name in names if name.endswith(".c")} == list_c_sources()
 
 
-def test_wheel_contains_every_compiled_module(built: Path) -> None:
+def test_wheel_contains_every_compiled_module(dist_folder: Path) -> None:
     """The wheel has one compiled module for each .pyx file, and the shared one."""
-    compiled = {name.partition(".")[0] for name in wheel_names(built) if name.endswith((".so", ".pyd"))}
+    compiled = {name.partition(".")[0] for name in list_wheel_files(dist_folder) if name.endswith((".so", ".pyd"))}
     sources = {path.relative_to(ROOT / "src").with_suffix("").as_posix() for path in (ROOT / "src").rglob("*.pyx")}
     assert compiled == sources | {"carom/core/_cython"}
 
 
-def test_installed_wheel_is_compiled_and_finds_every_adapter(built: Path, tmp_path: Path) -> None:
+def test_installed_wheel_is_compiled_and_finds_every_adapter(dist_folder: Path, tmp_path: Path) -> None:
     """Installed away from the source tree, Carom runs compiled and finds all its adapters."""
-    report = report_of(install(next(built.glob("*.whl")), tmp_path / "site"), tmp_path)
+    report = run_bits(install(next(dist_folder.glob("*.whl")), tmp_path / "site"), tmp_path)
     assert report["notes"] == []
     assert report["engines"] == dict.fromkeys(BUILT_IN, "carom")

@@ -19,7 +19,7 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from tests.packaging.building import ROOT, copy_of_the_tree
+from tests.packaging.building import ROOT, copy_tree
 
 #: The oldest NumPy that is allowed, where there is a wheel of it, and the newest of all.
 _NUMPY = {"3.11": ("1.26.*", "2.*"), "3.12": ("1.26.*", "2.*"), "3.13": ("2.*",)}
@@ -43,19 +43,19 @@ def main() -> int:
             "--no-isolation",
             "--outdir",
             folder,
-            copy_of_the_tree(folder / "tree"),
+            copy_tree(folder / "tree"),
         ]
     )
     (wheel,) = folder.glob("*.whl")
     failed = False
-    for line, good in (*_tried(folder, wheel, asked.pythons), _made_for_musl(folder)):
+    for line, good in (*_try_wheel(folder, wheel, asked.pythons), _build_for_musl(folder)):
         failed |= not good
         sys.stdout.write(f"{line}\n")
         sys.stdout.flush()
     return int(failed)
 
 
-def _tried(folder: Path, wheel: Path, pythons: Sequence[str]) -> Iterator[tuple[str, bool]]:
+def _try_wheel(folder: Path, wheel: Path, pythons: Sequence[str]) -> Iterator[tuple[str, bool]]:
     """Yield a line for each interpreter and NumPy, and whether all is well: it is where an interpreter is missing."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["cibuildwheel"]
     tests = [
@@ -87,13 +87,13 @@ def _version_of(python: str) -> str | None:
     return done.stdout.strip() if done.returncode == 0 else None
 
 
-def _made_for_musl(folder: Path) -> tuple[str, bool]:
+def _build_for_musl(folder: Path) -> tuple[str, bool]:
     """Make a wheel for musl, of a tree in which nothing is built, and say which libraries its modules need."""
     _call([sys.executable, "-m", "pip", "install", "--quiet", "--target", folder / "zig", "ziglang"])
     zig = f"{sys.executable} -m ziglang cc -target {_MUSL}"
     wanted = {"CC": zig, "LDSHARED": f"{zig} -shared", "PYTHONPATH": str(folder / "zig")}
     setup = [sys.executable, "setup.py", "--quiet", "bdist_wheel", "--plat-name", "musllinux_1_2_x86_64"]
-    _call([*setup, "--dist-dir", folder / "musl"], copy_of_the_tree(folder / "tree-musl"), wanted)
+    _call([*setup, "--dist-dir", folder / "musl"], copy_tree(folder / "tree-musl"), wanted)
     (wheel,) = (folder / "musl").glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         modules = [name for name in archive.namelist() if name.endswith(".so")]

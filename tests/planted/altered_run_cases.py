@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.planted.altered_runs import DT, GAS, GRAVITY, Run, changed, faithful, free_from, with_law
+from tests.planted.altered_runs import DT, GAS, GRAVITY, Run, change_law, change_states, record_pic, remove_impacts
 from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Scene
@@ -33,7 +33,7 @@ class Rung:
     says: Verdict | None = None
 
 
-def ladder(said: str) -> tuple[Rung, ...]:
+def parse_rungs(said: str) -> tuple[Rung, ...]:
     """Return rungs from words: sizes, their grade or the best-worst, and perhaps the verdict that must be said."""
     rungs = []
     for group in said.split(", "):
@@ -65,11 +65,11 @@ class Fault:
 ONE = 3
 
 
-def _law(name: str, run: Run, time_s: float, size: float) -> Run:
-    return with_law(run, time_s, **{name: getattr(run.scene, name) - size}) if size else run
+def _change_law(name: str, run: Run, time_s: float, size: float) -> Run:
+    return change_law(run, time_s, **{name: getattr(run.scene, name) - size}) if size else run
 
 
-def _ours(rows: Array, extra: Array) -> Array:
+def _shift_disc(rows: Array, extra: Array) -> Array:
     shown = rows.copy()
     shown[:, ONE] += extra
     return shown
@@ -78,57 +78,61 @@ def _ours(rows: Array, extra: Array) -> Array:
 CROWD = (
     Fault(
         "passes through",
-        lambda run, time_s, size: free_from(run, time_s) if size else run,
-        ladder("0 exact, 1 wrong passed_through"),
+        lambda run, time_s, size: remove_impacts(run, time_s) if size else run,
+        parse_rungs("0 exact, 1 wrong passed_through"),
         "every pair that meets goes on unturned, in a box that it leaves",
     ),
     Fault(
         "restitution of discs",
-        lambda run, time_s, size: _law("restitution", run, time_s, size),
-        ladder("0 exact, 1e-10 close-sampled, 1e-6 1e-4 close-inaccurate, 1e-2 sampled-inaccurate, 0.475 inaccurate"),
+        lambda run, time_s, size: _change_law("restitution", run, time_s, size),
+        parse_rungs(
+            "0 exact, 1e-10 close-sampled, 1e-6 1e-4 close-inaccurate, 1e-2 sampled-inaccurate, 0.475 inaccurate"
+        ),
         "half of size times the closing speed is missing after an impact: 5e-11 of it is more than ten roundings; a "
         "hundredth of what a step late costs (a tenth of the speed or more) is not reached up to 1e-4 but by what is "
         "head-on, nor at .475 by anything that is not: a quarter of the closing speed is a step's worth of turn",
     ),
     Fault(
         "restitution of walls",
-        lambda run, time_s, size: _law("wall_restitution", run, time_s, size),
-        ladder("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 1e-2 0.5 inaccurate"),
+        lambda run, time_s, size: _change_law("wall_restitution", run, time_s, size),
+        parse_rungs("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 1e-2 0.5 inaccurate"),
         "a wall's normal is the same wherever the disc is found, so that sampling costs no velocity there: what is "
         "wrong with it is the solver's",
     ),
     Fault(
         "one disc drifts, m/s",
-        lambda run, time_s, size: changed(run, time_s, place=lambda p, t: _ours(p, t[:, 0] * np.array([size, 0.0]))),
-        ladder("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 inaccurate, 1e-2 1 inaccurate-wrong"),
+        lambda run, time_s, size: change_states(
+            run, time_s, place=lambda p, t: _shift_disc(p, t[:, 0] * np.array([size, 0.0]))
+        ),
+        parse_rungs("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 inaccurate, 1e-2 1 inaccurate-wrong"),
         "a place that no velocity leads to, step after step; a disc that has drifted by a radius is turned where "
         "nothing is near, and passes through where it is shown",
     ),
     Fault(
         "one disc moved once, m",
-        lambda run, time_s, size: changed(
-            run, time_s, place=lambda p, t: _ours(p, np.array([size, 0.0]) * np.ones_like(t[:, 0]))
+        lambda run, time_s, size: change_states(
+            run, time_s, place=lambda p, t: _shift_disc(p, np.array([size, 0.0]) * np.ones_like(t[:, 0]))
         ),
-        ladder("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 inaccurate, 0.054 1 inaccurate-wrong"),
+        parse_rungs("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 inaccurate, 0.054 1 inaccurate-wrong"),
         "it is elsewhere in one step, beyond what a velocity explains, and its impacts happen where nothing touches it",
     ),
     Fault(
         "velocities shown short",
-        lambda run, time_s, size: changed(run, time_s, speed=lambda v, _: v * (1.0 - size)),
-        ladder("0 exact, 1e-10 1e-9 close-inaccurate, 1e-6 1e-3 inaccurate, 0.1 inaccurate-wrong"),
+        lambda run, time_s, size: change_states(run, time_s, speed=lambda v, _: v * (1.0 - size)),
+        parse_rungs("0 exact, 1e-10 1e-9 close-inaccurate, 1e-6 1e-3 inaccurate, 0.1 inaccurate-wrong"),
         "discs move by more than their velocities say in every step, and all change at once with nothing near; above "
         "1 % of its speed such a change is a turn that nothing explains",
     ),
     Fault(
         "one disc shown slow",
-        lambda run, time_s, size: changed(run, time_s, speed=lambda v, _: _ours(v, -size * v[:, ONE])),
-        ladder("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
+        lambda run, time_s, size: change_states(run, time_s, speed=lambda v, _: _shift_disc(v, -size * v[:, ONE])),
+        parse_rungs("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
         "as above, of one disc",
     ),
     Fault(
         "damping a second",
-        lambda run, time_s, size: changed(run, time_s, speed=lambda v, t: v * np.exp(-size * t)),
-        ladder("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 1 inaccurate-wrong"),
+        lambda run, time_s, size: change_states(run, time_s, speed=lambda v, t: v * np.exp(-size * t)),
+        parse_rungs("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 1 inaccurate-wrong"),
         "velocities fall between impacts and places do not follow; 1e-10 a second is 1.7e-12 a step, and a flight of "
         "half a second is 5e-11: above the rounding only once it is added up; with 1e-2 they end 6 % short, so that "
         "what grazes is turned where they show no meeting",
@@ -150,38 +154,38 @@ ROUGH_GAS = GAS.model_copy(
 
 def _friction(run: Run, time_s: float, size: float) -> Run:
     friction = run.scene.friction * (1.0 - size)
-    return with_law(run, time_s, friction=friction, wall_friction=friction) if size else run
+    return change_law(run, time_s, friction=friction, wall_friction=friction) if size else run
 
 
 ROUGH = (
     Fault(
         "friction too weak",
         _friction,
-        ladder("0 exact, 1e-10 1e-6 close-inaccurate, 1e-2 sampled-inaccurate, 1 inaccurate"),
+        parse_rungs("0 exact, 1e-10 1e-6 close-inaccurate, 1e-2 sampled-inaccurate, 1 inaccurate"),
         "sliding impacts are off by that share of friction's push: all of it is as much as the tangential velocity",
     ),
     Fault(
         "friction too strong",
         lambda run, time_s, size: _friction(run, time_s, -size),
-        ladder("0 exact, 1e-2 sampled-inaccurate, 50 inaccurate"),
+        parse_rungs("0 exact, 1e-2 sampled-inaccurate, 50 inaccurate"),
         "discs hold where they should slide: the branch is wrong, at walls too, where sampling costs nothing",
     ),
     Fault(
         "spins drift, rad/s a second",
-        lambda run, time_s, size: changed(run, time_s, spin=lambda w, t: w + size * t),
-        ladder("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 inaccurate, 10 inaccurate-wrong"),
+        lambda run, time_s, size: change_states(run, time_s, spin=lambda w, t: w + size * t),
+        parse_rungs("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 inaccurate, 10 inaccurate-wrong"),
         "spins change with nothing near",
     ),
     Fault(
         "spins shown short",
-        lambda run, time_s, size: changed(run, time_s, spin=lambda w, _: w * (1.0 - size)),
-        ladder("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
+        lambda run, time_s, size: change_states(run, time_s, spin=lambda w, _: w * (1.0 - size)),
+        parse_rungs("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
         "spins change at once with nothing near, and again at each impact against the law",
     ),
     Fault(
         "spins of the other sign",
-        lambda run, time_s, size: changed(run, time_s, spin=lambda w, _: -w) if size else run,
-        ladder("0 exact, 1 inaccurate-wrong"),
+        lambda run, time_s, size: change_states(run, time_s, spin=lambda w, _: -w) if size else run,
+        parse_rungs("0 exact, 1 inaccurate-wrong"),
         "spins change at once with nothing near, and the law is that of the mirror",
     ),
 )
@@ -206,23 +210,23 @@ BESIDE = staged(
 Path = Callable[[float], tuple[float, float]]
 
 
-def fallen(since_s: float, speed: float = 0.0) -> tuple[float, float]:
+def free_fall(since_s: float, speed: float = 0.0) -> tuple[float, float]:
     """Return how high a free disc is, and how fast, so long after it left at a speed."""
     return speed * since_s - 0.5 * GRAVITY * since_s**2, speed - GRAVITY * since_s
 
 
-def dropped(time_s: float) -> tuple[float, float]:
+def drop_path(time_s: float) -> tuple[float, float]:
     """Return the path of the ball that is dropped and stays."""
-    height, speed = fallen(time_s)
+    height, speed = free_fall(time_s)
     return (DROP_M + height, speed) if time_s < LANDS_S else (0.0, 0.0)
 
 
-def dropped_until(then: Path) -> Path:
+def drop_path_until(then: Path) -> Path:
     """Return the path of the ball that stays until `LATER_S`, and then does something else."""
-    return lambda time_s: dropped(time_s) if time_s < LATER_S else then(time_s - LATER_S)
+    return lambda time_s: drop_path(time_s) if time_s < LATER_S else then(time_s - LATER_S)
 
 
-def shown(scene: Scene, *paths: Path, lands: int | None = None) -> Run:
+def build_run(scene: Scene, *paths: Path, lands: int | None = None) -> Run:
     """Return the run of discs that move up and down on these paths; disc `lands` reports its impact with the floor."""
     times = np.arange(scene.step_count(DT) + 1, dtype=np.float64) * DT
     moves = np.array([[path(float(time)) for path in paths] for time in times])
@@ -235,15 +239,15 @@ def shown(scene: Scene, *paths: Path, lands: int | None = None) -> Run:
     return Run(scene, States(times, position, velocity), np.array(rows, IMPACT_DTYPE))
 
 
-def _still(_: float) -> tuple[float, float]:
+def _rest_path(_: float) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def _left(speed: float) -> Path:
-    return lambda since_s: fallen(since_s, speed)
+def _leave_path(speed: float) -> Path:
+    return lambda since_s: free_fall(since_s, speed)
 
 
-def _sinking(speed: float) -> Path:
+def _sink_path(speed: float) -> Path:
     return lambda since_s: (-speed * since_s, 0.0)
 
 
@@ -263,26 +267,26 @@ SAG_M_S = 0.5 * GRAVITY * DT
 FALLS = (
     Alone(
         "falls through the floor",
-        lambda size: shown(THUD, dropped if not size else fallen_from_the_drop, lands=None if size else 0),
-        ladder("0 exact, 1 wrong passed_through"),
+        lambda size: build_run(THUD, drop_path if not size else fall_through_path, lands=None if size else 0),
+        parse_rungs("0 exact, 1 wrong passed_through"),
         "it meets the floor at 0.553 s and goes on unturned",
     ),
     Alone(
         "bounces, and falls through it",
-        lambda size: shown(THUD, dropped_until(_left(0.0)) if size else dropped, lands=0),
-        ladder("0 exact, 1 wrong passed_through"),
+        lambda size: build_run(THUD, drop_path_until(_leave_path(0.0)) if size else drop_path, lands=0),
+        parse_rungs("0 exact, 1 wrong passed_through"),
         "what rests is held: 0.65 s after it has come to rest it falls through what held it",
     ),
     Alone(
         "flung from rest, m/s",
-        lambda size: shown(THUD, dropped_until(_left(size)) if size else dropped, lands=0),
-        ladder("0 exact, 2 wrong, 50 wrong turned_alone"),
+        lambda size: build_run(THUD, drop_path_until(_leave_path(size)) if size else drop_path, lands=0),
+        parse_rungs("0 exact, 2 wrong, 50 wrong turned_alone"),
         "what rests leaves with no other body near, faster than a step of gravity explains",
     ),
     Alone(
         "sinks at rest, m/s",
-        lambda size: shown(THUD, dropped_until(_sinking(size)) if size else dropped, lands=0),
-        ladder(
+        lambda size: build_run(THUD, drop_path_until(_sink_path(size)) if size else drop_path, lands=0),
+        parse_rungs(
             f"0 exact, 1e-10 1e-3 close-sampled, {0.9 * SAG_M_S} sampled, {1.5 * SAG_M_S} 0.2 inaccurate sinks, "
             "5 inaccurate-wrong"
         ),
@@ -291,27 +295,27 @@ FALLS = (
     ),
     Alone(
         "bounces half as high as it should not, m/s",
-        lambda size: shown(THUD, _hopping(size) if size else dropped, lands=0),
-        ladder("0 exact, 1 3 inaccurate-wrong"),
+        lambda size: build_run(THUD, _hop_path(size) if size else drop_path, lands=0),
+        parse_rungs("0 exact, 1 3 inaccurate-wrong"),
         "restitution 0 asks for no bounce: 1 m/s and 3 m/s of 5.4 m/s are restitutions of .18 and .55",
     ),
 )
 
 
-def fallen_from_the_drop(time_s: float) -> tuple[float, float]:
+def fall_through_path(time_s: float) -> tuple[float, float]:
     """Return the path of a ball that no floor stops."""
-    height, speed = fallen(time_s)
+    height, speed = free_fall(time_s)
     return DROP_M + height, speed
 
 
-def _hopping(speed: float) -> Path:
+def _hop_path(speed: float) -> Path:
     """Return the path of a ball that leaves the floor at a speed at which it should stay, lands again and stays."""
     back_s = LANDS_S + 2.0 * speed / GRAVITY
 
     def path(time_s: float) -> tuple[float, float]:
         if time_s < LANDS_S:
-            return dropped(time_s)
-        return fallen(time_s - LANDS_S, speed) if time_s < back_s else (0.0, 0.0)
+            return drop_path(time_s)
+        return free_fall(time_s - LANDS_S, speed) if time_s < back_s else (0.0, 0.0)
 
     return path
 
@@ -320,26 +324,26 @@ def _hopping(speed: float) -> Path:
 FROM_REST = (
     Alone(
         "falls from rest",
-        lambda size: shown(RESTING, _left(0.0) if size else _still),
-        ladder("0 exact, 1 wrong passed_through"),
+        lambda size: build_run(RESTING, _leave_path(0.0) if size else _rest_path),
+        parse_rungs("0 exact, 1 wrong passed_through"),
         "it lies on the floor at the start and falls 20 m through it",
     ),
     Alone(
         "flung from rest at the start, m/s",
-        lambda size: shown(RESTING, _left(size) if size else _still),
-        ladder("0 exact, 5 wrong, 5e5 wrong turned_alone"),
+        lambda size: build_run(RESTING, _leave_path(size) if size else _rest_path),
+        parse_rungs("0 exact, 5 wrong, 5e5 wrong turned_alone"),
         "it leaves the floor with nothing near",
     ),
     Alone(
         "a second disc falls through",
-        lambda size: shown(BESIDE, _still, fallen_from_the_drop if size else dropped, lands=None if size else 1),
-        ladder("0 exact, 1 wrong passed_through"),
+        lambda size: build_run(BESIDE, _rest_path, fall_through_path if size else drop_path, lands=None if size else 1),
+        parse_rungs("0 exact, 1 wrong passed_through"),
         "one disc at rest ends the reference, and not the other's fall",
     ),
     Alone(
         "a second disc never rests, m/s",
-        lambda size: shown(BESIDE, _still, _hopping(size) if size else dropped, lands=1),
-        ladder("0 exact, 3 inaccurate-wrong"),
+        lambda size: build_run(BESIDE, _rest_path, _hop_path(size) if size else drop_path, lands=1),
+        parse_rungs("0 exact, 3 inaccurate-wrong"),
         "one disc at rest ends the reference, and not the other's fall: restitution .55 for 0",
     ),
 )
@@ -352,28 +356,28 @@ BESIDE_M = 1.0 + SPEED * MEETS_S  # contact distance 1 m
 PAIR = staged("pair", disc_at(0.0, 0.0, SPEED, 0.0), disc_at(BESIDE_M, 0.0), duration_s=2.0)
 
 
-def passing(steps: float, aside_m: float = 0.0, phase: float = 0.0) -> Run:
+def build_passing_run(steps: float, aside_m: float = 0.0, phase: float = 0.0) -> Run:
     """Return two discs that pass through each other, in overlap for some steps; 0 for faithful ones.
 
     Off centre by `aside_m`, less than 1 m, they never have one centre. They touch so large a part of a step after a
     state: at 0 one of an even number of steps shows them at their nearest, where they neither close nor part.
     """
     if not steps:
-        return faithful(PAIR)
+        return record_pic(PAIR)
     inside_m = math.sqrt(1.0 - aside_m**2)  # contact distance 1 m: half of the way on which they overlap
     speed = 2.0 * inside_m / (steps * DT)
     touch_s = (15 + phase) * DT
     discs = disc_at(0.0, 0.0, speed, 0.0), disc_at(inside_m + touch_s * speed, aside_m)
     scene = staged("pass", *discs, duration_s=1.0 + steps * DT)
-    return dataclasses.replace(free_from(faithful(scene), 0.0), scene=scene)
+    return dataclasses.replace(remove_impacts(record_pic(scene), 0.0), scene=scene)
 
 
-def pressed(steps: float, energy: float = 1.0) -> Run:
+def build_pushing_run(steps: float, energy: float = 1.0) -> Run:
     """Return two discs that push each other for some steps from the touch on, evenly, to `energy` of what is right.
 
     The relative velocity goes in equal parts from what it was to what it should be, and places follow from velocities.
     """
-    right = faithful(PAIR)
+    right = record_pic(PAIR)
     if not steps:
         return right
     times, lasts_s = right.states.time_s, steps * DT
@@ -402,27 +406,27 @@ STEPS = (1, 2, 7, 8, 9, 15, 16, 17, 33, 120)
 LONG = (
     Alone(
         "passes through slowly, steps",
-        passing,
-        ladder(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
+        build_passing_run,
+        parse_rungs(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
         "they overlap for that many steps and part on the far side, no velocity changed; of an even number of steps "
         "there is a state in which they have one centre",
     ),
     Alone(
         "passes through slowly off centre, steps",
-        lambda steps: passing(steps, 0.3),
-        ladder(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
+        lambda steps: build_passing_run(steps, 0.3),
+        parse_rungs(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
         "as above, at .3 of the contact distance off centre",
     ),
     Alone(
         "pushes for steps",
-        pressed,
-        ladder("0 exact, 1 sampled, 4 7 8 9 16 17 24 40 inaccurate late"),
+        build_pushing_run,
+        parse_rungs("0 exact, 1 sampled, 4 7 8 9 16 17 24 40 inaccurate late"),
         "an even push of n steps acts n / 2 steps late; one step late is what sampling may cost",
     ),
     Alone(
         "pushes for 20 steps to more energy",
-        lambda size: pressed(20, 1.0 + size),
-        ladder("0 inaccurate, 0.1 1 inaccurate-wrong energy_gained"),
+        lambda size: build_pushing_run(20, 1.0 + size),
+        parse_rungs("0 inaccurate, 0.1 1 inaccurate-wrong energy_gained"),
         "late by ten steps, and with energy that nobody gave; faster than they came, they part before the push ends",
     ),
 )

@@ -55,7 +55,7 @@ class Run:
     lasts: int = 1
 
 
-def recorded(trace: Trace) -> Run:
+def record_run(trace: Trace) -> Run:
     """Return the run that has these impacts, on free paths between them, at steps of `DT`."""
     scene, count = trace.scene, trace.scene.step_count(DT)
     times = np.arange(count + 1, dtype=np.float64) * DT
@@ -80,17 +80,17 @@ def recorded(trace: Trace) -> Run:
     return Run(scene, states, trace.impacts, trace.spins)
 
 
-def faithful(scene: Scene) -> Run:
+def record_pic(scene: Scene) -> Run:
     """Return PIC's run."""
-    return recorded(solve_pic(scene))
+    return record_run(solve_pic(scene))
 
 
-def sampled(scene: Scene) -> Run:
+def record_pit(scene: Scene) -> Run:
     """Return PIT's run: paths turn at step boundaries."""
-    return recorded(solve_pit(scene, frame_rate_hz=1 / DT))
+    return record_run(solve_pit(scene, frame_rate_hz=1 / DT))
 
 
-def step_at(run: Run, time_s: float) -> int:
+def find_free_step(run: Run, time_s: float) -> int:
     """Return the first step boundary from a time on at which no two bodies touch."""
     for k in range(math.ceil(time_s / DT), len(run.states)):
         if _gap(run, k) > 1e-6:  # metres: a scene may begin there, and nothing is due at once
@@ -106,9 +106,9 @@ def _gap(run: Run, k: int) -> float:
     return float(np.min(np.concatenate(gaps)))
 
 
-def with_law(run: Run, time_s: float, **law: Any) -> Run:
+def change_law(run: Run, time_s: float, **law: Any) -> Run:
     """Return the run with other coefficients from a time on: true to its own law, and not to the scene's."""
-    k = step_at(run, time_s)
+    k = find_free_step(run, time_s)
     begun_s, spins = k * DT, run.states.spin_rad_s
     discs = [
         disc.model_copy(
@@ -123,7 +123,7 @@ def with_law(run: Run, time_s: float, **law: Any) -> Run:
     fields = {name: getattr(run.scene, name) for name in type(run.scene).model_fields}
     left_s = (len(run.states) - 1 - k) * DT
     later = solve_pic(Scene(**{**fields, "discs": discs, "duration_s": left_s, **law}))
-    then = recorded(later)
+    then = record_run(later)
     count = len(run.states) - k  # as many steps are left, whatever the rounding of `left_s` makes of them
     states = States(
         run.states.time_s,
@@ -146,9 +146,9 @@ def _spins_of(run: Run) -> Array:
     return np.zeros(run.states.velocity_m_s.shape[:2]) if spins is None else spins
 
 
-def free_from(run: Run, time_s: float) -> Run:
+def remove_impacts(run: Run, time_s: float) -> Run:
     """Return the run with no impact at all from a time on: bodies pass through one another."""
-    k = step_at(run, time_s)
+    k = find_free_step(run, time_s)
     pull = np.array([(0.0, 0.0) if disc.immovable else run.scene.gravity_m_s2 for disc in run.scene.discs])
     flown = (run.states.time_s[k:] - run.states.time_s[k])[:, None, None]
     position, velocity = run.states.position_m.copy(), run.states.velocity_m_s.copy()
@@ -166,13 +166,13 @@ def free_from(run: Run, time_s: float) -> Run:
     )
 
 
-def changed(run: Run, time_s: float, *, place: Any = None, speed: Any = None, spin: Any = None) -> Run:
+def change_states(run: Run, time_s: float, *, place: Any = None, speed: Any = None, spin: Any = None) -> Run:
     """Return the run with its states changed from a step after a time on; what it reports stays as it is.
 
     Each of `place`, `speed` and `spin` takes the states' rows and the seconds since, shapes ``(k, n, ...)`` and
     ``(k, 1, 1)`` or ``(k, 1)``, and gives the rows shown.
     """
-    k = step_at(run, time_s)
+    k = find_free_step(run, time_s)
     since = run.states.time_s[k:] - run.states.time_s[k]
     position, velocity = run.states.position_m.copy(), run.states.velocity_m_s.copy()
     spins = None if run.states.spin_rad_s is None else run.states.spin_rad_s.copy()
@@ -185,7 +185,7 @@ def changed(run: Run, time_s: float, *, place: Any = None, speed: Any = None, sp
     return dataclasses.replace(run, states=States(run.states.time_s, position, velocity, spins))
 
 
-def rounded(run: Run) -> Run:
+def round_to_32_bits(run: Run) -> Run:
     """Return the run in 32-bit floats, states and reports."""
     seen = run.states
     states = States(
@@ -290,7 +290,7 @@ class Playback:
         return _World(self.run)
 
 
-def judged(run: Run, *, horizon_s: float | None = None) -> Score:
+def score_run(run: Run, *, horizon_s: float | None = None) -> Score:
     """Return the score of a run, shown by an adapter, with PIT at the same step."""
     trace = observe_run(Playback(run), run.scene, "default", DT)
     sampling = solve_pit(run.scene, frame_rate_hz=1 / DT)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.scene_builders import altered, disc_at, staged
+from tests.scene_builders import alter_impact, disc_at, staged
 
 from carom import Trace
 from carom.comparator import Grade, Verdict
@@ -36,7 +36,7 @@ ROW = staged(
 Shift = Callable[[Array, float], Array]
 
 
-def replayed(reference: Trace, impacts: Rows, shift: Shift = lambda place, _: place) -> Trace:
+def replay_impacts(reference: Trace, impacts: Rows, shift: Shift = lambda place, _: place) -> Trace:
     """Return the run that has these impacts, in steps of `DT`, each impact at the instant of its time stamp."""
     scene = reference.scene
     place = np.array([disc.position_m for disc in scene.discs])
@@ -71,12 +71,12 @@ def replayed(reference: Trace, impacts: Rows, shift: Shift = lambda place, _: pl
     )
 
 
-def faithful(reference: Trace) -> Trace:
+def replay_reference(reference: Trace) -> Trace:
     """Return the reference as a method with steps would give it: no fault at all."""
-    return replayed(reference, reference.impacts.copy())
+    return replay_impacts(reference, reference.impacts.copy())
 
 
-def turned(vector: Array, angle: float) -> Array:
+def rotate(vector: Array, angle: float) -> Array:
     """Return the vectors turned to the left."""
     cosine, sine = math.cos(angle), math.sin(angle)
     result: Array = vector @ np.array([[cosine, sine], [-sine, cosine]])
@@ -120,7 +120,7 @@ class Fault:
 FAULTS: list[Fault] = []
 
 
-def fault(
+def register_fault(
     says: Callable[[float], Says], *, impacts: int = 1, discs: int = 1, **sizes: tuple[float, ...]
 ) -> Callable[[Plant], Plant]:
     """Enter a fault: what must be said of a size that is not exact, and the sizes of each grade, from the best on."""
@@ -161,7 +161,7 @@ def _speed_fault(part: float) -> Says:
     }
 
 
-def _thrown_aside(degrees: float) -> Says:
+def _direction_fault(degrees: float) -> Says:
     chord = _chord(degrees)
     says: dict[Verdict, float | None] = {
         Verdict.WRONG_VELOCITY: chord,
@@ -181,36 +181,36 @@ def _last(reference: Trace) -> tuple[Rows, np.void]:
     return impacts, impacts[-1]
 
 
-def _struck(reference: Trace) -> str:
+def _faulty_body(reference: Trace) -> str:
     """Which body of the last impact the faults of its velocities are planted in: a disc that moves afterwards."""
     row = reference.impacts[-1]
     return "second" if row["second"] >= 0 and np.any(row["velocity_second_after"]) else "first"
 
 
-@fault(_speed_fault, exact=(0, 1e-13), inaccurate=(1e-9, 0.01, 1))
+@register_fault(_speed_fault, exact=(0, 1e-13), inaccurate=(1e-9, 0.01, 1))
 def faster(reference: Trace, size: float) -> Trace:
     """The last impact leaves its disc faster by so large a part."""
     impacts, row = _last(reference)
-    row[f"velocity_{_struck(reference)}_after"] *= 1 + size
-    return replayed(reference, impacts)
+    row[f"velocity_{_faulty_body(reference)}_after"] *= 1 + size
+    return replay_impacts(reference, impacts)
 
 
-@fault(lambda part: _speed_fault(-part), exact=(0, 1e-13), inaccurate=(1e-9, 0.01, 0.9))
+@register_fault(lambda part: _speed_fault(-part), exact=(0, 1e-13), inaccurate=(1e-9, 0.01, 0.9))
 def slower(reference: Trace, size: float) -> Trace:
     """The last impact leaves its disc slower by so large a part."""
     return faster(reference, -size)
 
 
-@fault(_thrown_aside, exact=(0, 1e-12), inaccurate=(1e-6, 0.5, 2, 90, 180))
+@register_fault(_direction_fault, exact=(0, 1e-12), inaccurate=(1e-6, 0.5, 2, 90, 180))
 def thrown_aside(reference: Trace, size: float) -> Trace:
     """The last impact turns its disc's velocity by the size, in degrees."""
     impacts, row = _last(reference)
-    name = f"velocity_{_struck(reference)}_after"
-    row[name] = turned(row[name], math.radians(size))
-    return replayed(reference, impacts)
+    name = f"velocity_{_faulty_body(reference)}_after"
+    row[name] = rotate(row[name], math.radians(size))
+    return replay_impacts(reference, impacts)
 
 
-@fault(
+@register_fault(
     lambda steps: {Verdict.LATE: steps * DT, Verdict.MISPLACED: steps * STEP},
     exact=(0, 1e-11), close=(1e-6, 0.0099), sampled=(0.0101, 0.3, 1), inaccurate=(1.1, 20),
 )  # fmt: skip
@@ -218,10 +218,10 @@ def delayed(reference: Trace, size: float) -> Trace:
     """The last impact acts late by the size, in steps."""
     impacts, row = _last(reference)
     row["time_s"] += size * DT
-    return replayed(reference, impacts)
+    return replay_impacts(reference, impacts)
 
 
-@fault(
+@register_fault(
     lambda steps: {Verdict.EARLY: steps * DT, Verdict.MISPLACED: steps * STEP},
     exact=(0, 1e-11), close=(1e-6, 0.0099), inaccurate=(0.0101, 0.5, 20),
 )  # fmt: skip
@@ -231,55 +231,57 @@ def hasty(reference: Trace, size: float) -> Trace:
 
 
 # Impacts at the start of a step: within it any stamp is the step's own.
-@fault(lambda steps: {Verdict.WRONG_STAMP: (steps - 1) * DT}, exact=(0, 0.9), inaccurate=(1.5, 22))
+@register_fault(lambda steps: {Verdict.WRONG_STAMP: (steps - 1) * DT}, exact=(0, 0.9), inaccurate=(1.5, 22))
 def stamped_late(reference: Trace, size: float) -> Trace:
     """The last impact is stamped late by the size, in steps, and acts in time."""
-    return altered(faithful(reference), -1, time_s=reference.impacts["time_s"][-1] + size * DT)
+    return alter_impact(replay_reference(reference), -1, time_s=reference.impacts["time_s"][-1] + size * DT)
 
 
-@fault(lambda steps: {Verdict.WRONG_STAMP: steps * DT}, exact=(0, 1e-11), inaccurate=(0.5, 22))
+@register_fault(lambda steps: {Verdict.WRONG_STAMP: steps * DT}, exact=(0, 1e-11), inaccurate=(0.5, 22))
 def stamped_early(reference: Trace, size: float) -> Trace:
     """The last impact is stamped early by the size, in steps, and acts in time."""
     return stamped_late(reference, -size)
 
 
-@fault(
+@register_fault(
     lambda lost: {_MISSED[lost]: lost, Verdict.MISPLACED: FLOWN + 6 * (lost - 1), Verdict.WRONG_END: 1},
     exact=(0,), wrong=(1, 2),
 )  # fmt: skip
 def tunnelling(reference: Trace, size: float) -> Trace:
     """As many last impacts as the size do not happen: the discs pass through each other."""
-    return replayed(reference, reference.impacts[: len(reference.impacts) - int(size)].copy())
+    return replay_impacts(reference, reference.impacts[: len(reference.impacts) - int(size)].copy())
 
 
-def _reported(reference: Trace, rows: slice | list[int]) -> Trace:
+def _report_rows(reference: Trace, rows: slice | list[int]) -> Trace:
     """Return the right run, of which these impacts are reported."""
-    trace = faithful(reference)
+    trace = replay_reference(reference)
     columns = {name: getattr(trace, name)[rows] for name in ("impacts", "effective_time_s", "state_before")}
     return dataclasses.replace(trace, **columns)
 
 
 # The positions are those after a bounce, of which the impacts left say nothing.
-@fault(
+@register_fault(
     lambda lost: {_MISSED[lost]: lost, Verdict.DRIFTS: FLOWN + 6 * (lost - 1), Verdict.TURNS: 1},
     exact=(0,), wrong=(1, 2),
 )  # fmt: skip
 def unreported(reference: Trace, size: float) -> Trace:
     """As many last impacts as the size happen and are not reported."""
-    return _reported(reference, slice(len(reference.impacts) - int(size)))
+    return _report_rows(reference, slice(len(reference.impacts) - int(size)))
 
 
-@fault(lambda more: {Verdict.SPURIOUS: more, Verdict.TURNS: 1}, exact=(0,), wrong=(1, 2))
+@register_fault(lambda more: {Verdict.SPURIOUS: more, Verdict.TURNS: 1}, exact=(0,), wrong=(1, 2))
 def doubled(reference: Trace, size: float) -> Trace:
     """The last impact is reported again, as often as the size."""
-    return _reported(reference, [*range(len(reference.impacts)), *[-1] * int(size)])
+    return _report_rows(reference, [*range(len(reference.impacts)), *[-1] * int(size)])
 
 
 # Disc 1 moves off before anything has struck it.
-@fault(lambda _: {Verdict.WRONG_ORDER: 1, Verdict.DRIFTS: None, Verdict.TURNS: 1}, exact=(0,), wrong=(1,), impacts=2)
+@register_fault(
+    lambda _: {Verdict.WRONG_ORDER: 1, Verdict.DRIFTS: None, Verdict.TURNS: 1}, exact=(0,), wrong=(1,), impacts=2
+)
 def swapped(reference: Trace, size: float) -> Trace:
     """The last two impacts are reported in each other's place; size 0 or 1."""
-    trace = faithful(reference)
+    trace = replay_reference(reference)
     if not size:
         return trace
     impacts = trace.impacts.copy()
@@ -289,13 +291,13 @@ def swapped(reference: Trace, size: float) -> Trace:
 
 
 # Disc 0 ends at 2 m, disc 2 at 10 m.
-@fault(
+@register_fault(
     lambda _: {Verdict.MISPLACED: 16, Verdict.WRONG_END: 1, Verdict.DRIFTS: 16, Verdict.TURNS: 1},
     exact=(0,), inaccurate=(1,), discs=2,
 )  # fmt: skip
 def exchanged(reference: Trace, size: float) -> Trace:
     """The first and the last disc show each other's final state; size 0 or 1."""
-    trace = faithful(reference)
+    trace = replay_reference(reference)
     if not size:
         return trace
     order = [*range(len(reference.scene.discs))]
@@ -306,31 +308,31 @@ def exchanged(reference: Trace, size: float) -> Trace:
 
 
 # Disc 0 drifts longest without an impact: from the first one on. PIT, a step late, ends up to `STEP` off.
-@fault(
+@register_fault(
     lambda radii: {Verdict.MISPLACED: radii * END_S, Verdict.DRIFTS: radii * (END_S - FIRST_S)},
     exact=(0, 1e-13), close=(1e-6,), inaccurate=(0.01, 10),
 )  # fmt: skip
 def drifting(reference: Trace, size: float) -> Trace:
     """Every disc moves aside by the size, in radii a second, without a velocity."""
     length = max(disc.radius_m for disc in reference.scene.discs)
-    return replayed(
+    return replay_impacts(
         reference, reference.impacts.copy(), lambda place, time: place + np.array([0.0, size * length * time])
     )
 
 
-@fault(
+@register_fault(
     lambda part: {Verdict.MISPLACED: part * FLOWN, Verdict.DRIFTS: part * FLOWN},
     exact=(0, 1e-13), close=(1e-6,), inaccurate=(0.01, 1),
 )  # fmt: skip
 def dragging(reference: Trace, size: float) -> Trace:
     """After the last impact its disc moves by so large a part less than its velocity says."""
-    trace, row = faithful(reference), reference.impacts[-1]
-    disc, place = int(row[_struck(reference)]), trace.final_position_m.copy()
+    trace, row = replay_reference(reference), reference.impacts[-1]
+    disc, place = int(row[_faulty_body(reference)]), trace.final_position_m.copy()
     place[disc] -= size * trace.final_velocity_m_s[disc] * (trace.end_time_s - row["time_s"])
     return dataclasses.replace(trace, final_position_m=place)
 
 
-@fault(
+@register_fault(
     lambda degrees: {
         **dict.fromkeys((Verdict.MISPLACED, Verdict.DRIFTS), _chord(degrees) * FLOWN / 2),
         **dict.fromkeys((Verdict.WRONG_END, Verdict.TURNS), _chord(degrees)),
@@ -339,15 +341,15 @@ def dragging(reference: Trace, size: float) -> Trace:
 )  # fmt: skip
 def turning_later(reference: Trace, size: float) -> Trace:
     """Half-way from the last impact to the end its disc turns by the size, in degrees, without any impact."""
-    trace, row = faithful(reference), reference.impacts[-1]
-    disc, left = int(row[_struck(reference)]), (trace.end_time_s - row["time_s"]) / 2
+    trace, row = replay_reference(reference), reference.impacts[-1]
+    disc, left = int(row[_faulty_body(reference)]), (trace.end_time_s - row["time_s"]) / 2
     place, velocity = trace.final_position_m.copy(), trace.final_velocity_m_s.copy()
-    velocity[disc] = turned(velocity[disc], math.radians(size))
+    velocity[disc] = rotate(velocity[disc], math.radians(size))
     place[disc] += (velocity[disc] - trace.final_velocity_m_s[disc]) * left
     return dataclasses.replace(trace, final_position_m=place, final_velocity_m_s=velocity)
 
 
-@fault(
+@register_fault(
     lambda part: {
         **dict.fromkeys((Verdict.MISPLACED, Verdict.DRIFTS), part * FLOWN / 2),
         **dict.fromkeys((Verdict.WRONG_END, Verdict.TURNS), part),
@@ -357,40 +359,44 @@ def turning_later(reference: Trace, size: float) -> Trace:
 )  # fmt: skip
 def damped(reference: Trace, size: float) -> Trace:
     """From the last impact on its disc loses speed evenly, so large a part of it to the end."""
-    trace, row = faithful(reference), reference.impacts[-1]
-    disc, left = int(row[_struck(reference)]), trace.end_time_s - row["time_s"]
+    trace, row = replay_reference(reference), reference.impacts[-1]
+    disc, left = int(row[_faulty_body(reference)]), trace.end_time_s - row["time_s"]
     place, velocity = trace.final_position_m.copy(), trace.final_velocity_m_s.copy()
     place[disc] -= size * velocity[disc] * left / 2
     velocity[disc] *= 1 - size
     return dataclasses.replace(trace, final_position_m=place, final_velocity_m_s=velocity)
 
 
-@fault(
+@register_fault(
     lambda radii: {Verdict.MISPLACED: radii, Verdict.DRIFTS: radii},
     exact=(0, 1e-13), close=(1e-6,), inaccurate=(1, 2000),
 )  # fmt: skip
 def carried_off(reference: Trace, size: float) -> Trace:
     """Every disc ends aside by the size, in radii."""
-    trace = faithful(reference)
+    trace = replay_reference(reference)
     length = max(disc.radius_m for disc in reference.scene.discs)
     return dataclasses.replace(trace, final_position_m=trace.final_position_m + np.array([0.0, size * length]))
 
 
-@fault(lambda degrees: {Verdict.WRONG_NORMAL: degrees}, exact=(0, 1e-12), inaccurate=(1, 90, 180))
+@register_fault(lambda degrees: {Verdict.WRONG_NORMAL: degrees}, exact=(0, 1e-12), inaccurate=(1, 90, 180))
 def normal_turned(reference: Trace, size: float) -> Trace:
     """The normal of the last impact is reported turned by the size, in degrees."""
-    return altered(faithful(reference), -1, normal=turned(reference.impacts["normal"][-1], math.radians(size)))
+    return alter_impact(
+        replay_reference(reference), -1, normal=rotate(reference.impacts["normal"][-1], math.radians(size))
+    )
 
 
-@fault(lambda much: {Verdict.WRONG_NORMAL: much}, exact=(0, 1e-13), inaccurate=(1e-6, 4))
+@register_fault(lambda much: {Verdict.WRONG_NORMAL: much}, exact=(0, 1e-13), inaccurate=(1e-6, 4))
 def normal_stretched(reference: Trace, size: float) -> Trace:
     """The normal of the last impact is reported longer by so much."""
-    return altered(faithful(reference), -1, normal=reference.impacts["normal"][-1] * (1 + size))
+    return alter_impact(replay_reference(reference), -1, normal=reference.impacts["normal"][-1] * (1 + size))
 
 
-@fault(lambda part: {Verdict.TURNS: part, Verdict.MOMENTUM: part / 2}, exact=(0, 1e-13), inaccurate=(1e-6, 0.5))
+@register_fault(
+    lambda part: {Verdict.TURNS: part, Verdict.MOMENTUM: part / 2}, exact=(0, 1e-13), inaccurate=(1e-6, 0.5)
+)
 def before_misstated(reference: Trace, size: float) -> Trace:
     """The velocity of a disc before the last impact is reported faster along the normal, by so much of the speed."""
     row, speed = reference.impacts[-1], max(math.hypot(*disc.velocity_m_s) for disc in reference.scene.discs)
     before = row["velocity_first_before"] + size * speed * row["normal"]
-    return altered(faithful(reference), -1, velocity_first_before=before)
+    return alter_impact(replay_reference(reference), -1, velocity_first_before=before)

@@ -18,7 +18,7 @@ from tests.planted.altered_run_cases import (
     Alone,
     Fault,
     Rung,
-    passing,
+    build_passing_run,
 )
 from tests.planted.altered_runs import (
     GAS,
@@ -26,11 +26,11 @@ from tests.planted.altered_runs import (
     GAS_BEFORE_S,
     GAS_HORIZON_S,
     Run,
-    faithful,
-    free_from,
-    judged,
-    rounded,
-    sampled,
+    record_pic,
+    record_pit,
+    remove_impacts,
+    round_to_32_bits,
+    score_run,
 )
 
 from carom import Scene
@@ -54,23 +54,23 @@ ALONE = {fault.name: fault for fault in (*FALLS, *FROM_REST, *LONG)}
 
 
 @lru_cache(maxsize=8)
-def right(scene: Scene) -> Run:
+def load_exact_run(scene: Scene) -> Run:
     """Return PIC's run; each fault is planted in it."""
-    return faithful(scene)
+    return record_pic(scene)
 
 
 @cache
-def of_crowd(where: tuple[str, str], size: float, *, begins: str, told: bool, bits: int) -> Score:
+def score_gas_fault(where: tuple[str, str], size: float, *, begins: str, told: bool, bits: int) -> Score:
     """Return what is said of a fault of this size in a crowd, where the reference is believed to `GAS_HORIZON_S`."""
-    run = FAULTS[where].plant(right(SCENES[where[0]]), BEGINS[begins], size)
+    run = FAULTS[where].plant(load_exact_run(SCENES[where[0]]), BEGINS[begins], size)
     run = dataclasses.replace(run, told=told)
-    return judged(run if bits == 64 else rounded(run), horizon_s=GAS_HORIZON_S)
+    return score_run(run if bits == 64 else round_to_32_bits(run), horizon_s=GAS_HORIZON_S)
 
 
 @cache
-def of_alone(name: str, size: float, *, told: bool) -> Score:
+def score_small_fault(name: str, size: float, *, told: bool) -> Score:
     """Return what is said of a fault of this size of a disc or two."""
-    return judged(dataclasses.replace(ALONE[name].plant(size), told=told))
+    return score_run(dataclasses.replace(ALONE[name].plant(size), told=told))
 
 
 #: Verdicts of which a wrong run has at least one, and verdicts that an exact one may have.
@@ -88,7 +88,7 @@ WRONG_LATER = {Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.MISREPORTED
 OF_EXACT = {Verdict.CONFORMS, Verdict.RESTED}
 
 
-def require(score: Score, best: Grade, worst: Grade, says: Verdict | None, why: str) -> None:
+def assert_grade(score: Score, best: Grade, worst: Grade, says: Verdict | None, why: str) -> None:
     """Require a grade between two, and a verdict."""
     said = "; ".join(f"{finding.verdict.name} ({finding.reason})" for finding in score.findings)
     found = f"{score.grade.name}: {said}. By hand: {why}"
@@ -98,12 +98,12 @@ def require(score: Score, best: Grade, worst: Grade, says: Verdict | None, why: 
         rank = WORSENING.index(score.grade)
         assert rank >= WORSENING.index(best), f"better than it is: {found}"
         assert rank <= WORSENING.index(worst), f"worse than it is: {found}"
-    require_that_words_fit(score, found)
+    assert_verdicts_fit_grade(score, found)
     meant = PASSES if says in PASSES else {says}
     assert says is None or meant & set(score.verdicts), found
 
 
-def require_that_words_fit(score: Score, found: str) -> None:
+def assert_verdicts_fit_grade(score: Score, found: str) -> None:
     """Require that what is said of a run is what its grade rests on."""
     said = set(score.verdicts)
     assert (Verdict.CONFORMS in said) == (score.grade is Grade.EXACT), found
@@ -115,7 +115,7 @@ def require_that_words_fit(score: Score, found: str) -> None:
     assert Verdict.WORSE_STEPS not in said or WORSENING.index(score.grade) >= WORSENING.index(Grade.INACCURATE), found
 
 
-def worst_of(rung: Rung, begins: str) -> Grade:
+def worst_allowed_grade(rung: Rung, begins: str) -> Grade:
     """Return the worst that may be said: begun before the horizon, a fault may lead to another path."""
     may = Grade.PARTED_INACCURATE if begins == "before" and rung.size else rung.worst
     return max(rung.worst, may, key=WORSENING.index)
@@ -149,9 +149,9 @@ def test_fault_in_a_gas_has_its_listed_grade(
 
     It starts before or after the horizon, with 64-bit or 32-bit floats, with velocities reported or not.
     """
-    score = of_crowd(where, rung.size, begins=begins, told=told, bits=bits)
+    score = score_gas_fault(where, rung.size, begins=begins, told=told, bits=bits)
     best = Grade.EXACT if bits == 32 and rung.size < SEEN_32 else rung.best
-    require(score, best, worst_of(rung, begins), rung.says, FAULTS[where].why)
+    assert_grade(score, best, worst_allowed_grade(rung, begins), rung.says, FAULTS[where].why)
 
 
 @pytest.mark.release
@@ -159,7 +159,7 @@ def test_fault_in_a_gas_has_its_listed_grade(
 @each("where", FAULTS)
 def test_larger_fault_in_a_gas_has_no_better_grade(where: tuple[str, str], begins: str, told: bool, bits: int) -> None:
     """No size of a fault in a gas is graded better than a smaller one."""
-    scores = [of_crowd(where, rung.size, begins=begins, told=told, bits=bits) for rung in FAULTS[where].rungs]
+    scores = [score_gas_fault(where, rung.size, begins=begins, told=told, bits=bits) for rung in FAULTS[where].rungs]
     grades = [WORSENING.index(score.grade) for score in scores]
     assert grades == sorted(grades), [WORSENING[grade].name for grade in grades]
 
@@ -176,7 +176,7 @@ def test_larger_fault_in_a_gas_has_no_better_grade(where: tuple[str, str], begin
 def test_fault_of_one_or_two_discs_has_its_listed_grade(name: str, rung: Rung, told: bool) -> None:
     """A fault at rest, before it, or in a long contact gets a grade in the listed range, and the verdict."""
     says = rung.says if not told or rung.says is not Verdict.LATE else None  # if reported, it names the right instant
-    require(of_alone(name, rung.size, told=told), rung.best, rung.worst, says, ALONE[name].why)
+    assert_grade(score_small_fault(name, rung.size, told=told), rung.best, rung.worst, says, ALONE[name].why)
 
 
 @pytest.mark.release
@@ -185,25 +185,25 @@ def test_fault_of_one_or_two_discs_has_its_listed_grade(name: str, rung: Rung, t
 def test_larger_fault_of_one_or_two_discs_has_no_better_grade(name: str, told: bool) -> None:
     """No size of a fault of one or two discs is graded better than a smaller one; ungraded counts as best."""
     order = [Grade.UNGRADED, *WORSENING]
-    grades = [order.index(of_alone(name, rung.size, told=told).grade) for rung in ALONE[name].rungs]
+    grades = [order.index(score_small_fault(name, rung.size, told=told).grade) for rung in ALONE[name].rungs]
     assert grades == sorted(grades), [order[grade].name for grade in grades]
 
 
 @each("begins", long_until(1, reversed(BEGINS)))
 def test_reported_impacts_do_not_hide_passing_discs(begins: str) -> None:
     """A run whose discs pass through each other is wrong, even if it reports every impact."""
-    passes = free_from(right(GAS), BEGINS[begins])
-    claims = dataclasses.replace(passes, impacts=right(GAS).impacts, told=True)
-    score = judged(claims, horizon_s=GAS_HORIZON_S)
-    require(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "its states decide")
+    passes = remove_impacts(load_exact_run(GAS), BEGINS[begins])
+    claims = dataclasses.replace(passes, impacts=load_exact_run(GAS).impacts, told=True)
+    score = score_run(claims, horizon_s=GAS_HORIZON_S)
+    assert_grade(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "its states decide")
 
 
 @pytest.mark.release
 @each("told", [False, True])
 def test_pit_in_a_gas_is_graded_sampled_at_best(told: bool) -> None:
     """A run with PIT's states in a gas is never graded exact or close."""
-    score = judged(dataclasses.replace(sampled(GAS), told=told), horizon_s=GAS_HORIZON_S)
-    require(score, Grade.SAMPLED, Grade.WRONG, None, "it finds impacts at step boundaries")
+    score = score_run(dataclasses.replace(record_pit(GAS), told=told), horizon_s=GAS_HORIZON_S)
+    assert_grade(score, Grade.SAMPLED, Grade.WRONG, None, "it finds impacts at step boundaries")
 
 
 @each("phase", release_after(1, [0.25, 0.0]))
@@ -211,8 +211,8 @@ def test_pit_in_a_gas_is_graded_sampled_at_best(told: bool) -> None:
 @each("steps", STEPS[1:])
 def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: float, phase: float) -> None:
     """Two discs that pass through each other in two steps or more, beyond the horizon, are graded wrong."""
-    score = judged(passing(steps, aside_m, phase), horizon_s=0.1)
-    require(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "no velocity changes, on either side")
+    score = score_run(build_passing_run(steps, aside_m, phase), horizon_s=0.1)
+    assert_grade(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "no velocity changes, on either side")
 
 
 @pytest.mark.release
@@ -221,8 +221,8 @@ def test_gross_faults_are_found_in_a_gas_of_25(fault: Fault) -> None:
     """In the gas of 25 each gross fault, started long after the horizon, is graded as in the gas of 12."""
     scene = all_scenes()["engines/gas-of-25"].scene
     for rung in (fault.rungs[0], fault.rungs[-1]):
-        run = fault.plant(right(scene), 0.6 * scene.duration_s, rung.size)
-        require(judged(run, horizon_s=0.1 * scene.duration_s), rung.best, rung.worst, rung.says, fault.why)
+        run = fault.plant(load_exact_run(scene), 0.6 * scene.duration_s, rung.size)
+        assert_grade(score_run(run, horizon_s=0.1 * scene.duration_s), rung.best, rung.worst, rung.says, fault.why)
 
 
 def test_fault_sizes_increase_to_a_gross_fault() -> None:

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import pytest
 from tests.cases import each, release_after
 from tests.installed_adapters import clear_entry_point_caches, write_distribution
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 import carom
 from carom.comparator import Grade, Verdict
@@ -95,7 +95,7 @@ def test_soft_contact_is_one_impact_half_a_contact_late(profile: str, contact_st
     assert len(trace.impacts) == 1
     # Some 240 steps, each rounding positions of 1 m by half an ulp.
     rounding = 240 * 2.0**-53
-    assert sure(trace.effective_time_s)[0] == pytest.approx(0.5 + contact_steps * dt_s / 2, abs=rounding)
+    assert require_value(trace.effective_time_s)[0] == pytest.approx(0.5 + contact_steps * dt_s / 2, abs=rounding)
     assert trace.impacts["velocity_first_after"][0][0] == pytest.approx(-1, abs=rounding / dt_s)
 
 
@@ -112,7 +112,7 @@ def test_third_party_adapter_is_scored_or_skipped() -> None:
     assert (unsupported.status, unsupported.grade) == (Status.UNSUPPORTED, None)
     assert "walls" in unsupported.reason
     assert (ran.status, ran.grade) == (Status.RAN, Grade.UNGRADED)  # nothing happens there that could be graded
-    assert sure(ran.score).verdicts == (Verdict.NO_IMPACT,)
+    assert require_value(ran.score).verdicts == (Verdict.NO_IMPACT,)
 
 
 Pytest = Callable[..., subprocess.CompletedProcess[str]]
@@ -231,7 +231,7 @@ def test_false_declarations_fail_with_values_and_scene(fresh_python: Path, tmp_p
 
     Scenes beyond a declaration must be refused, and not ignored.
     """
-    failures = _failures(fresh_python, tmp_path)
+    failures = _run_broken_adapters(fresh_python, tmp_path)
     for name, (case, *phrases) in LIES.items():
         said = failures[f"{name}::{case}"]
         for phrase in (*phrases, "  expected   ", "  got        ", "  must hold  ", f"--carom-engine {name} -k"):
@@ -243,7 +243,7 @@ def test_false_declarations_fail_with_values_and_scene(fresh_python: Path, tmp_p
         assert f"because the adapter declares {declared}" in said
 
 
-def _failures(python: Path, folder: Path) -> Mapping[str, str]:
+def _run_broken_adapters(python: Path, folder: Path) -> Mapping[str, str]:
     """Run the chosen cases on the whole twin, and return what is said of each that fails, by ``engine::case``."""
     chosen = [f"({name} and {case})" for name, (case, *_) in LIES.items()]
     chosen.append("(claims-precision and refuses) or (claims-limits and refuses)")

@@ -81,7 +81,7 @@ def test_import_of_carom_loads_no_other_package() -> None:
     assert result.stdout.split() == ["[]", "[]"]
 
 
-def described(page: str) -> list[str]:
+def list_documented_names(page: str) -> list[str]:
     """Return the names that the reference on this page describes."""
     return re.findall(r"^::: (\S+)$", (DOCS / "reference" / "api" / page).read_text(encoding="utf-8"), re.MULTILINE)
 
@@ -92,7 +92,7 @@ def test_every_public_name_is_documented_once() -> None:
     found = [
         name.removeprefix("carom.").removeprefix("execution.describe_engines.")
         for page in pages
-        for name in described(page)
+        for name in list_documented_names(page)
     ]
     assert sorted(name for name in found if "." not in name) == carom.__all__
 
@@ -100,7 +100,7 @@ def test_every_public_name_is_documented_once() -> None:
 def test_every_name_of_the_engine_api_is_documented_once() -> None:
     """The adapter page describes each name of `carom.engines.api`, or links to its description in `carom`."""
     page = (DOCS / "reference" / "api" / "adapter.md").read_text(encoding="utf-8")
-    own = [name.removeprefix("carom.engines.api.") for name in described("adapter.md")]
+    own = [name.removeprefix("carom.engines.api.") for name in list_documented_names("adapter.md")]
     shared = re.findall(r"\[`\w+`\]\[carom\.(\w+)\]", page)
     assert sorted(own + shared) == sorted(api.__all__)
 
@@ -204,7 +204,7 @@ def test_public_calls_have_the_asserted_types() -> None:
     assert isinstance(score, carom.Score)
 
 
-def listed() -> None:
+def assert_types_of_slow_calls() -> None:
     """Calls that start processes, for mypy alone."""
     assert_type(carom.engines(), EngineList)
     assert_type(carom.run("paper/late", "pit", dt=1 / 24), carom.Trace)

@@ -24,19 +24,19 @@ OPTIONS = Options(engines=("pit",), profiles=("tuned",), dts=(1 / 24,), timing=F
 SCENES = ("paper/missed", "paper/late")
 
 
-def formats(kind: str) -> list[int]:
+def list_formats(kind: str) -> list[int]:
     """The formats of which a file of a kind is kept."""
     return sorted(int(path.stem.rpartition("-")[2]) for path in KEPT.glob(f"{kind}-*.jsonl"))
 
 
 def test_current_formats_have_a_stored_file() -> None:
     """The latest stored journal and results have the current formats, and journal format 4 is still stored."""
-    assert max(formats("journal")) == JOURNAL_FORMAT
-    assert max(formats("results")) == FORMATS["results"]
-    assert 4 in formats("journal")
+    assert max(list_formats("journal")) == JOURNAL_FORMAT
+    assert max(list_formats("results")) == FORMATS["results"]
+    assert 4 in list_formats("journal")
 
 
-@each("number", formats("journal"))
+@each("number", list_formats("journal"))
 def test_stored_journal_is_resumed_or_refused(number: int, tmp_path: Path) -> None:
     r"""A journal of the current format has every answer of its run; an earlier one is refused with its format.
 
@@ -57,7 +57,7 @@ def test_stored_journal_is_resumed_or_refused(number: int, tmp_path: Path) -> No
     assert path.read_bytes() == before
 
 
-@each("number", formats("results"))
+@each("number", list_formats("results"))
 def test_stored_results_are_read_or_refused(number: int) -> None:
     """Results of the current format are read and equal themselves in a diff; earlier ones are refused."""
     path = KEPT / f"results-{number}.jsonl"

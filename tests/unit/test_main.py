@@ -61,7 +61,7 @@ def test_ignored_signal_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
         return 7
 
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    assert ended(monkeypatch, command) == 7
+    assert run_main(monkeypatch, command) == 7
     assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
 
 
@@ -148,7 +148,7 @@ def test_signal_lost_during_an_import_ends_the_command(monkeypatch: pytest.Monke
     assert end.value.code == 130
 
 
-def ended(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:
+def run_main(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:
     monkeypatch.setattr(cli, "run_command_line", command)
     with pytest.raises(SystemExit) as end:
         __main__.main()
@@ -164,7 +164,7 @@ def test_second_signal_ends_the_command_after_a_lost_one(monkeypatch: pytest.Mon
         signal.raise_signal(signal.SIGINT)
         return 0
 
-    assert ended(monkeypatch, command) == 130
+    assert run_main(monkeypatch, command) == 130
 
 
 def test_cleanup_after_a_signal_is_not_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -187,7 +187,7 @@ def test_cleanup_after_a_signal_is_not_interrupted(monkeypatch: pytest.MonkeyPat
             raise
         return 0
 
-    assert ended(monkeypatch, command) == 128 + signal.SIGTERM
+    assert run_main(monkeypatch, command) == 128 + signal.SIGTERM
     assert tidied == ["inside", "outside"]
 
 
@@ -203,7 +203,7 @@ def test_error_caused_by_a_signal_is_reported_as_the_signal(
             raise ImportError("cannot load module more than once per process") from None
         return 0
 
-    assert ended(monkeypatch, command) == 128 + signal.SIGTERM
+    assert run_main(monkeypatch, command) == 128 + signal.SIGTERM
     assert capsys.readouterr().err == "carom: ended by SIGTERM\n"
     __main__.CAME.clear()
     monkeypatch.setattr(cli, "run_command_line", lambda: 1 // 0)
@@ -221,4 +221,4 @@ def test_partial_result_after_a_signal_has_its_exit_code(monkeypatch: pytest.Mon
             return 130
         return 0
 
-    assert ended(monkeypatch, command) == 143
+    assert run_main(monkeypatch, command) == 143

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from tests.cases import each
 from tests.command import carom_command
-from tests.unit.report.test_terminal import printed
-from tests.unit.studies.examples import advice, bench, campaign_results, growth
+from tests.unit.report.test_terminal import print_document
+from tests.unit.studies.examples import build_advice, build_bench, build_campaign_results, build_growth
 
 from carom.report.document import Document
 from carom.studies.advise.document import build_advice_document
@@ -33,7 +33,7 @@ COMMANDS = {
 }
 
 
-def normal(text: str) -> str:
+def normalise_output(text: str) -> str:
     """The text without what depends on the clock, and without spaces that nobody sees."""
     text = re.sub(r"\b\d+(\.\d+)?(e-?\d+)? (ms|s|µs)(?= of work| of wall|\)| in)", "TIME", text)
     text = re.sub(
@@ -44,7 +44,7 @@ def normal(text: str) -> str:
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
-def assert_kept(name: str, text: str) -> None:
+def assert_snapshot(name: str, text: str) -> None:
     """CAROM_SNAPSHOTS=write keeps the text."""
     path = FOLDER / f"{name}.txt"
     if os.environ.get("CAROM_SNAPSHOTS") == "write":
@@ -61,18 +61,18 @@ def test_command_output_equals_its_snapshot(name: str, monkeypatch: pytest.Monke
     """
     monkeypatch.chdir(ROOT)
     result = carom_command(*COMMANDS[name].split(), columns=COLUMNS)
-    text = f"$ carom {COMMANDS[name]}\n{normal(result.output)}exit code {result.exit_code}\n"
-    assert_kept(name, text)
+    text = f"$ carom {COMMANDS[name]}\n{normalise_output(result.output)}exit code {result.exit_code}\n"
+    assert_snapshot(name, text)
     if "--explain" not in COMMANDS[name]:  # its lines are a list, whole where another program reads them
         assert max(map(len, result.output.splitlines())) <= COLUMNS
 
 
 #: Documents of results from tests, since these studies need engines, or a clock.
 DOCUMENTS = {
-    "advise-document": lambda: build_advice_document(advice()),
-    "bench-document": lambda: build_bench_document(bench()),
-    "grow-document": lambda: build_growth_document(growth()),
-    "stress-document": lambda: build_stress_document(campaign_results(one_in=8)),
+    "advise-document": lambda: build_advice_document(build_advice()),
+    "bench-document": lambda: build_bench_document(build_bench()),
+    "grow-document": lambda: build_growth_document(build_growth()),
+    "stress-document": lambda: build_stress_document(build_campaign_results(one_in=8)),
 }
 
 
@@ -80,4 +80,4 @@ DOCUMENTS = {
 def test_document_equals_its_snapshot(name: str) -> None:
     """A document of fixed results, printed in full at 80 columns, equals its snapshot."""
     document: Document = DOCUMENTS[name]()
-    assert_kept(name, "".join(f"{line.rstrip()}\n" for line in printed(document, 80, full=True)))
+    assert_snapshot(name, "".join(f"{line.rstrip()}\n" for line in print_document(document, 80, full=True)))

@@ -35,19 +35,19 @@ AMERICAN = (
 
 
 @cache
-def modules() -> dict[str, str]:
+def read_modules() -> dict[str, str]:
     """The text of every module of the package, by its path."""
     return {str(path.relative_to(SOURCE)): path.read_text(encoding="utf-8") for path in SOURCE.rglob("*.py")}
 
 
 @cache
-def tree(path: str) -> ast.Module:
+def parse_module(path: str) -> ast.Module:
     """A module of the package as it is parsed."""
-    return ast.parse(modules()[path])
+    return ast.parse(read_modules()[path])
 
 
 @cache
-def texts() -> dict[Path, str]:
+def read_texts() -> dict[Path, str]:
     """Sources, adapters and documents, by their paths."""
     files = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
     for folder, endings in (
@@ -62,14 +62,14 @@ def texts() -> dict[Path, str]:
 def test_public_classes_have_unique_names() -> None:
     """No two modules have a public class of the same name, so that a search for a name finds one class."""
     found = defaultdict(list)
-    for path, text in modules().items():
+    for path, text in read_modules().items():
         for name in re.findall(r"^class ([A-Za-z]\w*)", text, flags=re.MULTILINE):
             found[name].append(path)
     assert len(found) > 100
     assert {name: places for name, places in found.items() if len(places) > 1} == {}
 
 
-def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+def count_parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     asked = function.args
     named = len(asked.posonlyargs) + len(asked.args) + len(asked.kwonlyargs)
     return named + (asked.vararg is not None) + (asked.kwarg is not None)
@@ -83,20 +83,20 @@ def test_functions_are_short_and_have_few_parameters() -> None:
     """
     functions = {
         f"{path}:{node.lineno} {node.name}": (node, most)
-        for path in modules()
+        for path in read_modules()
         for room, most in MOST_LINES.items()
         if path.startswith(room)
-        for node in ast.walk(tree(path))
+        for node in ast.walk(parse_module(path))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
     }
     assert len(functions) > 200
     long = {name for name, (node, most) in functions.items() if (node.end_lineno or 0) - node.lineno >= most}
-    many = {name for name, (node, _) in functions.items() if parameters(node) > MOST_PARAMETERS}
+    many = {name for name, (node, _) in functions.items() if count_parameters(node) > MOST_PARAMETERS}
     assert (long, many) == (set(), set())
     assert len(inspect.signature(carom.cross_check).parameters) <= 6
 
 
-def core_sources() -> dict[str, str]:
+def read_core_sources() -> dict[str, str]:
     """Return the text of each C source of the core, by its path; without those of the page."""
     core = SOURCE / "core"
     paths = {path.relative_to(core).as_posix(): path for path in core.rglob("*.[hc]")}
@@ -108,7 +108,7 @@ def test_core_files_are_short_and_begin_with_a_description() -> None:
 
     Headers have `#pragma once`, and no file includes a header twice.
     """
-    found = core_sources()
+    found = read_core_sources()
     assert len(found) > 40
     for name, text in found.items():
         assert len(text.splitlines()) <= 500, name
@@ -122,7 +122,7 @@ def test_core_uses_few_c_headers_and_no_allocation() -> None:
     """The C core can be built for any target: it includes six standard headers and never allocates or prints."""
     allowed = {"float.h", "math.h", "stdbool.h", "stddef.h", "stdint.h", "string.h"}
     calls = re.compile(r"\b(malloc|calloc|realloc|free|printf|pow|sin|cos|exp|log|fma|fmin|fmax|floor|ceil)\(")
-    for name, text in core_sources().items():
+    for name, text in read_core_sources().items():
         if name != "binding_memory.h":  # of the bindings
             assert set(re.findall(r"#include <([^>]+)>", text)) <= allowed, name
             assert not calls.search(text), name
@@ -147,7 +147,7 @@ def test_misleading_words_are_not_used() -> None:
     words = re.compile("|".join(INSTEAD))  # all at once, four times as fast as one after the other
     found = [
         (str(path), hit[0], new)
-        for path, text in texts().items()
+        for path, text in read_texts().items()
         for hit in words.finditer(text)
         for old, new in INSTEAD.items()
         if re.compile(old).match(text, hit.start())
@@ -158,7 +158,7 @@ def test_misleading_words_are_not_used() -> None:
 def test_documents_are_in_british_english() -> None:
     """The text of Markdown documents has no American spelling; code in it is not checked."""
     found = []
-    for path, text in texts().items():
+    for path, text in read_texts().items():
         if path.suffix == ".md":
             prose = re.sub(r"```.*?```|`[^`]*`|<[^>]*>", "", text, flags=re.DOTALL)
             found += [(str(path), hit[0]) for hit in re.finditer(AMERICAN, prose)]
@@ -170,9 +170,9 @@ def test_numbers_are_rounded_for_display_in_one_module() -> None:
     computed = {"studies/stress/attack.py", "report/replay.py"}
     found = [
         (path, ast.unparse(node))
-        for path, text in modules().items()
+        for path, text in read_modules().items()
         if path not in {"support/formatting.py", *computed} and re.search(r":\.\d+g", text)
-        for node in ast.walk(tree(path))
+        for node in ast.walk(parse_module(path))
         if isinstance(node, ast.FormattedValue | ast.Constant)
         and re.search(r":\.\d+g\b", ast.unparse(node).replace(":.17g", ""))
     ]
@@ -182,7 +182,7 @@ def test_numbers_are_rounded_for_display_in_one_module() -> None:
 # CONTRIBUTING's table of words ----------------------------------------------------------------------------------------
 
 
-def said(tree: ast.Module) -> str:
+def collect_strings(tree: ast.Module) -> str:
     """The text of a module that is no docstring, no comment and no `_EARLIER` word of files, a line a literal."""
     nodes = list(ast.walk(tree))
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
@@ -202,14 +202,14 @@ def said(tree: ast.Module) -> str:
 
 
 @cache
-def plain(text: str) -> str:
+def normalise_text(text: str) -> str:
     """A text in small letters without signs and ends of lines, also within its literals: quick to search."""
     return " ".join(text.lower().replace("\\n", " ").translate(SIGNS).split())
 
 
-def uses(word: str, text: str) -> list[str]:
+def find_uses(word: str, text: str) -> list[str]:
     """The places of a word in a text, with their surroundings."""
-    if plain(word) not in plain(text):
+    if normalise_text(word) not in normalise_text(text):
         return []
     pattern = r"\b" + r"\s+".join(map(re.escape, word.split())) + r"\b"
     found = re.finditer(pattern, text, flags=re.IGNORECASE)
@@ -219,11 +219,11 @@ def uses(word: str, text: str) -> list[str]:
 def test_word_search_spans_lines_and_skips_docstrings() -> None:
     """The search finds a phrase over a line break, also in f-strings, but not in docstrings or within words."""
     source = '"""Held against."""\n\nx = f"{1} held\\nagainst PIC"\n'
-    assert len(uses("held against", said(ast.parse(source)))) == 1
-    assert uses("held against", "withheld against it") == []
+    assert len(find_uses("held against", collect_strings(ast.parse(source)))) == 1
+    assert find_uses("held against", "withheld against it") == []
 
 
-def lost_strings(body: list[ast.stmt], *, documented: bool = True) -> list[int]:
+def find_unused_strings(body: list[ast.stmt], *, documented: bool = True) -> list[int]:
     """The lines of strings that are statements and no docstrings: nobody reads them."""
     lines = []
     for k, node in enumerate(body):
@@ -232,19 +232,19 @@ def lost_strings(body: list[ast.stmt], *, documented: bool = True) -> list[int]:
         lines += [node.lineno] if is_text and not (documented and k == 0) else []
         for name in ("body", "orelse", "finalbody", "handlers", "cases"):  # no expression is looked at, which is slow
             is_definition = isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
-            lines += lost_strings(getattr(node, name, []), documented=is_definition)
+            lines += find_unused_strings(getattr(node, name, []), documented=is_definition)
     return lines
 
 
 def test_no_string_is_an_unused_statement() -> None:
     """A string on the line after an assignment is lost without brackets; no module has such a string."""
-    assert lost_strings(
+    assert find_unused_strings(
         ast.parse('def f():\n    """Doc."""\n    text = "one half, "\n    f"{1} other half"\n').body
     ) == [4]
-    adapters = {str(path): ast.parse(text) for path, text in texts().items() if str(path).startswith("adapters/")}
+    adapters = {str(path): ast.parse(text) for path, text in read_texts().items() if str(path).startswith("adapters/")}
     assert len(adapters) > 10
-    trees = {path: tree(path) for path in modules()} | adapters
-    assert {path: lines for path, module in trees.items() if (lines := lost_strings(module.body))} == {}
+    trees = {path: parse_module(path) for path in read_modules()} | adapters
+    assert {path: lines for path, module in trees.items() if (lines := find_unused_strings(module.body))} == {}
 
 
 @pytest.mark.long
@@ -253,12 +253,16 @@ def test_no_message_or_page_uses_an_old_word() -> None:
     rows = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition(HEADING)[2].partition("\n\n")[0]
     words = [(old.strip(), new.strip()) for _, old, new, _ in (row.split("|") for row in rows.strip().splitlines())]
     assert len(words) > 10
-    bare = [plain(old) for old, _ in words]
-    read = {path: said(tree(path)) for path, text in modules().items() if any(w in plain(text) for w in bare)}
+    bare = [normalise_text(old) for old, _ in words]
+    read = {
+        path: collect_strings(parse_module(path))
+        for path, text in read_modules().items()
+        if any(w in normalise_text(text) for w in bare)
+    }
     pages = [ROOT / "README.md", *(path for path in (ROOT / "docs").rglob("*.md") if "decisions" not in path.parts)]
     pages += (SOURCE / "report" / "templates").iterdir()
     read |= {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path in pages}
     found = [
-        (path, f"say {new!r}", use) for path, text in read.items() for old, new in words for use in uses(old, text)
+        (path, f"say {new!r}", use) for path, text in read.items() for old, new in words for use in find_uses(old, text)
     ]
     assert found == []

@@ -27,7 +27,9 @@ class End(NamedTuple):
     changes: list[mpf]
 
 
-def taken(s1: mpf, q1: mpf, most: tuple[mpf, mpf], y: mpf, signs: tuple[mpf, mpf] = (0, 0)) -> tuple[mpf, mpf]:
+def compute_friction(
+    s1: mpf, q1: mpf, most: tuple[mpf, mpf], y: mpf, signs: tuple[mpf, mpf] = (0, 0)
+) -> tuple[mpf, mpf]:
     """Return what friction and rolling resistance take: s = s1 - f (1 + y) - h y and q = q1 - (f + h) y.
 
     Where the first (second) of `signs` is not 0, friction (rolling resistance) acts against that; elsewhere against s
@@ -53,7 +55,7 @@ def taken(s1: mpf, q1: mpf, most: tuple[mpf, mpf], y: mpf, signs: tuple[mpf, mpf
     raise AssertionError(f"no branch fits {s1}, {q1}, {most}")
 
 
-def run(scene: Scene) -> End:
+def run_contact_scene(scene: Scene) -> End:
     """Return the end of a scene of one disc and one half-plane that gravity presses it to."""
     disc, wall = scene.discs[0], scene.half_planes()[0]
     nx, ny = map(mpf, wall.normal)
@@ -79,30 +81,30 @@ def run(scene: Scene) -> End:
             break
         time, way, u, w = time + wait, way + wait * (u + a * wait / 2), u + a * wait, p * wait - off
         pressed = (1 + e) * w
-        f, h = taken((1 + b) * (u + q), q, (mu * pressed, c * pressed), y)
+        f, h = compute_friction((1 + b) * (u + q), q, (mu * pressed, c * pressed), y)
         u, q, gap, off = u - f, q - (f + h) * y, mpf(0), e * w
         on = off < OVER
     if not on:
         left = end - time
         way, u, off_end = way + left * (u + a * left / 2), u + a * left, off - p * left
         height = radius + gap + left * (off - p * left / 2)
-        return _seen((nx, ny), wall.point_m, (way, height), (u, off_end), q / radius, changes)
+        return _build_end((nx, ny), wall.point_m, (way, height), (u, off_end), q / radius, changes)
     changes.append(time)
     while True:
         slip = mpf(0) if abs(u + q) < NOTHING else u + q
         rim = mpf(0) if abs(q) < NOTHING or not y else q
-        f, h = taken(a, mpf(0), (mu * p, c * p), y, (slip, rim if c else mpf(0)))
+        f, h = compute_friction(a, mpf(0), (mu * p, c * p), y, (slip, rim if c else mpf(0)))
         rate, turns = a - f, -(f + h) * y
         waits = [-slip / (rate + turns)] if slip * (rate + turns) < 0 else []
         waits += [-rim / turns] if c and rim * turns < 0 else []
         wait = min([end - time, *waits])
         time, way, u, q = time + wait, way + wait * (u + rate * wait / 2), u + rate * wait, q + turns * wait
         if time >= end:
-            return _seen((nx, ny), wall.point_m, (way, radius), (u, mpf(0)), q / radius, changes)
+            return _build_end((nx, ny), wall.point_m, (way, radius), (u, mpf(0)), q / radius, changes)
         changes.append(time)
 
 
-def _seen(
+def _build_end(
     normal: tuple[mpf, mpf],
     point: tuple[float, float],
     place: tuple[mpf, mpf],

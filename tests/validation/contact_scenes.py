@@ -16,7 +16,7 @@ import random
 from collections.abc import Sequence
 
 import numpy as np
-from tests.checker.small_steps import stepped
+from tests.checker.small_steps import run_small_steps
 
 from carom import Chain, Disc, Scene, Wall, solve_pic
 from carom.model.energy import kinetic_energy
@@ -36,7 +36,7 @@ AGREES, PARTS, SHORT = "agrees", "agrees as far as starts nearby do", "too short
 RIGHT = {AGREES, PARTS, SHORT}
 
 
-def drawn(seed: int) -> Scene:
+def draw_contact_scene(seed: int) -> Scene:
     """Return a scene of one to three discs on a floor, a slope or edges, now and then begun in contact."""
     rng = random.Random(seed)
     walls: list[Wall | Chain] = []
@@ -70,7 +70,7 @@ def drawn(seed: int) -> Scene:
     )
 
 
-def judged(scene: Scene) -> str:
+def judge_scene(scene: Scene) -> str:
     """Return what has come of a scene: one of `RIGHT` where nothing is wrong, a sentence where something is."""
     trace = solve_pic(scene, max_impacts=2000)
     until_s = trace.end_time_s
@@ -80,13 +80,13 @@ def judged(scene: Scene) -> str:
         if until_s < 0.02:
             return SHORT
         trace = solve_pic(scene, until_s=until_s)
-    if broken := _broken(scene, until_s):
+    if broken := _find_violation(scene, until_s):
         return broken
     offs: list[float] = []
     for power in range(REFINED + 1):
         steps = STEPS * 4**power
-        places = stepped(scene, steps, until_s).places
-        offs.append(_apart(places, trace.final_position_m.tolist()))
+        places = run_small_steps(scene, steps, until_s).places
+        offs.append(_largest_distance(places, trace.final_position_m.tolist()))
         if not math.isfinite(offs[-1]):
             return f"{scene.name}: off by {offs}"
         if power and offs[-1] < G * until_s * until_s / steps:
@@ -94,16 +94,16 @@ def judged(scene: Scene) -> str:
     if all(finer <= 0.5 * coarser for coarser, finer in itertools.pairwise(offs)):
         return AGREES
     known = G * until_s * until_s / steps
-    if offs[-1] < known + _spread(scene, trace, known):
+    if offs[-1] < known + _measure_start_spread(scene, trace, known):
         return PARTS
     return f"{scene.name}: small steps are off by {', '.join(f'{off:.2g}' for off in offs)} m at {until_s} s"
 
 
-def _apart(places: Places, others: Places) -> float:
+def _largest_distance(places: Places, others: Places) -> float:
     return max(math.dist(a, b) for a, b in zip(places, others, strict=True))
 
 
-def _spread(scene: Scene, trace: Trace, off_m: float) -> float:
+def _measure_start_spread(scene: Scene, trace: Trace, off_m: float) -> float:
     """Return how far PIC's end moves at most for starts `off_m` away, and as much more by the end.
 
     A disc on a floor stays on it: it is moved along, and others upwards, away from all walls below. A start from which
@@ -122,11 +122,13 @@ def _spread(scene: Scene, trace: Trace, off_m: float) -> float:
             discs.append(disc.model_copy(update=moved))
         near = solve_pic(Scene(**{**dict(scene), "discs": discs}), until_s=until_s, max_impacts=2000)
         if near.end_time_s == until_s:
-            largest_m = max(largest_m, _apart(near.final_position_m.tolist(), trace.final_position_m.tolist()))
+            largest_m = max(
+                largest_m, _largest_distance(near.final_position_m.tolist(), trace.final_position_m.tolist())
+            )
     return largest_m
 
 
-def _broken(scene: Scene, until_s: float) -> str:
+def _find_violation(scene: Scene, until_s: float) -> str:
     """Return what a run breaks of what must hold: no energy is gained, and nothing sinks into a half-plane."""
     energy = math.inf
     for part in (0.0, 0.25, 0.5, 0.75, 1.0):

@@ -46,14 +46,14 @@ def _surface_velocity(body: Body) -> Vector:
     return vx - w * ry, vy + w * rx
 
 
-def _yields(body: Body, px: Fraction, py: Fraction) -> tuple[Vector, Fraction, Vector]:
+def _velocity_changes(body: Body, px: Fraction, py: Fraction) -> tuple[Vector, Fraction, Vector]:
     """Return the changes of velocity, spin and surface velocity that an impulse at the point of contact gives."""
     (rx, ry), im, ii = _exact(body.arm), _inverse(body.mass), _inverse(body.inertia)
     spin = (rx * py - ry * px) * ii
     return (px * im, py * im), spin, (px * im - spin * ry, py * im + spin * rx)
 
 
-def after_impact(one: Body, other: Body, normal: tuple[Number, Number], law: Law) -> tuple[Body, Body, bool]:
+def resolve_exact_impact(one: Body, other: Body, normal: tuple[Number, Number], law: Law) -> tuple[Body, Body, bool]:
     """Return both bodies after their impact, and whether they slide in it.
 
     `normal` is a vector of any length from the first to the second.
@@ -68,7 +68,7 @@ def after_impact(one: Body, other: Body, normal: tuple[Number, Number], law: Law
     def change(p: Fraction, q: Fraction) -> tuple[Fraction, Fraction]:
         """Return by how much an impulse, p along the normal and q across it, lowers approach and slip."""
         px, py = p * axes[0][0] + q * axes[1][0], p * axes[0][1] + q * axes[1][1]
-        d = [a + b for a, b in zip(_yields(one, px, py)[2], _yields(other, px, py)[2], strict=True)]
+        d = [a + b for a, b in zip(_velocity_changes(one, px, py)[2], _velocity_changes(other, px, py)[2], strict=True)]
         return d[0] * axes[0][0] + d[1] * axes[0][1], d[0] * axes[1][0] + d[1] * axes[1][1]
 
     (nn, tn), (nt, tt) = change(Fraction(1), Fraction(0)), change(Fraction(0), Fraction(1))
@@ -83,16 +83,16 @@ def after_impact(one: Body, other: Body, normal: tuple[Number, Number], law: Law
         p = wanted[0] / (nn + side * nt)
         q = side * p
     px, py = p * axes[0][0] + q * axes[1][0], p * axes[0][1] + q * axes[1][1]
-    return _given(one, -px, -py), _given(other, px, py), slides
+    return _apply_impulse(one, -px, -py), _apply_impulse(other, px, py), slides
 
 
-def _given(body: Body, px: Fraction, py: Fraction) -> Body:
-    (dx, dy), dw, _ = _yields(body, px, py)
+def _apply_impulse(body: Body, px: Fraction, py: Fraction) -> Body:
+    (dx, dy), dw, _ = _velocity_changes(body, px, py)
     (vx, vy), w = body.velocity, body.spin
     return body._replace(velocity=(Fraction(vx) + dx, Fraction(vy) + dy), spin=Fraction(w) + dw)
 
 
-def energy(*bodies: Body) -> Fraction:
+def kinetic_energy_of(*bodies: Body) -> Fraction:
     """Return the kinetic energy of what is movable."""
     total = Fraction(0)
     for body in bodies:

@@ -29,7 +29,7 @@ def _chunks(scene: Scene, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArra
         run = EventDrivenRun(scene, resume=run.state())
 
 
-def galperin(k: int) -> Scene:
+def build_galperin_scene(k: int) -> Scene:
     """Return Galperin's billiard with masses 1 and 100^k."""
     return Scene(
         name=f"stress/galperin-{k}",
@@ -39,7 +39,7 @@ def galperin(k: int) -> Scene:
     )
 
 
-def galperin_error(scene: Scene) -> float:
+def measure_galperin_error(scene: Scene) -> float:
     """Return the largest error of any impact's instant and velocities, over the bound that its roundings set.
 
     Unfolded, the pair of discs is a point on a straight line that crosses rays at multiples of theta (Galperin 2003):
@@ -70,7 +70,7 @@ def galperin_error(scene: Scene) -> float:
     return worst if done == count else math.inf
 
 
-def collapsing() -> Scene:
+def build_collapse_scene() -> Scene:
     """Return a scene of inelastic collapse: three discs between two walls that lose nearly all at each impact."""
     return staged(
         "stress/collapse",
@@ -84,7 +84,7 @@ def collapsing() -> Scene:
     )
 
 
-def touching() -> Scene:
+def build_touching_scene() -> Scene:
     """Return a start in which every disc touches its neighbours: a triangle of ten, struck at its tip."""
     radius, apex = 0.25, math.sqrt(3) / 2
     discs = [Disc(position_m=(0.0, -0.5), velocity_m_s=(0.0, 1.0), radius_m=radius)]

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import mp, mpf
-from tests.random_scenes import drawn
+from tests.random_scenes import draw_scene
 
 from carom import CertifiedTrace, Scene, Wall, certify
 from carom.solvers.certified.result import Ending
@@ -30,13 +30,13 @@ class Happened(NamedTuple):
     spins: tuple[Any, Any]
 
 
-def lossy(number: int, **more: Any) -> Scene:
+def draw_lossy_scene(number: int, **more: Any) -> Scene:
     """Return a drawn scene whose impacts have one order: nothing starts or stays in contact, no wall is given twice."""
     restitutions = (0.25, 0.5, 0.9, 1.0, 1.0)
-    return drawn("anywhere", number, repeated=False, restitutions=restitutions, rooms_m=(0.5, 1.0), **more)
+    return draw_scene("anywhere", number, repeated=False, restitutions=restitutions, rooms_m=(0.5, 1.0), **more)
 
 
-def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) -> list[Happened]:
+def run_brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) -> list[Happened]:
     """Return the first impacts of a scene, whose discs are taken over by `exact`."""
     p = [[exact(c) for c in disc.position_m] for disc in scene.discs]
     v = [[exact(c) for c in disc.velocity_m_s] for disc in scene.discs]
@@ -78,7 +78,7 @@ def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) ->
             _bounce(v[i], scene.half_planes()[-1 - j], mpf(scene.wall_restitution))
         else:
             _collide(p, v, m, i, j, mpf(scene.restitution))
-        _rub(scene, before, v, spin, i, j)
+        _apply_friction(scene, before, v, spin, i, j)
         after = (*v[i], *(v[j] if j >= 0 else map(mpf, scene.half_planes()[-1 - j].velocity_m_s)))
         just_met = (i, j)
         happened.append(Happened(now, i, j, after, (spin[i], spin[j] if j >= 0 else mpf(0))))
@@ -153,7 +153,7 @@ def _collide(p: Any, v: Any, m: Any, i: int, j: int, e: Any) -> None:
     v[j][0], v[j][1] = c * nj - s * tj, s * nj + c * tj
 
 
-def _rub(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int) -> None:
+def _apply_friction(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int) -> None:
     """Let friction act on bodies that were given a push, which `before` and `v` tell: along it, and how strong."""
     push = [new - old for new, old in zip(v[i], before[i], strict=True)]
     moved, sign = i, 1
@@ -185,7 +185,7 @@ def _rub(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int) -> None:
         spin[body] -= rub * turning
 
 
-def outside(values: Any, radii: Any, truths: Sequence[Any], digits: int = 0) -> list[int]:
+def find_outside_radii(values: Any, radii: Any, truths: Sequence[Any], digits: int = 0) -> list[int]:
     """Return the numbers that are not within their radii of the truth, which is known to some digits, or all but 5."""
     told = zip(np.ravel(values).tolist(), np.ravel(radii).tolist(), truths, strict=True)
     slack = mpf(10) ** -(digits or mp.dps - 5)
@@ -196,7 +196,7 @@ def outside(values: Any, radii: Any, truths: Sequence[Any], digits: int = 0) -> 
     ]
 
 
-def contradictions(certified: CertifiedTrace, happened: list[Happened]) -> list[str]:
+def find_contradictions(certified: CertifiedTrace, happened: list[Happened]) -> list[str]:
     """Return in what a certified run and a run of `DIGITS` digits differ by more than what was said to be proven."""
     found = []
     if certified.ending in (Ending.COMPLETED, Ending.MAX_IMPACTS) and len(certified) != len(happened):
@@ -224,10 +224,10 @@ def main(scenes: int, impacts: int = 60) -> None:
     endings: dict[str, int] = {}
     with mp.workdps(DIGITS):
         for seed in range(scenes):
-            scene = lossy(seed)
+            scene = draw_lossy_scene(seed)
             certified = certify(scene, max_impacts=impacts)
             endings[certified.ending.name] = endings.get(certified.ending.name, 0) + 1
-            found = contradictions(certified, brute_force(scene, impacts))
+            found = find_contradictions(certified, run_brute_force(scene, impacts))
             total, wrong = total + len(certified), wrong + bool(found)
             for line in (*found, *([str(certified.degeneracy)] if certified.degeneracy else ())):
                 sys.stdout.write(f"{scene.name}: {line}\n")

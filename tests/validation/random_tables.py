@@ -4,7 +4,7 @@ import random
 from collections.abc import Callable
 from dataclasses import replace
 
-from tests.validation.table_runs import Line, Point, Table, scene_of
+from tests.validation.table_runs import Line, Point, Table, build_table_scene
 
 from carom import SceneError
 
@@ -77,7 +77,7 @@ def exact_table(rnd: random.Random) -> Table:
     return Table(lines, place, velocity, rnd.choice((0.05, 0.25, 0.6)), 1.0, gravity)
 
 
-def driven(rnd: random.Random, table: Table, *, exact: bool) -> Table:
+def drive_lines(rnd: random.Random, table: Table, *, exact: bool) -> Table:
     """Return a table of which all lines but the rim are driven, each on legs of its own."""
 
     def speed() -> float:
@@ -95,15 +95,15 @@ def driven(rnd: random.Random, table: Table, *, exact: bool) -> Table:
 KINDS: dict[str, Callable[[random.Random], Table]] = {"joints anywhere": random_table, "joints exact": exact_table}
 
 
-def draw(number: int) -> tuple[str, Table] | None:
+def draw_table(number: int) -> tuple[str, Table] | None:
     """Return a table and its kind, or None where two of its edges cross or the disc overlaps one."""
     kind = list(KINDS)[number % len(KINDS)]
     rnd = random.Random(f"table {number}")
     table = KINDS[kind](rnd)
     if moves := rnd.random() < 0.25:
-        table = driven(rnd, table, exact=kind == "joints exact")
+        table = drive_lines(rnd, table, exact=kind == "joints exact")
     try:
-        scene_of(table)
+        build_table_scene(table)
     except SceneError:
         return None
     return f"{kind}{', falling' if any(table.gravity) else ''}{', driven' if moves else ''}", table

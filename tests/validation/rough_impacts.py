@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
-from tests.validation.exact_impact import Body, Law, after_impact
+from tests.validation.exact_impact import Body, Law, resolve_exact_impact
 
 from carom import DiscArrays, Mode, Trace
 
@@ -43,7 +43,7 @@ def law_of(start: DiscArrays, second: int) -> Law:
     return Law(start.wall_restitution, start.wall_friction, start.wall_tangential_restitution)
 
 
-def worst_of_impact(start: DiscArrays, impact: np.void, spins: np.void) -> float:
+def measure_impact_error(start: DiscArrays, impact: np.void, spins: np.void) -> float:
     """Return how far what an impact made of velocities and surface speeds is from the exact law, applied to its before.
 
     In units in the last place of the greatest speed in it. The arms are full radii along the recorded normal. Where the
@@ -60,7 +60,7 @@ def worst_of_impact(start: DiscArrays, impact: np.void, spins: np.void) -> float
         bodies.append(body_of(start, body, impact[f"velocity_{side}_before"], float(spins[f"{side}_before"]), arm))
         radii.append(radius)
     law = law_of(start, second)
-    one, two, slides = after_impact(bodies[0], bodies[1], (nx, ny), law)
+    one, two, slides = resolve_exact_impact(bodies[0], bodies[1], (nx, ny), law)
     off, scale = [], [Fraction(LEAST)]
     if slides:
         (ax, ay), (bx, by) = bodies[0].velocity, bodies[1].velocity
@@ -76,7 +76,7 @@ def worst_of_impact(start: DiscArrays, impact: np.void, spins: np.void) -> float
     return float(max(off) / max(scale)) / ULP
 
 
-def worst_law_error(trace: Trace) -> float:
+def measure_largest_law_error(trace: Trace) -> float:
     """Return the largest of `worst_of_impact` over a trace, whose states before must be those that it left.
 
     Raises:
@@ -96,7 +96,7 @@ def worst_law_error(trace: Trace) -> float:
         while modes and modes[-1]["impacts"] <= k:
             mode = modes.pop()
             rubbing[int(mode["disc"])] = bool(mode["after"] != Mode.FLIGHT)
-        worst = max(worst, worst_of_impact(scene.arrays, impact, spins))
+        worst = max(worst, measure_impact_error(scene.arrays, impact, spins))
         for side in ("first", "second"):
             body = int(impact[side])
             if body < 0:

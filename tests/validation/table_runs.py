@@ -75,7 +75,7 @@ class Met(NamedTuple):
     state: State
 
 
-def sides(table: Table) -> list[Side]:
+def list_sides(table: Table) -> list[Side]:
     """Return all that may be met in a table."""
     found = []
     for number, line in enumerate(table.lines):
@@ -87,7 +87,7 @@ def sides(table: Table) -> list[Side]:
     return [_driven(table, side) if table.lines[side.line].legs else side for side in found]
 
 
-def _stretches(line: Line) -> Iterator[tuple[arb, arb, arb, arb, arb, arb]]:
+def _iterate_legs(line: Line) -> Iterator[tuple[arb, arb, arb, arb, arb, arb]]:
     """Yield of each leg its beginning and end, how far the line has moved when it begins, and its velocity."""
     x, y = arb(0), arb(0)
     for k, (begin, (u, v)) in enumerate(line.legs):
@@ -97,9 +97,9 @@ def _stretches(line: Line) -> Iterator[tuple[arb, arb, arb, arb, arb, arb]]:
             x, y = x + (end - begin) * u, y + (end - begin) * v
 
 
-def _seen(line: Line, s: State) -> State:
+def _relative_state(line: Line, s: State) -> State:
     """Return a state relative to a line, which is where it began."""
-    for begin, end, x, y, u, v in _stretches(line):
+    for begin, end, x, y, u, v in _iterate_legs(line):
         if s.time < end:
             lasted = s.time - begin
             return State(s.time, s.x - x - u * lasted, s.y - y - v * lasted, s.vx - u, s.vy - v)
@@ -111,7 +111,7 @@ def _driven(table: Table, side: Side) -> Side:
     line, (gx, gy) = table.lines[side.line], map(arb, table.gravity)
 
     def meet(s: State) -> arb | None:
-        for begin, end, x, y, u, v in _stretches(line):
+        for begin, end, x, y, u, v in _iterate_legs(line):
             if not s.time < end:
                 continue
             idle = begin - s.time if begin > s.time else arb(0)
@@ -124,7 +124,7 @@ def _driven(table: Table, side: Side) -> Side:
         return None
 
     def normal(s: State) -> tuple[arb, arb]:
-        return side.normal(_seen(line, s))
+        return side.normal(_relative_state(line, s))
 
     return Side(side.line, meet, normal)
 
@@ -144,7 +144,7 @@ def _straight(table: Table, line: int, a: Point, b: Point, reach: arb) -> Iterat
         def meet(s: State, nx: arb = nx, ny: arb = ny) -> arb | None:
             gx, gy = map(arb, table.gravity)
             powers = [(s.x - a[0]) * nx + (s.y - a[1]) * ny - reach, s.vx * nx + s.vy * ny, (gx * nx + gy * ny) / 2]
-            for wait in _falls(powers):
+            for wait in _find_falling_roots(powers):
                 x, y = _moved(table, s, wait)
                 if 0 <= (x - a[0]) * tx + (y - a[1]) * ty <= length:
                     return wait
@@ -190,7 +190,7 @@ def _circle(
             ux * gx + uy * gy,
             (gx * gx + gy * gy) / 4,
         ]
-        for wait in _falls([sign * power for power in powers]):
+        for wait in _find_falling_roots([sign * power for power in powers]):
             x, y = _moved(table, s, wait)
             if within is None or within(x, y):
                 return wait
@@ -203,7 +203,7 @@ def _circle(
     return Side(line, meet, normal)
 
 
-def _falls(powers: list[arb]) -> list[arb]:
+def _find_falling_roots(powers: list[arb]) -> list[arb]:
     """Return the roots after now at which a polynomial falls, in their order."""
     while powers and powers[-1] == 0:
         powers = powers[:-1]
@@ -225,14 +225,14 @@ def _falls(powers: list[arb]) -> list[arb]:
     return sorted(falling, key=lambda t: float(t.mid()))
 
 
-def _after(table: Table, side: Side, s: State, wait: arb) -> State:
+def _state_after_impact(table: Table, side: Side, s: State, wait: arb) -> State:
     """Return the state after an impact."""
     gx, gy = map(arb, table.gravity)
     x, y = _moved(table, s, wait)
     vx, vy, time = s.vx + wait * gx, s.vy + wait * gy, s.time + wait
     nx, ny = side.normal(State(time, x, y, vx, vy))
     own = table.lines[side.line].restitution
-    seen = _seen(table.lines[side.line], State(time, x, y, vx, vy))
+    seen = _relative_state(table.lines[side.line], State(time, x, y, vx, vy))
     push = (1 + arb(table.restitution if own is None else own)) * (seen.vx * nx + seen.vy * ny)
     return State(time, x, y, vx - push * nx, vy - push * ny)
 
@@ -241,7 +241,7 @@ class Walk:
     """A disc's way from impact to impact."""
 
     def __init__(self, table: Table) -> None:
-        self._table, self._sides = table, sides(table)
+        self._table, self._sides = table, list_sides(table)
         self._state = State(arb(0), *map(arb, (*table.place, *table.velocity)))
 
     def step(self) -> Met | None:
@@ -250,12 +250,12 @@ class Walk:
         if not found:
             return None
         wait, side = min(found, key=lambda one: float(one[0].mid()))
-        end = _after(self._table, side, self._state, wait)
+        end = _state_after_impact(self._table, side, self._state, wait)
         self._state = State(*(value.mid() for value in end))  # some 170 digits: what balls would lose is dropped
         return Met(side.line, end)
 
 
-def scene_of(table: Table) -> Scene:
+def build_table_scene(table: Table) -> Scene:
     """Return a table as a scene."""
     walls = tuple(
         Chain(

@@ -22,14 +22,14 @@ FILES = sorted((Path(__file__).parent / "certified").glob("*.json"))
 LAST_OF_TWELVE_DIGITS = 30
 
 
-def load(path: Path) -> CertifiedTrace:
+def load_certified_run(path: Path) -> CertifiedTrace:
     return from_enclosures(json.loads(path.read_text()))
 
 
 @each("path", FILES)
 def test_pic_matches_stored_certified_runs_to_twelve_digits(path: Path) -> None:
     """PIC has the bodies, order, times and velocities of each stored certified run, to 1e-12, up to impact 30."""
-    certified = load(path)
+    certified = load_certified_run(path)
     count = min(len(certified), LAST_OF_TWELVE_DIGITS)
     limit = None if certified.ending is Ending.COMPLETED else len(certified)
     found = compute_horizon(certified, solve_pic(certified.trace.scene, max_impacts=limit), tolerance=1e-12)
@@ -40,7 +40,7 @@ def test_pic_matches_stored_certified_runs_to_twelve_digits(path: Path) -> None:
 @each("path", FILES)
 def test_stored_certified_runs_have_radii_of_fifteen_digits(path: Path) -> None:
     """Radii of times and velocities are not negative, and within what 15 digits and float64 rounding allow."""
-    certified = load(path)
+    certified = load_certified_run(path)
     speed = max(np.hypot(*disc.velocity_m_s) for disc in certified.trace.scene.discs)
     time, radius = certified.trace.impacts["time_s"], certified.radii["time_s"]
     assert np.all((radius >= 0) & (radius <= 1.2e-15 * time))
@@ -58,6 +58,8 @@ def test_stored_certified_runs_survive_a_round_trip(path: Path) -> None:
 
 def test_stored_data_contains_proven_degenerate_runs() -> None:
     """At least one stored run ends at a degeneracy, and every such degeneracy is proven."""
-    named = [load(path).degeneracy for path in FILES if load(path).ending is Ending.DEGENERATE]
+    named = [
+        load_certified_run(path).degeneracy for path in FILES if load_certified_run(path).ending is Ending.DEGENERATE
+    ]
     assert named
     assert all(degeneracy is not None and degeneracy.proven for degeneracy in named)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from tests.cases import each, release_after
-from tests.random_scenes import thrown
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.random_scenes import draw_slope_scene
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.validation import contact_runs, contact_scenes
 from tests.validation.certified_files import from_enclosures
-from tests.validation.mpmath_runs import outside
+from tests.validation.mpmath_runs import find_outside_radii
 
 from carom import CertifiedTrace, Chain, Mode, Scene, Trace, Wall, certify, solve_pic
 from carom.catalogue import find_scenes
@@ -25,13 +25,13 @@ from carom.solvers.certified.serialisation import enclosures
 NARROW = 1e-14
 
 
-def widest(certified: CertifiedTrace) -> float:
+def largest_radius(certified: CertifiedTrace) -> float:
     radii = [certified.final_position_radius_m, certified.final_velocity_radius_m_s]
     radii += [] if certified.final_spin_radius_rad_s is None else [certified.final_spin_radius_rad_s]
     return max(float(radius.max()) for radius in radii)
 
 
-def beyond(certified: CertifiedTrace, end: contact_runs.End) -> list[str]:
+def find_fields_outside_radii(certified: CertifiedTrace, end: contact_runs.End) -> list[str]:
     """Return what of an end is not within its radius of the truth."""
     trace = certified.trace
     told: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
@@ -43,10 +43,10 @@ def beyond(certified: CertifiedTrace, end: contact_runs.End) -> list[str]:
     if trace.modes is not None and certified.mode_radii is not None:
         times = trace.modes["time_s"], certified.mode_radii["time_s"]
         told.append(("changes", *times, tuple(end.changes) if len(end.changes) == len(times[0]) else ()))
-    return [name for name, values, radii, truths in told if outside(values, radii, truths, 30)]
+    return [name for name, values, radii, truths in told if find_outside_radii(values, radii, truths, 30)]
 
 
-def apart(trace: Trace, end: contact_runs.End, *, decided: bool) -> float:
+def measure_pic_error(trace: Trace, end: contact_runs.End, *, decided: bool) -> float:
     """Return by how much PIC is off of an end: of places, velocities and spin; where decided, of when modes change."""
     modes = [] if trace.modes is None or not decided else trace.modes["time_s"].tolist()
     spin = 0.0 if trace.final_spin_rad_s is None else float(trace.final_spin_rad_s[0])
@@ -83,8 +83,8 @@ def test_friction_off_by_1e_14_exceeds_the_radii() -> None:
     scene = find_scenes(["contact/slide-to-roll"])[0].scene
     other = Scene(**{**dict(scene), "wall_friction": scene.wall_friction * (1 + 1e-14)})
     with mp.workdps(contact_runs.DIGITS):
-        assert beyond(certify(scene), contact_runs.run(scene)) == []
-        assert beyond(certify(scene), contact_runs.run(other)) != []
+        assert find_fields_outside_radii(certify(scene), contact_runs.run_contact_scene(scene)) == []
+        assert find_fields_outside_radii(certify(scene), contact_runs.run_contact_scene(other)) != []
 
 
 @each("first", release_after(1, range(0, 240, 12)))
@@ -95,7 +95,7 @@ def test_pic_matches_certified_ends_of_random_contact_scenes(first: int) -> None
     """
     proven = 0
     for seed in range(first, first + 12):
-        scene = contact_scenes.drawn(seed)
+        scene = contact_scenes.draw_contact_scene(seed)
         certified = certify(scene, max_impacts=60)
         if certified.ending is not Ending.COMPLETED:
             continue
@@ -118,7 +118,10 @@ def test_more_digits_resolve_more_bounces() -> None:
         ends = 3 * mp.sqrt(mpf(2) / 10)
     for certified in (few, many):
         assert certified.mode_radii is not None
-        assert abs(mpf(float(sure(certified.trace.modes)["time_s"][0])) - ends) <= certified.mode_radii["time_s"][0]
+        assert (
+            abs(mpf(float(require_value(certified.trace.modes)["time_s"][0])) - ends)
+            <= certified.mode_radii["time_s"][0]
+        )
 
 
 def test_landing_on_a_slope_conserves_momentum_about_the_wall() -> None:
@@ -165,8 +168,8 @@ def test_disc_falls_back_onto_the_vertex_it_left() -> None:
     )
     certified, trace = certify(scene), solve_pic(scene)
     assert len(trace.impacts) == 1
-    assert sure(certified.trace.modes)["after"].tolist() == [Mode.ROLL, Mode.FLIGHT]
-    assert sure(certified.trace.edges)["kind"][0] == EdgeKind.VERTEX
+    assert require_value(certified.trace.modes)["after"].tolist() == [Mode.ROLL, Mode.FLIGHT]
+    assert require_value(certified.trace.edges)["kind"][0] == EdgeKind.VERTEX
     assert compute_horizon(certified, trace).covers_the_scene
 
 
@@ -178,7 +181,7 @@ def test_static_friction_threshold_is_exact_to_the_last_bit(factor: float, steep
         law = {"gravity_m_s2": (3.0, -4.0), "wall_friction": friction, "wall_restitution": 0.0}
         disc, floor = disc_at(0.0, 0.5, inertia_factor=factor), wall_at(0.0, 0.0, 0.0, 1.0)
         certified = certify(staged("holds", disc, floor, **law, duration_s=1.0))
-        modes.append(Mode(sure(certified.trace.modes)["after"][0]))
+        modes.append(Mode(require_value(certified.trace.modes)["after"][0]))
     assert modes == [Mode.REST if factor == math.inf else Mode.ROLL, Mode.SLIDE]
 
 
@@ -210,13 +213,13 @@ def test_discs_on_slopes_match_60_digit_runs(gives_back: bool, seeds: range) -> 
     proven = 0
     with mp.workdps(contact_runs.DIGITS):
         for seed in seeds:
-            scene = thrown(seed, gives_back=gives_back)
-            certified, trace, end = certify(scene), solve_pic(scene), contact_runs.run(scene)
+            scene = draw_slope_scene(seed, gives_back=gives_back)
+            certified, trace, end = certify(scene), solve_pic(scene), contact_runs.run_contact_scene(scene)
             decided = certified.ending is Ending.COMPLETED
-            assert (off := apart(trace, end, decided=decided)) < 1e-12, f"PIC of {scene.name}: {off}"
+            assert (off := measure_pic_error(trace, end, decided=decided)) < 1e-12, f"PIC of {scene.name}: {off}"
             if decided:
-                assert widest(certified) < NARROW
-                assert beyond(certified, end) == [], scene.name
+                assert largest_radius(certified) < NARROW
+                assert find_fields_outside_radii(certified, end) == [], scene.name
                 proven += 1
             else:
                 assert certified.degeneracy is not None

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 from tests.cases import each, release_after
-from tests.scene_builders import crushed_rows, disc_at, on_legs, staged, wall_at
-from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions
-from tests.validation.test_driven import among_mallets
+from tests.scene_builders import build_crushed_rows, disc_at, drive_on_legs, staged, wall_at
+from tests.validation.mpmath_runs import DIGITS, find_contradictions, run_brute_force
+from tests.validation.test_driven import draw_mallets_scene
 
 from carom import Chain, Disc, Scene, certify, solve_pic
 from carom.model.trace import Outcome
@@ -18,9 +18,9 @@ from carom.model.walls import Ring
 from carom.solvers.certified.result import Degenerate, Ending
 
 
-def in_a_square(seed: int) -> Scene:
+def build_square_scene(seed: int) -> Scene:
     """A rough puck among mallets, with walls along the axes, whose normals are unit vectors exactly."""
-    scene = among_mallets(seed)
+    scene = draw_mallets_scene(seed)
     normals = ((-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0))
     walls = tuple(
         wall_at(-6.0 * nx, -6.0 * ny, nx, ny, velocity_m_s=wall.velocity_m_s)
@@ -37,22 +37,22 @@ def test_puck_among_mallets_matches_400_digit_runs(first: int) -> None:
     """
     compared = 0
     for seed in range(first, first + (10 if first == 0 else 300)):
-        scene = in_a_square(seed)
+        scene = build_square_scene(seed)
         certified = certify(scene, max_impacts=6)
         with mp.workdps(DIGITS):
-            assert contradictions(certified, brute_force(scene, 6)) == [], seed
+            assert find_contradictions(certified, run_brute_force(scene, 6)) == [], seed
         compared += len(certified)
     assert compared > 25
 
 
-def falling_among(seed: int, *, as_rings: bool) -> Scene:
+def build_falling_scene(seed: int, *, as_rings: bool) -> Scene:
     """A disc that falls among three posts, driven or not, which are rings, or else discs of infinite mass."""
     rng = random.Random(seed)
     floor = wall_at(0.0, -5.0, 0.0, 1.0)
     posts: list[Any] = []
     for k in range(3):
         begins = (0.0, *sorted(rng.uniform(0.1, 2.0) for _ in range(rng.randint(0, 4))))
-        legs = on_legs(*((begin, (rng.gauss(0.0, 0.5), rng.gauss(0.0, 0.5))) for begin in begins))
+        legs = drive_on_legs(*((begin, (rng.gauss(0.0, 0.5), rng.gauss(0.0, 0.5))) for begin in begins))
         moves = legs if rng.random() < 0.5 else {}
         at, radius = (2.0 * (k - 1) + rng.uniform(-0.2, 0.2), rng.uniform(-2.0, -1.0)), rng.uniform(0.3, 0.6)
         if as_rings:
@@ -75,7 +75,7 @@ def test_immovable_discs_and_rings_give_the_same_fall(seeds: range) -> None:
     """
     compared = 0
     for seed in seeds:
-        discs, rings = (falling_among(seed, as_rings=kind) for kind in (False, True))
+        discs, rings = (build_falling_scene(seed, as_rings=kind) for kind in (False, True))
         one, two, exact = certify(discs, max_impacts=6), certify(rings, max_impacts=6), solve_pic(discs, max_impacts=6)
         assert len(one) == len(two) == len(exact.impacts)
         for name in ("time_s", "velocity_first_after", "velocity_second_after"):
@@ -92,7 +92,7 @@ def test_body_that_starts_moving_strikes_a_touching_disc_at_once(falls: bool) ->
 
     This holds for certified runs, with radius 0, and for PIC, with gravity and without.
     """
-    legs = on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0)))
+    legs = drive_on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0)))
     edge = Chain(points_m=[(0.0, -9.0), (0.0, 9.0)], **legs)
     mallet = disc_at(-0.5, 0.0, m=math.inf, driven=True, **legs)
     puck, laws = disc_at(0.25, 0.0, r=0.25), {"gravity_m_s2": (0.0, -float(falls)), "duration_s": 2.0}
@@ -119,7 +119,7 @@ def test_impact_at_the_change_of_a_leg_is_degenerate() -> None:
     slope = Chain(points_m=[(-4.0, -3.0), (4.0, 3.0)])
     puck = disc_at(-25.0, 1.25, 25.0, r=1.0)  # it touches at the origin's (0, 1.25)
     wall = wall_at(
-        8.0, 0.0, -1.0, 0.0, **on_legs((0.0, (0.0, 0.0)), (2.0, (-1.0, 0.0)))
+        8.0, 0.0, -1.0, 0.0, **drive_on_legs((0.0, (0.0, 0.0)), (2.0, (-1.0, 0.0)))
     )  # its rim is 7 m from the disc's at the impact
     certified = certify(staged("driven", puck, slope, wall, duration_s=3.0))
     assert certified.trace.impacts["time_s"].tolist() == [1.0]
@@ -147,7 +147,7 @@ def test_disc_between_closing_half_planes_ends_as_a_crush() -> None:
     assert len(shorter.trace.impacts) > 256  # which is when a disc is looked at
 
 
-def aslant_rows() -> list[tuple[Scene, float]]:
+def build_oblique_rows() -> list[tuple[Scene, float]]:
     """Rows on lines of slope 4/3 and 1, and when they are left no room: 5/4 of a height long, or its root of 2."""
     held: dict[str, Any] = {"r": 0.25, "m": math.inf, "driven": True}
     disc, comes = disc_at(0.75, 1.0, -0.75, -1.0, r=0.25), disc_at(1.5, 2.0, -0.375, -0.5, **held)
@@ -162,7 +162,7 @@ def aslant_rows() -> list[tuple[Scene, float]]:
 
 
 #: To begin with, the first along an axis, one between finite walls, and one aslant.
-ROWS = [(*crushed_rows(), *aslant_rows())[k] for k in (0, -5, -3, *range(1, 9), 10, -2, -1)]
+ROWS = [(*build_crushed_rows(), *build_oblique_rows())[k] for k in (0, -5, -3, *range(1, 9), 10, -2, -1)]
 
 
 @each("scene, crushed_s", release_after(3, ROWS))
@@ -187,7 +187,7 @@ def test_closing_row_of_discs_ends_as_a_crush(scene: Scene, crushed_s: float) ->
 @pytest.mark.release
 def test_misaligned_oblique_row_is_not_a_crush() -> None:
     """An oblique row whose mallet is one unit in the last place off the line does not end as a crush."""
-    for scene, _ in aslant_rows():
+    for scene, _ in build_oblique_rows():
         *discs, last = scene.discs
         x, y = last.position_m
         off = last.model_copy(update={"position_m": (x, math.nextafter(y, 9.0))})

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from mpmath import mp
 from tests.cases import each
-from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, lossy
+from tests.validation.mpmath_runs import DIGITS, draw_lossy_scene, find_contradictions, run_brute_force
 
 import carom
 
@@ -35,18 +35,18 @@ def test_certified_runs_match_400_digit_brute_force(kind: str, seed: int) -> Non
     The scenes are smooth, falling, or rough; spins are compared where discs spin.
     """
     more, impacts, _ = KINDS[kind]
-    scene = lossy(seed, **more)
+    scene = draw_lossy_scene(seed, **more)
     certified = carom.certify(scene, max_impacts=impacts)
     with mp.workdps(DIGITS):
-        happened = brute_force(scene, impacts)
-        assert contradictions(certified, happened) == []
+        happened = run_brute_force(scene, impacts)
+        assert find_contradictions(certified, happened) == []
     if certified.degeneracy is None:
         assert len(certified) == len(happened)
 
 
 def test_spin_off_by_ten_radii_contradicts_brute_force() -> None:
     """A spin that is off by ten of its radii gives exactly one contradiction to brute force."""
-    scene = lossy(0, rough=True)
+    scene = draw_lossy_scene(0, rough=True)
     certified = carom.certify(scene, max_impacts=5)
     assert certified.trace.spins is not None
     assert certified.spin_radii is not None
@@ -54,14 +54,14 @@ def test_spin_off_by_ten_radii_contradicts_brute_force() -> None:
     k = int(certified.spin_radii["first_after"].argmax())
     certified.trace.spins["first_after"][k] += 10 * certified.spin_radii["first_after"][k]
     with mp.workdps(DIGITS):
-        assert len(contradictions(certified, brute_force(scene, 5))) == 1
+        assert len(find_contradictions(certified, run_brute_force(scene, 5))) == 1
 
 
 def test_time_off_by_ten_radii_contradicts_brute_force() -> None:
     """An impact time that is off by ten of its radii gives exactly one contradiction to brute force."""
-    scene = lossy(0)
+    scene = draw_lossy_scene(0)
     certified = carom.certify(scene, max_impacts=5)
     certified.trace.impacts.flags.writeable = True
     certified.trace.impacts["time_s"][0] += 10 * certified.radii["time_s"][0]
     with mp.workdps(DIGITS):
-        assert len(contradictions(certified, brute_force(scene, 5))) == 1
+        assert len(find_contradictions(certified, run_brute_force(scene, 5))) == 1

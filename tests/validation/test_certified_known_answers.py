@@ -12,7 +12,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.cases import by_group, each
 from tests.scene_builders import disc_at, staged, wall_at
-from tests.validation.mpmath_runs import outside
+from tests.validation.mpmath_runs import find_outside_radii
 
 import carom
 from carom import CertifiedTrace, Chain, Ring, Scene, Wall
@@ -43,9 +43,9 @@ NOT_TO_THE_END = {"issues/pooltool-217", "issues/rapier-114", "tables/corner-at-
 NOT_TO_THE_END |= {"engines/gas-of-25"}
 
 
-def assert_told(certified: CertifiedTrace, times: list[Any], rounding: float = 1e-12) -> None:
+def assert_times_match(certified: CertifiedTrace, times: list[Any], rounding: float = 1e-12) -> None:
     """Assert that every time of impact is within its radius, and PIC's as near as its roundings let it be."""
-    assert outside(certified.trace.impacts["time_s"], certified.radii["time_s"], times) == []
+    assert find_outside_radii(certified.trace.impacts["time_s"], certified.radii["time_s"], times) == []
     found = carom.solve_pic(certified.trace.scene).impacts["time_s"]
     assert found == pytest.approx([float(time) for time in times], rel=rounding, abs=rounding)
 
@@ -88,12 +88,14 @@ def test_catalogue_scenes_are_certified_with_their_known_answers(entries: list[C
             assert deviation(certified.trace, known, scene) <= bound, entry.name
 
 
-def line(position: list[float], velocity: list[float], mass: list[float], *walls: Wall, **more: Any) -> Scene:
+def build_line_scene(
+    position: list[float], velocity: list[float], mass: list[float], *walls: Wall, **more: Any
+) -> Scene:
     discs = [disc_at(x, 0.0, v, r=0.125, m=m) for x, v, m in zip(position, velocity, mass, strict=True)]
     return staged("line", *discs, *walls, **{"duration_s": 100.0} | more)
 
 
-def cotangents(ratio: float, count: int) -> Iterator[Any]:
+def compute_cotangents(ratio: float, count: int) -> Iterator[Any]:
     """Yield cot(n theta) for theta = atan(1 / sqrt(M)), by the theorem of addition, which is a rotation."""
     root = cot = mp.sqrt(mpf(ratio))
     for n in range(count):
@@ -105,7 +107,7 @@ def cotangents(ratio: float, count: int) -> Iterator[Any]:
 def test_cotangents_by_addition_match_mpmath() -> None:
     """After 3141 additions the recurrence for cot(n theta) equals mpmath's cotangent to 40 digits."""
     with mp.workdps(60):
-        *_, last = cotangents(1e6, 3141)
+        *_, last = compute_cotangents(1e6, 3141)
         assert abs(last / mp.cot(3141 * mp.atan(mpf("1e-3"))) - 1) < mpf(10) ** -40
 
 
@@ -118,7 +120,9 @@ def test_galperin_impact_times_are_within_their_radii(ratio: float) -> None:
     PIC's times agree to its rounding.
     """
     gap, further = Fraction(1, 2), Fraction(1)
-    scene = line([float(gap) + 0.125, float(further) + 0.375], [0.0, -1.0], [1.0, ratio], wall_at(0.0, 0.0, 1.0, 0.0))
+    scene = build_line_scene(
+        [float(gap) + 0.125, float(further) + 0.375], [0.0, -1.0], [1.0, ratio], wall_at(0.0, 0.0, 1.0, 0.0)
+    )
     certified = carom.certify(scene)
     with mp.workdps(60):
         theta = mp.atan(1 / mp.sqrt(mpf(ratio)))
@@ -127,8 +131,8 @@ def test_galperin_impact_times_are_within_their_radii(ratio: float) -> None:
             assert count == 31415
         assert certified.ending is Ending.COMPLETED
         # Each impact of PIC turns the path by some tens of roundings, and near the last ray it runs almost along it.
-        times = [1 - mpf(0.5) * cot / mp.sqrt(mpf(ratio)) for cot in cotangents(ratio, count)]
-        assert_told(certified, times, rounding=64 * count * 2.0**-53 * float(max(times)))
+        times = [1 - mpf(0.5) * cot / mp.sqrt(mpf(ratio)) for cot in compute_cotangents(ratio, count)]
+        assert_times_match(certified, times, rounding=64 * count * 2.0**-53 * float(max(times)))
 
 
 @each("seed", range(5))
@@ -137,7 +141,9 @@ def test_equal_masses_on_a_line_collide_at_crossings_of_straight_lines(seed: int
     rng = random.Random(seed)
     ghost = sorted(rng.sample(range(1, 1000), 7))
     speed = rng.sample(range(-500, 500), 7)
-    scene = line([g / 8 + 0.25 * k for k, g in enumerate(ghost)], [v / 16 for v in speed], [1.0] * 7, duration_s=1e6)
+    scene = build_line_scene(
+        [g / 8 + 0.25 * k for k, g in enumerate(ghost)], [v / 16 for v in speed], [1.0] * 7, duration_s=1e6
+    )
     certified = carom.certify(scene)
     crossings = sorted(
         Fraction(ghost[b] - ghost[a], 8) / Fraction(speed[a] - speed[b], 16)
@@ -145,7 +151,7 @@ def test_equal_masses_on_a_line_collide_at_crossings_of_straight_lines(seed: int
         if speed[a] > speed[b]
     )
     with mp.workdps(60):
-        assert_told(certified, [mpf(t.numerator) / t.denominator for t in crossings])
+        assert_times_match(certified, [mpf(t.numerator) / t.denominator for t in crossings])
     assert certified.trace.final_velocity_m_s[:, 0].tolist() == sorted(v / 16 for v in speed)
 
 
@@ -167,7 +173,7 @@ def test_disc_in_a_box_follows_the_unfolded_line() -> None:
     times = [(2 * n - x) / vx for n in range(1, 700)] + [(n - y) / vy for n in range(1, 700)]
     times = sorted(t for t in times if t <= 200)
     with mp.workdps(60):
-        assert_told(certified, [mpf(t.numerator) / t.denominator for t in times])
+        assert_times_match(certified, [mpf(t.numerator) / t.denominator for t in times])
     assert len(times) > 800
     sides = Chain(points_m=[(0.0, 0.0), (2.5, 0.0), (2.5, 1.5), (0.0, 1.5)], closed=True)
     on_edges = carom.solve_pic(staged("box", disc, sides, duration_s=200.0))

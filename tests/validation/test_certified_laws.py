@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from tests.cases import each
-from tests.random_scenes import small
-from tests.scene_builders import disc_at, staged, sure, wall_at
-from tests.validation.mpmath_runs import outside
+from tests.random_scenes import draw_small_scene
+from tests.scene_builders import disc_at, require_value, staged, wall_at
+from tests.validation.mpmath_runs import find_outside_radii
 
 from carom import CertifiedTrace, Disc, Scene, Wall, certify, solve_pic
 from carom.catalogue import catalogue
@@ -22,18 +22,18 @@ from carom.solvers.certified.result import Degenerate, Ending
 FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 
 
-def of_catalogue(name: str, **changes: Any) -> Scene:
+def load_gravity_scene(name: str, **changes: Any) -> Scene:
     return catalogue()[f"gravity/{name}"].scene.model_copy(update=changes)
 
 
-def astray(certified: CertifiedTrace, field: str, truths: list[Any]) -> list[int]:
+def find_impacts_outside_radii(certified: CertifiedTrace, field: str, truths: list[Any]) -> list[int]:
     """Return the impacts of which a component of a field is not within its radius of the truth."""
     flat = [component for truth in truths for component in truth]
-    off = outside(certified.trace.impacts[field], certified.radii[field], flat)
+    off = find_outside_radii(certified.trace.impacts[field], certified.radii[field], flat)
     return sorted({k * len(truths) // len(flat) for k in off})
 
 
-def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
+def compute_bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
     """Return times, velocities before and after of a disc that starts at rest along the normal of the one wall.
 
     Across the wall each hop lasts 2 u / a, u = e^n v; along it the motion is that without a wall.
@@ -76,28 +76,28 @@ def test_bounces_under_gravity_match_the_closed_form(name: str, changes: dict[st
 
     The closed form has 60 digits. PIC agrees to 1e-13. Times that are off by 2 ulp are outside the radii.
     """
-    scene = of_catalogue(name, **changes)
+    scene = load_gravity_scene(name, **changes)
     certified = certify(scene)
     assert certified.ending is Ending.COMPLETED
     with mp.workdps(60):
-        times, before, after = bounces(scene, len(certified) + 1)
+        times, before, after = compute_bounces(scene, len(certified) + 1)
         assert times[-1][0] > scene.duration_s
-        assert astray(certified, "time_s", times[:-1]) == []
-        assert astray(certified, "velocity_first_before", before[:-1]) == []
-        assert astray(certified, "velocity_first_after", after[:-1]) == []
+        assert find_impacts_outside_radii(certified, "time_s", times[:-1]) == []
+        assert find_impacts_outside_radii(certified, "velocity_first_before", before[:-1]) == []
+        assert find_impacts_outside_radii(certified, "velocity_first_after", after[:-1]) == []
         found = solve_pic(scene).impacts[: len(certified)]
         assert found["time_s"] == pytest.approx([float(t) for (t,) in times[:-1]], rel=1e-14)
         assert found["velocity_first_after"].ravel() == pytest.approx(np.array(after[:-1], float).ravel(), abs=1e-13)
         off_by_two_ulps = [[t + 2 * mpf(math.ulp(float(t)))] for (t,) in times[:-1]]
-        assert astray(certified, "time_s", off_by_two_ulps) == list(range(len(certified)))
+        assert find_impacts_outside_radii(certified, "time_s", off_by_two_ulps) == list(range(len(certified)))
 
 
 def test_ball_with_restitution_zero_rests_at_its_first_impact() -> None:
     """With restitution 0 there is one impact, and contact begins at its instant."""
-    certified = certify(of_catalogue("ladder", wall_restitution=0.0))
+    certified = certify(load_gravity_scene("ladder", wall_restitution=0.0))
     assert len(certified) == 1
     assert certified.ending is Ending.COMPLETED
-    assert sure(certified.trace.modes)["time_s"].tolist() == certified.trace.impacts["time_s"].tolist()
+    assert require_value(certified.trace.modes)["time_s"].tolist() == certified.trace.impacts["time_s"].tolist()
 
 
 @each("speed, impacts", [(math.nextafter(2.0, 0.0), 0), (2.0, 0), (math.nextafter(2.0, 3.0), 1)])
@@ -116,7 +116,7 @@ def test_certified_reference_of_a_landing_ball_is_scored_up_to_contact() -> None
 
     Its horizon is the start of contact.
     """
-    trace = solve_pic(of_catalogue("ladder", duration_s=5.0))
+    trace = solve_pic(load_gravity_scene("ladder", duration_s=5.0))
     reference = build_reference(trace, asked=True, time_budget_s=1e6)  # proven to the end, however slow the machine is
     assert reference.trace.method == "certified"
     assert reference.horizon_s == reference.trace.contact_s < reference.trace.end_time_s == 5.0
@@ -142,10 +142,13 @@ def test_damped_bounce_matches_the_closed_form(damping: float) -> None:
             "velocity_first_after": [40 * e * left, 3 * left],
         }
         for name, parts in truth.items():
-            assert outside(certified.trace.impacts[name], certified.radii[name], parts) == [], name
+            assert find_outside_radii(certified.trace.impacts[name], certified.radii[name], parts) == [], name
         places, velocities = (-1 + 40 * e * (end - s), 3 * end), (40 * e * kept, 3 * kept)
-        assert outside(certified.trace.final_position_m, certified.final_position_radius_m, places) == []
-        assert outside(certified.trace.final_velocity_m_s, certified.final_velocity_radius_m_s, velocities) == []
+        assert find_outside_radii(certified.trace.final_position_m, certified.final_position_radius_m, places) == []
+        assert (
+            find_outside_radii(certified.trace.final_velocity_m_s, certified.final_velocity_radius_m_s, velocities)
+            == []
+        )
 
 
 def test_impact_at_the_end_of_a_scene_is_decided_to_the_last_bit() -> None:
@@ -180,10 +183,10 @@ def test_bounce_and_stop_on_a_table_match_the_closed_form() -> None:
         speed = mp.sqrt(after[0] ** 2 + after[1] ** 2)
         on = speed**2 / (2 * a)
         place = (way * 3 / 5 + on * after[0] / speed, -mpf(0.75) + on * after[1] / speed)
-        assert outside(certified.trace.impacts["time_s"], certified.radii["time_s"], [met]) == []
-        assert outside(certified.trace.final_position_m, certified.final_position_radius_m, place) == []
+        assert find_outside_radii(certified.trace.impacts["time_s"], certified.radii["time_s"], [met]) == []
+        assert find_outside_radii(certified.trace.final_position_m, certified.final_position_radius_m, place) == []
         name = "velocity_first_after"
-        assert outside(certified.trace.impacts[name], certified.radii[name], after) == []
+        assert find_outside_radii(certified.trace.impacts[name], certified.radii[name], after) == []
     assert certified.trace.final_velocity_m_s.tolist() == [[0.0, 0.0]]
 
 
@@ -191,28 +194,31 @@ def test_disc_that_stops_at_a_wall_is_a_graze() -> None:
     """A disc whose stopping distance v^2/(2 a) equals the gap to a wall ends the certified run as a graze."""
     disc, wall = disc_at(0.0, 0.0, 2.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
     degeneracy = certify(staged("touch", disc, wall, table_deceleration_m_s2=1.0, duration_s=5.0)).degeneracy
-    assert sure(degeneracy).kind is Degenerate.GRAZE
+    assert require_value(degeneracy).kind is Degenerate.GRAZE
 
 
 # With friction --------------------------------------------------------------------------------------------------------
 
 
-def on_floor(velocity: tuple[float, float], **fields: object) -> Scene:
+def build_floor_scene(velocity: tuple[float, float], **fields: object) -> Scene:
     disc = Disc(position_m=(0, 2), velocity_m_s=velocity, radius_m=1)
     return Scene(**{"name": "floor", "discs": [disc], "walls": [FLOOR], "duration_s": 2.0, **fields})
 
 
-def apart(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
+def find_differences(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
     """Return where two certified runs of one scene contradict each other."""
     found = []
     for a, b, ra, rb in (
         (one.trace.impacts, other.trace.impacts, one.radii, other.radii),
-        (sure(one.trace.spins), sure(other.trace.spins), one.spin_radii, other.spin_radii),
+        (require_value(one.trace.spins), require_value(other.trace.spins), one.spin_radii, other.spin_radii),
     ):
         most = min(len(a), len(b))
         for name in a.dtype.names or ():
             if name != "second":  # which of two walls that are one
-                inside = np.abs(a[name][:most] - b[name][:most]) <= sure(ra)[name][:most] + sure(rb)[name][:most]
+                inside = (
+                    np.abs(a[name][:most] - b[name][:most])
+                    <= require_value(ra)[name][:most] + require_value(rb)[name][:most]
+                )
                 found += [(int(k), name) for k in np.argwhere(~inside)[:, 0]]
     return found
 
@@ -224,14 +230,14 @@ def test_runs_of_15_and_50_digits_agree() -> None:
     """
     impacts = 0
     for number in range(16):
-        scene = small(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
+        scene = draw_small_scene(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
         if not scene.arrays.turns:
             continue
         try:
             found = certify(scene, max_impacts=10)
         except InputError:  # falling discs next to immovable ones
             continue
-        assert apart(found, certify(scene, digits=50, max_impacts=10)) == [], number
+        assert find_differences(found, certify(scene, digits=50, max_impacts=10)) == [], number
         impacts += len(found)
     assert impacts > 40
 
@@ -242,11 +248,11 @@ def test_exact_tie_of_stick_and_slide_is_certified() -> None:
     With velocity (9/4, -1), f = 1/2 and e = 1/2 the disc rolls: (3/2, 1/2) with spin -3/2, since T = f (1 + e) w_n
     = 3/4.
     """
-    scene = on_floor((2.25, -1.0), wall_friction=0.5, wall_restitution=0.5)
+    scene = build_floor_scene((2.25, -1.0), wall_friction=0.5, wall_restitution=0.5)
     found = certify(scene, digits=30)
     assert found.ending is Ending.COMPLETED
     assert found.trace.impacts["velocity_first_after"].tolist() == [[1.5, 0.5]]
-    assert sure(found.trace.spins).tolist() == [(0.0, 0.0, -1.5, 0.0)]
-    assert sure(found.spin_radii)["first_after"].max() < 1e-15
+    assert require_value(found.trace.spins).tolist() == [(0.0, 0.0, -1.5, 0.0)]
+    assert require_value(found.spin_radii)["first_after"].max() < 1e-15
     assert [len(row) for row in found.decimals] == [6]
     assert Fraction(found.decimals[0][-1]) == Fraction(-3, 2)

@@ -8,7 +8,7 @@ import pytest
 from flint import arb, ctx
 from tests.cases import each, release_after
 from tests.validation import table_runs
-from tests.validation.random_tables import draw
+from tests.validation.random_tables import draw_table
 from tests.validation.table_runs import Table, Walk
 
 from carom import Disc, Scene, certify, solve_pic
@@ -19,23 +19,23 @@ from carom.solvers.certified.result import Degenerate, Ending
 STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
 
 
-def table(
+def build_table_scene(
     velocity: tuple[float, float], *walls: AnyWall, place: tuple[float, float] = (0.0, 0.0), **more: object
 ) -> Scene:
     disc = Disc(position_m=place, velocity_m_s=velocity, radius_m=0.5)
     return Scene(name="table", discs=(disc,), walls=walls, **{"duration_s": 10.0, **more})
 
 
-def drawn_tables(first: int, count: int, *, moves: bool = False) -> Iterator[Table]:
+def draw_tables(first: int, count: int, *, moves: bool = False) -> Iterator[Table]:
     """Yield tables that neither fall nor are driven; or else, by `moves`, those of which one is true, or both."""
-    drawn = (found for found in map(draw, itertools.count(first)) if found is not None)
+    drawn = (found for found in map(draw_table, itertools.count(first)) if found is not None)
     wanted = (table for kind, table in drawn if (", " in kind) is moves)
     yield from itertools.islice(wanted, count)
 
 
-def contradictions(table: Table, impacts: int) -> list[int]:
+def find_contradictions(table: Table, impacts: int) -> list[int]:
     """Return the impacts that brute force of 600 bits has outside of what is said to be proven."""
-    certified = certify(table_runs.scene_of(table), max_impacts=impacts)
+    certified = certify(table_runs.build_table_scene(table), max_impacts=impacts)
     assert len(certified.trace.impacts) == impacts
     found = []
     with ctx.workprec(table_runs.PRECISION):
@@ -62,23 +62,23 @@ def test_certified_runs_match_brute_force_on_random_tables(moves: bool, first: i
     The tables have bulges of both signs, re-entrant joints, thick bars, islands, cut sides and walls with
     restitutions of their own; some fall or are driven.
     """
-    tables = drawn_tables(first, count, moves=moves)
-    assert {k: bad for k, one in enumerate(tables) if (bad := contradictions(one, impacts))} == {}
+    tables = draw_tables(first, count, moves=moves)
+    assert {k: bad for k, one in enumerate(tables) if (bad := find_contradictions(one, impacts))} == {}
 
 
 def test_half_width_off_by_1e_12_contradicts_brute_force(monkeypatch: pytest.MonkeyPatch) -> None:
     """A table whose half widths are off by a part in 10^12 gives a certified run that contradicts brute force."""
-    (one,) = drawn_tables(0, 1)
+    (one,) = draw_tables(0, 1)
     lines = tuple(line._replace(half_width=line.half_width * (1 + 1e-12) + 1e-12) for line in one.lines)
-    other = table_runs.scene_of(Table(lines, one.place, one.velocity, one.radius, one.restitution))
-    monkeypatch.setattr(table_runs, "scene_of", lambda _: other)
-    assert contradictions(one, 4) != []
+    other = table_runs.build_table_scene(Table(lines, one.place, one.velocity, one.radius, one.restitution))
+    monkeypatch.setattr(table_runs, "build_table_scene", lambda _: other)
+    assert find_contradictions(one, 4) != []
 
 
 def test_certified_edges_are_those_of_pic() -> None:
     """Certified runs report the same edge numbers and kinds as PIC; a half-plane has none."""
     floor = Chain(points_m=[(-4, -1), (-1, -1), (1, -1), (4, -1)])
-    scene = table((0.25, -1), floor, Wall(point_m=(0, 3), normal=(0, -1)), duration_s=9.0)
+    scene = build_table_scene((0.25, -1), floor, Wall(point_m=(0, 3), normal=(0, -1)), duration_s=9.0)
     certified, exact = certify(scene), solve_pic(scene)
     assert exact.edges is not None
     assert certified.trace.edges is not None
@@ -87,14 +87,14 @@ def test_certified_edges_are_those_of_pic() -> None:
 
 def test_impact_on_a_smooth_seam_is_certified() -> None:
     """An impact exactly where a face joins a vertex or a tangent arc has one certified answer."""
-    at_the_end = table((0, -1), Chain(points_m=[(-2, -1), (0, -1)]))
+    at_the_end = build_table_scene((0, -1), Chain(points_m=[(-2, -1), (0, -1)]))
     certified = certify(at_the_end)
     assert certified.ending is Ending.COMPLETED
     (row,) = certified.trace.impacts
     assert (row["time_s"], row["velocity_first_after"].tolist()) == (0.5, [0.0, 1.0])
     assert row["normal"].tolist() == [0.0, -1.0]
     assert certified.radii["normal"].max() < 1e-15
-    tangent = certify(table((0, 1), STADIUM, place=(2, 0)))
+    tangent = certify(build_table_scene((0, 1), STADIUM, place=(2, 0)))
     assert tangent.trace.impacts["time_s"].tolist() == [1.5, 4.5, 7.5]
     assert tangent.trace.final_position_m.tolist() == [[2.0, -1.0]]
     assert max(tangent.radii["time_s"]) < 1e-15
@@ -105,12 +105,14 @@ def test_right_angled_corner_commutes_and_acute_corner_is_degenerate() -> None:
 
     The other corner ends as SHARED_INSTANT.
     """
-    square = certify(table((1, 1), Chain(points_m=[(-3, -3), (3, -3), (3, 3), (-3, 3)], closed=True), duration_s=4.0))
+    square = certify(
+        build_table_scene((1, 1), Chain(points_m=[(-3, -3), (3, -3), (3, 3), (-3, 3)], closed=True), duration_s=4.0)
+    )
     assert square.ending is Ending.COMPLETED
     assert square.commuted == ((0, 1),)
     assert square.trace.final_velocity_m_s.tolist() == [[-1.0, -1.0]]
     # Two edges that the axis halves: exactly alike, above and below.
-    wedge = certify(table((1, 0), Chain(points_m=[(-4, 3), (5, 0), (-4, -3)]), duration_s=9.0))
+    wedge = certify(build_table_scene((1, 0), Chain(points_m=[(-4, 3), (5, 0), (-4, -3)]), duration_s=9.0))
     assert wedge.degeneracy is not None
     assert wedge.degeneracy.kind is Degenerate.SHARED_INSTANT
     assert wedge.degeneracy.bodies == (-1, 0)
@@ -119,11 +121,14 @@ def test_right_angled_corner_commutes_and_acute_corner_is_degenerate() -> None:
 @each(
     "scene, kind",
     [
-        (table((0, -1), Chain(points_m=[(-1, -0.5), (1, -0.5)])), Degenerate.TOUCHING_START),
-        (table((0, -1), Ring(centre_m=(0, -1.5), radius_m=1.0)), Degenerate.TOUCHING_START),
-        (table((0, -1), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.TOUCHING_START),
-        (table((1, 0), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.RESTING_CONTACT),
-        (table((0, -1), Chain(points_m=[(-1, -0.5 + 2**-54), (1, -0.5 + 2**-54)])), Degenerate.OVERLAPPING_START),
+        (build_table_scene((0, -1), Chain(points_m=[(-1, -0.5), (1, -0.5)])), Degenerate.TOUCHING_START),
+        (build_table_scene((0, -1), Ring(centre_m=(0, -1.5), radius_m=1.0)), Degenerate.TOUCHING_START),
+        (build_table_scene((0, -1), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.TOUCHING_START),
+        (build_table_scene((1, 0), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.RESTING_CONTACT),
+        (
+            build_table_scene((0, -1), Chain(points_m=[(-1, -0.5 + 2**-54), (1, -0.5 + 2**-54)])),
+            Degenerate.OVERLAPPING_START,
+        ),
     ],
 )
 def test_contact_with_a_finite_wall_at_the_start_is_degenerate(scene: Scene, kind: Degenerate) -> None:
@@ -169,14 +174,14 @@ def test_disc_struck_along_the_inside_of_an_arc_is_in_resting_contact() -> None:
 
 def test_path_at_distance_r_minus_radius_still_meets_the_arc() -> None:
     """A path at distance R - r from the centre of a ring meets it from outside; only distance R + r is a graze."""
-    certified = certify(table((1, 0), Ring(centre_m=(3, -0.5), radius_m=1.0)), max_impacts=1)
+    certified = certify(build_table_scene((1, 0), Ring(centre_m=(3, -0.5), radius_m=1.0)), max_impacts=1)
     assert certified.trace.impacts["time_s"].tolist() == [3.0 - np.sqrt(2.0)]
 
 
 def test_contact_without_approach_is_no_impact() -> None:
     """A disc that touches an edge and leaves or moves along it completes without an impact."""
     for velocity in ((0.0, 1.0), (1.0, 0.0)):
-        certified = certify(table(velocity, Chain(points_m=[(-1, -0.5), (1, -0.5)]), duration_s=0.5))
+        certified = certify(build_table_scene(velocity, Chain(points_m=[(-1, -0.5), (1, -0.5)]), duration_s=0.5))
         assert certified.ending is Ending.COMPLETED
         assert len(certified.trace.impacts) == 0
 
@@ -184,9 +189,9 @@ def test_contact_without_approach_is_no_impact() -> None:
 def test_exact_graze_of_a_vertex_is_no_impact() -> None:
     """Rational arithmetic decides that an exact graze is no impact; 2^-52 m nearer it is one."""
     post = Ring(centre_m=(4, 0.5), radius_m=0.0)
-    assert len(certify(table((1, 0), post)).trace.impacts) == 0
+    assert len(certify(build_table_scene((1, 0), post)).trace.impacts) == 0
     nearer = Ring(centre_m=(4, 0.5 - 2**-52), radius_m=0.0)
-    assert len(certify(table((1, 0), nearer)).trace.impacts) == 1
+    assert len(certify(build_table_scene((1, 0), nearer)).trace.impacts) == 1
 
 
 def test_tie_on_a_half_plane_is_proven_for_any_wall_number() -> None:
@@ -206,7 +211,7 @@ def test_friction_on_chains_and_rings_matches_pic() -> None:
     rubs = {"wall_friction": 0.25, "wall_tangential_restitution": 0.5, "wall_restitution": 0.875}
     for direction in np.linspace(0.1, 6.1, 9):
         velocity = float(np.cos(direction)), float(np.sin(direction))
-        scene = table(velocity, *walls, place=(1.0, 0.25), **rubs)
+        scene = build_table_scene(velocity, *walls, place=(1.0, 0.25), **rubs)
         certified, exact = certify(scene, max_impacts=6), solve_pic(scene, max_impacts=6)
         assert certified.trace.impacts["second"].tolist() == exact.impacts["second"].tolist()
         for name in ("time_s", "velocity_first_after"):
@@ -221,7 +226,7 @@ def test_half_plane_keeps_its_number_and_restitution_next_to_a_chain() -> None:
     floor = Wall(point_m=(0, -2), normal=(0, 1), restitution=0.5)
     post = Chain(points_m=[(3, 0), (3, 1), (4, 1)])
     for walls, body in (((post, floor), -2), ((floor, post), -1)):
-        certified = certify(table((0, 0), *walls, gravity_m_s2=(0.0, -3.0), duration_s=1.5))
+        certified = certify(build_table_scene((0, 0), *walls, gravity_m_s2=(0.0, -3.0), duration_s=1.5))
         assert certified.trace.impacts["second"].tolist() == [body]
         assert certified.trace.impacts["time_s"].tolist() == [1.0]
         assert certified.trace.impacts["velocity_first_after"].tolist() == [[0.0, 1.5]]
@@ -230,6 +235,6 @@ def test_half_plane_keeps_its_number_and_restitution_next_to_a_chain() -> None:
 def test_each_side_of_a_square_has_its_own_normal() -> None:
     """Impacts on three sides of a closed chain have the normals of those sides, pointing into the wall."""
     square = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], closed=True)
-    certified = certify(table((1.0, -2.0), square, duration_s=2.5))
+    certified = certify(build_table_scene((1.0, -2.0), square, duration_s=2.5))
     assert certified.trace.impacts["time_s"].tolist() == [0.75, 1.5, 2.25]
     assert certified.trace.impacts["normal"].tolist() == [[0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]

@@ -6,8 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.checker.small_steps import Ends, stepped
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.checker.small_steps import Ends, run_small_steps
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.validation import contact_scenes
 
 from carom import Disc, Outcome, Scene, Wall, certify, solve_pic
@@ -25,7 +25,7 @@ def test_pic_agrees_with_small_steps_on_random_contact_scenes(seeds: range) -> N
     assert [
         said
         for seed in seeds
-        if (said := contact_scenes.judged(contact_scenes.drawn(seed))) not in contact_scenes.RIGHT
+        if (said := contact_scenes.judge_scene(contact_scenes.draw_contact_scene(seed))) not in contact_scenes.RIGHT
     ] == []
 
 
@@ -34,11 +34,11 @@ def test_small_steps_with_less_gravity_are_detected(seed: int, refined: int, mon
     """Small steps with 5 % less gravity contradict PIC, also in scene 961, which has 96 impacts."""
 
     def lighter(scene: Scene, steps: int, until_s: float) -> Ends:
-        return stepped(Scene(**{**dict(scene), "gravity_m_s2": (0.0, -0.95 * G)}), steps, until_s)
+        return run_small_steps(Scene(**{**dict(scene), "gravity_m_s2": (0.0, -0.95 * G)}), steps, until_s)
 
-    monkeypatch.setattr(contact_scenes, "stepped", lighter)
+    monkeypatch.setattr(contact_scenes, "run_small_steps", lighter)
     monkeypatch.setattr(contact_scenes, "REFINED", refined)
-    assert contact_scenes.judged(contact_scenes.drawn(seed)) not in contact_scenes.RIGHT
+    assert contact_scenes.judge_scene(contact_scenes.draw_contact_scene(seed)) not in contact_scenes.RIGHT
 
 
 @each("regain", [-0.5, 0.0, 0.5, 1.0])
@@ -66,7 +66,7 @@ def test_inelastic_landing_slides_on_with_the_returned_slip(regain: float) -> No
         assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 / 3, 0.0], rel=1e-14)
 
 
-def held_in_its_landing(regain: float, friction: float) -> Scene:
+def build_landing_scene(regain: float, friction: float) -> Scene:
     """A disc that bounces, at 1 m/s and without spin, on a wall whose friction is enough for its slip in no time."""
     return staged(
         f"held in its landing {regain}",
@@ -83,10 +83,10 @@ def held_in_its_landing(regain: float, friction: float) -> Scene:
 @each("regain", [-1.0, -0.5, 0.5, 1.0])
 def test_large_friction_leaves_two_thirds_of_the_speed_after_landing(regain: float) -> None:
     """With friction 1e19 a disc rolls on after its bounces with two thirds of its speed and the matching spin."""
-    trace = solve_pic(held_in_its_landing(regain, 1e19))
+    trace = solve_pic(build_landing_scene(regain, 1e19))
     assert trace.outcome is Outcome.COMPLETED
     assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 / 3, 0.0], rel=1e-12)
-    assert sure(trace.final_spin_rad_s)[0] == pytest.approx(-2 / 3 / 0.5, rel=1e-12)
+    assert require_value(trace.final_spin_rad_s)[0] == pytest.approx(-2 / 3 / 0.5, rel=1e-12)
 
 
 def test_momentum_about_the_wall_grows_by_gravity_alone() -> None:
@@ -114,7 +114,7 @@ RADIUS_M = 0.5
 SIZES = [10.0**power for power in (-300, -12, -6, -2, -1, 0, 2, 6)]
 
 
-def on_a_slope(friction: float, resists: float = 0.0, *, tangent: float = 0.0, along: float = 0.0) -> Scene:
+def build_slope_scene(friction: float, resists: float = 0.0, *, tangent: float = 0.0, along: float = 0.0) -> Scene:
     """Return a disc on the line y = 0 for a second, which slides or rests there; gravity leans by a tangent."""
     long = math.hypot(1.0, tangent)
     return Scene(
@@ -136,7 +136,7 @@ def test_slide_to_roll_matches_the_closed_form_for_extreme_friction(friction: fl
     Without resistance it rolls at 2 m/s after v/(f g (1 + 1/k)). Where resistance exceeds friction it never rolls.
     """
     k = 0.5
-    ends = solve_pic(on_a_slope(friction, resists, along=3.0))
+    ends = solve_pic(build_slope_scene(friction, resists, along=3.0))
     turned = max(0.0, friction - resists) * G / k  # of the rim, a second
     slid = min(1.0, 3.0 / (friction * G + turned))
     u, left = 3.0 - friction * G * slid, 1.0 - slid
@@ -155,7 +155,7 @@ def test_rolling_and_sliding_agree_at_the_steepest_rolling_slope(friction: float
     tangent = 3.0 * friction
     for _ in range(abs(ulps)):
         tangent = math.nextafter(tangent, ulps * math.inf)
-    ends = solve_pic(on_a_slope(friction, tangent=tangent))
+    ends = solve_pic(build_slope_scene(friction, tangent=tangent))
     assert ends.outcome is Outcome.COMPLETED
     pull = G * tangent / math.hypot(1.0, tangent) / 1.5
     assert ends.final_velocity_m_s[0, 0] == pytest.approx(pull, rel=1e-12)
@@ -167,7 +167,7 @@ def test_rolling_and_sliding_agree_at_the_steepest_rolling_slope(friction: float
 def test_disc_stays_at_rest_at_the_steepest_holding_slope(resists: float, ulps: int) -> None:
     """At tan = c, and one float to either side, rolling resistance leaves the disc at most rounding of speed."""
     tangent = math.nextafter(resists, ulps * math.inf) if ulps else resists
-    ends = solve_pic(on_a_slope(2e6, resists, tangent=tangent))
+    ends = solve_pic(build_slope_scene(2e6, resists, tangent=tangent))
     assert ends.outcome is Outcome.COMPLETED
     assert np.abs(ends.final_velocity_m_s).max() <= 8.0 * 2.0**-52 * G
 
@@ -181,7 +181,7 @@ def test_ball_with_high_restitution_rests_at_the_sum_of_its_hops(lost: float) ->
     e, height = 1.0 - lost, 1e-4
     fall = math.sqrt(2.0 * height / G)
     rests = fall * (1.0 + e) / (1.0 - e)
-    scene = on_a_slope(0.0).model_copy(
+    scene = build_slope_scene(0.0).model_copy(
         update={
             "discs": (Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M),),
             "wall_restitution": e,
@@ -197,7 +197,7 @@ def test_ball_with_high_restitution_rests_at_the_sum_of_its_hops(lost: float) ->
 def test_ball_with_restitution_1_minus_1e_9_keeps_bouncing() -> None:
     """With e = 1 - 1e-9 a ball bounces as often in a second as without loss, and its speed falls as e^n."""
     e, height = 1.0 - 1e-9, 1e-4
-    scene = on_a_slope(0.0).model_copy(
+    scene = build_slope_scene(0.0).model_copy(
         update={"discs": (Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M),), "wall_restitution": e}
     )
     ends = solve_pic(scene)

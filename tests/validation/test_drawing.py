@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.random_scenes import KINDS, TABLES, drawn, impacts_of, table
+from tests.random_scenes import KINDS, TABLES, draw_scene, draw_table, number_of_impacts
 
 from carom import Outcome, Scene, Trace, solve_pic
 from carom.model.trace import EdgeKind
@@ -54,7 +54,7 @@ LEAST_ON_TABLES = {
 }
 
 
-def occurring(scene: Scene, trace: Trace) -> set[str]:
+def list_scene_features(scene: Scene, trace: Trace) -> set[str]:
     """Return what occurs in a scene, of `LEAST`."""
     impacts, walls, arrays = trace.impacts, scene.half_planes(), scene.arrays
     second = impacts["second"]
@@ -103,8 +103,8 @@ def test_random_scenes_cover_every_listed_feature() -> None:
     met: Counter[str] = Counter()
     for kind in KINDS:
         for number in range(DRAWN):
-            scene = drawn(kind, number, rough=number % 4 > 1)
-            found = occurring(scene, solve_pic(scene, max_impacts=impacts_of(number)))
+            scene = draw_scene(kind, number, rough=number % 4 > 1)
+            found = list_scene_features(scene, solve_pic(scene, max_impacts=number_of_impacts(number)))
             counted.update(found)
             met[kind] += "an impact" in found
     scenes = DRAWN * len(KINDS)
@@ -113,7 +113,7 @@ def test_random_scenes_cover_every_listed_feature() -> None:
     assert min(met[kind] for kind in KINDS) >= DRAWN / 2
 
 
-def on_table(scene: Scene, trace: Trace) -> set[str]:
+def list_table_features(scene: Scene, trace: Trace) -> set[str]:
     """Return what occurs on a table, of `LEAST_ON_TABLES`."""
     assert trace.edges is not None
     kinds, struck = set(trace.edges["kind"].tolist()), {int(second) for second in trace.impacts["second"]}
@@ -141,7 +141,7 @@ def test_random_tables_cover_every_listed_feature(each_kind: int) -> None:
     counted: Counter[str] = Counter()
     for kind in TABLES:
         for number in range(each_kind):
-            counted.update(on_table(scene := table(kind, number), solve_pic(scene, max_impacts=120)))
+            counted.update(list_table_features(scene := draw_table(kind, number), solve_pic(scene, max_impacts=120)))
     tables = each_kind * len(TABLES)
     least = LEAST_ON_TABLES.items()
     lacking = {what: counted[what] / tables for what, share in least if not counted[what] >= share * tables}

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 from tests.cases import each, long_until, release_after
-from tests.scene_builders import crushed_rows, disc_at, on_legs, staged, sure, wall_at
-from tests.validation.mpmath_runs import brute_force
+from tests.scene_builders import build_crushed_rows, disc_at, drive_on_legs, require_value, staged, wall_at
+from tests.validation.mpmath_runs import run_brute_force
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import find_scenes
@@ -24,7 +24,7 @@ Vector = tuple[float, float]
 # --- Galileo ---
 
 
-def a_table(seed: int) -> Scene:
+def draw_table_scene(seed: int) -> Scene:
     """Three discs, one immovable, in a closed chain with a post; some have friction, losses or gravity."""
     rng = random.Random(seed)
     rough = {"friction": rng.uniform(0.0, 0.5), "wall_friction": rng.uniform(0.0, 0.5)} if seed % 2 else {}
@@ -49,13 +49,13 @@ def _velocity(rng: random.Random) -> Vector:
     return (3.0 * math.cos(angle), 3.0 * math.sin(angle))
 
 
-def on_a_path(seed: int) -> Scene:
+def draw_legs_scene(seed: int) -> Scene:
     """Two discs, one of which begins without a speed along gravity under a ceiling that is a line; bodies on legs."""
     rng = random.Random(f"galileo {seed}")
 
     def legs() -> dict[str, Any]:
         begins = [0.0, *sorted(rng.uniform(0.0, 4.0) for _ in range(4))]
-        return on_legs(*((begin, (rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5))) for begin in begins))
+        return drive_on_legs(*((begin, (rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5))) for begin in begins))
 
     return staged(
         "on a path",
@@ -71,7 +71,7 @@ def on_a_path(seed: int) -> Scene:
     )
 
 
-def boosted(scene: Scene, drive: Vector) -> Scene:
+def boost_scene(scene: Scene, drive: Vector) -> Scene:
     """The scene as it is seen from what moves the other way: all that stood is driven."""
 
     def faster(body: Disc | AnyWall, **more: bool) -> Any:
@@ -87,19 +87,22 @@ def boosted(scene: Scene, drive: Vector) -> Scene:
     return Scene(**{**dict(scene), "discs": discs, "walls": [faster(wall) for wall in scene.walls]})
 
 
-@each("draw, seeds", release_after(2, [(a_table, range(4)), (on_a_path, range(8)), (a_table, range(4, 24))]))
+@each(
+    "draw, seeds",
+    release_after(2, [(draw_table_scene, range(4)), (draw_legs_scene, range(8)), (draw_table_scene, range(4, 24))]),
+)
 def test_scene_in_a_moving_frame_has_the_same_impacts(draw: Callable[[int], Scene], seeds: range) -> None:
     r"""A scene in which all bodies move along at one velocity has its impacts at the same times.
 
     Velocities differ by that velocity, and spins are equal. Errors grow with each impact on a round body, so only
     the first eight impacts are compared, six with bodies on legs, and four of PIT.
     """
-    drive, most = (3.0, -2.0), 8 if draw is a_table else 6
+    drive, most = (3.0, -2.0), 8 if draw is draw_table_scene else 6
     for seed in seeds:
         scene = draw(seed)
-        runs = [[solve_pic(one, max_impacts=most) for one in (scene, boosted(scene, drive))]]
-        if draw is a_table and seed < 6:
-            runs.append([solve_pit(one) for one in (scene, boosted(scene, drive))])
+        runs = [[solve_pic(one, max_impacts=most) for one in (scene, boost_scene(scene, drive))]]
+        if draw is draw_table_scene and seed < 6:
+            runs.append([solve_pit(one) for one in (scene, boost_scene(scene, drive))])
         for (rest, moving), count, late_s in zip(runs, (most, 4), (1e-9, 1e-12), strict=False):
             one, two = rest.impacts[:count], moving.impacts[:count]
             assert len(one) > 2
@@ -138,7 +141,7 @@ def test_simultaneous_impacts_in_a_fast_corner_are_reported_as_ambiguous(speed: 
 Legs = list[tuple[Fraction, Fraction]]
 
 
-def bounces(left: Legs, right: Legs, speed: Fraction, end: Fraction) -> list[tuple[Fraction, int, Fraction]]:
+def compute_bounces(left: Legs, right: Legs, speed: Fraction, end: Fraction) -> list[tuple[Fraction, int, Fraction]]:
     """Return when a disc of 0.5 m at 0 has met which of two walls, from -3 m and 29 m on, and how fast it is then."""
     at, walls, time, place = [Fraction(-3), Fraction(29)], (left, right), Fraction(0), Fraction(0)
     found = list[tuple[Fraction, int, Fraction]]()
@@ -173,11 +176,11 @@ def test_disc_between_driven_walls_matches_rational_recurrence(seed: int) -> Non
     if closes > 0:
         end = min(end, Fraction(63, 2) / closes * Fraction(7, 8))  # before it is crushed
     walls = [
-        wall_at(x, 0.0, nx, 0.0, **on_legs(*((float(begin), (float(u), 0.0)) for begin, u in legs)))
+        wall_at(x, 0.0, nx, 0.0, **drive_on_legs(*((float(begin), (float(u), 0.0)) for begin, u in legs)))
         for x, nx, legs in ((-3.0, 1.0, left), (29.0, -1.0, right))
     ]
     scene = staged("driven", disc_at(0.0, 0.0, float(speed), r=0.25), *walls, duration_s=float(end))
-    trace, found = solve_pic(scene), bounces(left, right, speed, Fraction(scene.duration_s))
+    trace, found = solve_pic(scene), compute_bounces(left, right, speed, Fraction(scene.duration_s))
     assert seed % 3 or solve_pic_framewise(scene).impacts.tobytes() == trace.impacts.tobytes()
     assert trace.impacts["second"].tolist() == [wall for _, wall, _ in found]
     assert np.allclose(trace.impacts["time_s"], [float(t) for t, _, _ in found], rtol=0.0, atol=2e-11)
@@ -214,7 +217,7 @@ def test_speed_times_gap_is_constant_before_a_crush() -> None:
 @pytest.mark.long
 def test_row_that_can_escape_is_not_crushed() -> None:
     """A row that is off its line by 1e-9, slips, is struck, or is freed in time does not end as crushed."""
-    (scene, crushed_s), *_ = crushed_rows()
+    (scene, crushed_s), *_ = build_crushed_rows()
     beyond = len(solve_pic(scene).impacts) + 100
     disc, mallet = scene.discs
 
@@ -236,15 +239,15 @@ def test_row_that_can_escape_is_not_crushed() -> None:
     assert outcome(wall_friction=0.1, walls=(belt,)) is not Outcome.CRUSHED
     beside = disc_at(0.5, 0.505, r=0.25)
     assert outcome(discs=(disc, mallet, beside)) is Outcome.MAX_IMPACTS
-    path = on_legs((0.0, (-0.5, 0.0)), (crushed_s - 2**-9, (0.5, 0.0)))
+    path = drive_on_legs((0.0, (-0.5, 0.0)), (crushed_s - 2**-9, (0.5, 0.0)))
     turns = Disc(**{**dict(mallet), "velocity_m_s": (0.0, 0.0), **path})
     assert outcome(discs=(disc, turns)) is not Outcome.CRUSHED
 
 
-def in_racks(*discs: Disc, turns_s: float = 9.0, friction: float = 0.0) -> Scene:
+def build_racks_scene(*discs: Disc, turns_s: float = 9.0, friction: float = 0.0) -> Scene:
     """Discs between two racks, one of which rubs, and the other comes at half a metre a second, until it turns back."""
     fixed = Chain(points_m=[(0.0, -1.0), (0.0, 1.0)], friction=friction)
-    comes = Chain(points_m=[(2.0, -1.0), (2.0, 1.0)], **on_legs((0.0, (-0.5, 0.0)), (turns_s, (0.5, 0.0))))
+    comes = Chain(points_m=[(2.0, -1.0), (2.0, 1.0)], **drive_on_legs((0.0, (-0.5, 0.0)), (turns_s, (0.5, 0.0))))
     return staged("racks", *discs, fixed, comes, duration_s=5.0)
 
 
@@ -256,16 +259,20 @@ def test_disc_that_can_leave_closing_racks_is_not_crushed() -> None:
     """
     out, stays = (disc_at(1.0, 0.0, -1.0, aside, r=0.25) for aside in (2.0, 0.01))
     turning, beside = stays.model_copy(update={"spin_rad_s": 24.0}), disc_at(1.0, 0.505, r=0.25)
-    crushed = solve_pic(in_racks(stays))
-    assert crushed.outcome is solve_pic(in_racks(stays, friction=0.1)).outcome is Outcome.CRUSHED
-    assert solve_pic(in_racks(out)).outcome is Outcome.COMPLETED
-    freed = in_racks(stays, turns_s=2.998046875), in_racks(turning, friction=0.1), in_racks(stays, beside)
+    crushed = solve_pic(build_racks_scene(stays))
+    assert crushed.outcome is solve_pic(build_racks_scene(stays, friction=0.1)).outcome is Outcome.CRUSHED
+    assert solve_pic(build_racks_scene(out)).outcome is Outcome.COMPLETED
+    freed = (
+        build_racks_scene(stays, turns_s=2.998046875),
+        build_racks_scene(turning, friction=0.1),
+        build_racks_scene(stays, beside),
+    )
     for scene in freed:
         outcome = solve_pic(scene, max_impacts=len(crushed.impacts) + 100).outcome
         assert outcome in {Outcome.MAX_IMPACTS, Outcome.COMPLETED}, scene
 
 
-def rubbed_between_racks(seed: int) -> Scene:
+def draw_rough_racks_scene(seed: int) -> Scene:
     """Return a disc, with a spin, between two racks that close, and go along; they rub, and some give back."""
     rng = random.Random(f"racks {seed}")
     half = rng.uniform(0.2, 1.0)
@@ -287,7 +294,7 @@ def test_crushed_rough_disc_stays_between_its_racks(seeds: range) -> None:
     """
     called = 0
     for seed in seeds:
-        scene = rubbed_between_racks(seed)
+        scene = draw_rough_racks_scene(seed)
         trace = solve_pic(scene)
         called += trace.outcome is Outcome.CRUSHED
         if trace.outcome is not Outcome.CRUSHED:
@@ -300,7 +307,7 @@ def test_crushed_rough_disc_stays_between_its_racks(seeds: range) -> None:
         ]
         y, time, speed = scene.discs[0].position_m[1], 0.0, scene.discs[0].velocity_m_s[1]
         with mp.workdps(60):
-            happened = brute_force(scene.model_copy(update={"walls": tuple(planes)}), 300)
+            happened = run_brute_force(scene.model_copy(update={"walls": tuple(planes)}), 300)
         for impact_s, vy in ((float(one.time), float(one.after[1])) for one in happened):
             y, time, speed = y + speed * (impact_s - time), impact_s, vy
             assert all(abs(y - plane.velocity_m_s[1] * time) < end[1] for plane, end in zip(planes, ends, strict=True))
@@ -311,7 +318,7 @@ def test_crushed_rough_disc_stays_between_its_racks(seeds: range) -> None:
 # --- Sixty digits ---
 
 
-def among_mallets(seed: int) -> Scene:
+def draw_mallets_scene(seed: int) -> Scene:
     """A rough disc between driven half-planes and driven, spinning discs, on courses of their own."""
     rng = random.Random(1000 + seed)
     mallets = [
@@ -359,11 +366,11 @@ def test_pic_matches_60_digit_runs_of_a_puck_among_mallets(seeds: range) -> None
     """
     compared = 0
     for seed in seeds:
-        scene = among_mallets(seed)
+        scene = draw_mallets_scene(seed)
         with mp.workdps(60):
-            trace, known = solve_pic(scene, max_impacts=6), brute_force(scene, 6)
+            trace, known = solve_pic(scene, max_impacts=6), run_brute_force(scene, 6)
         assert len(trace.impacts) == len(known)
-        for row, spins, one in zip(trace.impacts, sure(trace.spins), known, strict=True):
+        for row, spins, one in zip(trace.impacts, require_value(trace.spins), known, strict=True):
             assert (row["first"], row["second"]) == (one.first, one.second)
             assert abs(row["time_s"] - float(one.time)) < 1e-9, (seed, one.time)
             after = [float(v) for v in one.after[:2]]
@@ -406,7 +413,7 @@ def test_two_hundred_equal_legs_equal_one_velocity() -> None:
             duration_s=12.0,
         )
 
-    whole, pieces = solve_pic(scene({"velocity_m_s": (-0.5, 0.25)})), solve_pic(scene(on_legs(*cut)))
+    whole, pieces = solve_pic(scene({"velocity_m_s": (-0.5, 0.25)})), solve_pic(scene(drive_on_legs(*cut)))
     assert len(whole.impacts) > 5
     assert whole.impacts[["first", "second"]].tolist() == pieces.impacts[["first", "second"]].tolist()
     assert np.allclose(whole.impacts["time_s"], pieces.impacts["time_s"], rtol=0.0, atol=1e-12)
@@ -429,10 +436,10 @@ def test_belt_accelerates_a_disc_and_its_rim() -> None:
         )
         for trace in (solve_pic(scene), solve_pit(scene)):
             assert trace.impacts["velocity_first_after"].tolist() == [[-0.5 * side, side]]
-            assert sure(trace.spins)["first_after"].tolist() == [-4.0]
+            assert require_value(trace.spins)["first_after"].tolist() == [-4.0]
 
 
-def with_belts() -> Scene:
+def build_belts_scene() -> Scene:
     """A disc in a box whose walls are belts, with a mallet that turns and a bar on legs."""
     return staged(
         "belts",
@@ -441,7 +448,7 @@ def with_belts() -> Scene:
         Chain(points_m=[(-3, -2), (4, -2), (4, 4), (-3, 4)], closed=True, surface_speed_m_s=1.25),
         Chain(
             points_m=[(-2.0, -1.0), (-2.5, 1.0)],
-            **on_legs((0.0, (0.5, 0.0)), (2.0, (-0.25, 0.25)), (4.5, (0.0, -0.25))),
+            **drive_on_legs((0.0, (0.5, 0.0)), (2.0, (-0.25, 0.25)), (4.5, (0.0, -0.25))),
         ),
         restitution=0.95,
         wall_restitution=0.98,
@@ -451,7 +458,7 @@ def with_belts() -> Scene:
     )
 
 
-@each("scene", [with_belts(), *map(among_mallets, range(10))])
+@each("scene", [build_belts_scene(), *map(draw_mallets_scene, range(10))])
 def test_energy_balance_holds_with_legs_belts_friction_and_losses(scene: Scene) -> None:
     r"""The final kinetic energy is the initial one plus the work of driven bodies minus the loss of each impact.
 
@@ -463,7 +470,7 @@ def test_energy_balance_holds_with_legs_belts_friction_and_losses(scene: Scene) 
     assert scene.name != "belts" or {-1, -2, 1} == {int(second) for second in trace.impacts["second"]}
     energy = kinetic_energy(scene, scene.arrays.velocity_m_s, scene.arrays.spins)
     mass, radius, ease, moved = disc.mass_kg, disc.radius_m, 1.0 + 1.0 / disc.inertia_factor, energy
-    for row, spins, done in zip(trace.impacts, sure(trace.spins), work_of_driven(trace), strict=True):
+    for row, spins, done in zip(trace.impacts, require_value(trace.spins), work_of_driven(trace), strict=True):
         (nx, ny), second = -row["normal"], int(row["second"])  # from the other body to the disc
         runs = scene.walls[-1 - second].surface_speed_m_s if second < 0 else 0.0
         runs += float(spins["second_before"]) * scene.discs[second].radius_m if second >= 0 else 0.0

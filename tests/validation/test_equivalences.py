@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import pytest
 from tests.cases import by_group, each, release_after
-from tests.random_scenes import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
+from tests.random_scenes import KINDS, SMALL, TABLES, draw_scene, draw_small_scene, draw_table, number_of_impacts
 from tests.transformed_scenes import Map, assert_transformed, in_units, mirror, transform_scene, turn_quarter
-from tests.unit.solvers.pit.run_forms import assert_identical, compiled_forms, plain
-from tests.unit.solvers.run_kinds import all_pairs, bits_of
+from tests.unit.solvers.pit.run_forms import assert_identical, list_compiled_forms, start_plain_run
+from tests.unit.solvers.run_kinds import all_pairs, collect_run_bits
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import CatalogueScene, catalogue
@@ -42,14 +42,14 @@ Bits = dict[str, object]
 each_batch = each("batch", release_after(1, BATCHES))
 
 
-def times(batch: range, more: float) -> range:
+def scale_range(batch: range, more: float) -> range:
     """Return a batch with a multiple of the numbers."""
     return range(int(batch.start * more), int(batch.stop * more))
 
 
-def under(law: dict[str, Any], kind: str, number: int) -> Scene:
+def draw_scene_with_law(law: dict[str, Any], kind: str, number: int) -> Scene:
     """Return the scene of a kind and a number under a law; on a table that slows them discs neither rub nor spin."""
-    scene = drawn(kind, number, rough=number % 4 > 1 and "table_deceleration_m_s2" not in law)
+    scene = draw_scene(kind, number, rough=number % 4 > 1 and "table_deceleration_m_s2" not in law)
     return Scene(**{**dict(scene), **law})
 
 
@@ -61,36 +61,36 @@ class Asked(NamedTuple):
     options: dict[str, Any]
 
 
-def asked(kind: str, number: int) -> Asked:
+def draw_run_request(kind: str, number: int) -> Asked:
     """Return what is asked with a number: some runs keep a window, and some take the TC model's contacts."""
     rng = random.Random(f"asked {number}")
     if kind in TABLES:  # enough impacts for several epochs of a disc or two
-        return Asked(table(kind, number), 120, {"contact_duration_s": rng.choice([0.0, 0.0, 1e-3])})
+        return Asked(draw_table(kind, number), 120, {"contact_duration_s": rng.choice([0.0, 0.0, 1e-3])})
     window_s = (1.0, 8.0) if rng.random() < 0.2 else (-math.inf, math.inf)
     options = {"contact_duration_s": rng.choice([0.0, 0.0, 0.1]), "window_s": window_s}
-    return Asked(drawn(kind, number, rough=number % 4 > 1), impacts_of(number), options)
+    return Asked(draw_scene(kind, number, rough=number % 4 > 1), number_of_impacts(number), options)
 
 
-def taken(run: Run, ask: Asked) -> Bits:
+def run_to_end(run: Run, ask: Asked) -> Bits:
     """Return what a run has found out at its end."""
-    return bits_of(run, run.advance_to(ask.scene.duration_s, ask.impacts))
+    return collect_run_bits(run, run.advance_to(ask.scene.duration_s, ask.impacts))
 
 
-def in_pieces(run: Run, ask: Asked, ends_s: float) -> Bits:
+def run_in_pieces(run: Run, ask: Asked, ends_s: float) -> Bits:
     """Take a run forward in pieces, by time and by count, and look at it between them."""
     rng = random.Random(ask.scene.name)
     for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(3)):
         run.advance_to(time_s, rng.randint(0, ask.impacts))
-        bits_of(run, Outcome.COMPLETED)
-    return taken(run, ask)
+        collect_run_bits(run, Outcome.COMPLETED)
+    return run_to_end(run, ask)
 
 
-def resumed(ask: Asked) -> Bits:
+def run_resumed(ask: Asked) -> Bits:
     """Take a run half the way, and another from its state; what both have kept is joined."""
     first = EventDrivenRun(ask.scene, **ask.options)
     first.advance_to(ask.scene.duration_s, ask.impacts // 2)
     second = EventDrivenRun(ask.scene, resume=first.state(), **ask.options)
-    found = taken(second, ask)
+    found = run_to_end(second, ask)
     for name, rows in (("impacts", first.log.array()), ("spins", first.log.spins()), ("edges", first.log.edges())):
         if rows is not None:
             later = found[name]
@@ -100,42 +100,42 @@ def resumed(ask: Asked) -> Bits:
     return {**found, "ambiguous": (*first.log.ambiguous(), *(kept + row for row in second.log.ambiguous()))}
 
 
-def in_cells(factor: float) -> Callable[[Asked, float], Bits]:
-    return lambda ask, _: taken(EventDrivenRun(ask.scene, cell_factor=factor, **ask.options), ask)
+def run_with_cells(factor: float) -> Callable[[Asked, float], Bits]:
+    return lambda ask, _: run_to_end(EventDrivenRun(ask.scene, cell_factor=factor, **ask.options), ask)
 
 
 #: Counts that both loops have.
 COUNTS = ("impacts", "wall_impacts", "predictions", "epochs")
 #: Each is given what is asked, and the time at which the kernel's run of it ended.
 PIC_FORMS: dict[str, Callable[[Asked, float], Bits]] = {
-    "wider cells": in_cells(1.5),
-    "wide cells": in_cells(3.0),
-    "one cell": in_cells(math.inf),
-    "in pieces": lambda ask, ends_s: in_pieces(EventDrivenRun(ask.scene, **ask.options), ask, ends_s),
-    "resumed": lambda ask, _: resumed(ask),
+    "wider cells": run_with_cells(1.5),
+    "wide cells": run_with_cells(3.0),
+    "one cell": run_with_cells(math.inf),
+    "in pieces": lambda ask, ends_s: run_in_pieces(EventDrivenRun(ask.scene, **ask.options), ask, ends_s),
+    "resumed": lambda ask, _: run_resumed(ask),
 }
 
 
-def unlike(expected: Bits, found: Bits, what: str) -> list[str]:
+def list_different_fields(expected: Bits, found: Bits, what: str) -> list[str]:
     """Return in which of its fields a form differs."""
     return [f"{what}: {name}" for name in expected if found[name] != expected[name]]
 
 
-def differing(ask: Asked, what: str) -> tuple[EventDrivenRun, list[str]]:
+def compare_forms(ask: Asked, what: str) -> tuple[EventDrivenRun, list[str]]:
     """Return the kernel's run of what is asked, and in which of its fields which form of PIC differs."""
     kernel, plain = EventDrivenRun(ask.scene, **ask.options), all_pairs(ask.scene, **ask.options)
-    expected = taken(kernel, ask)
-    found = unlike(expected, in_pieces(plain, ask, kernel.time_s), f"{what}, all pairs, in pieces")
+    expected = run_to_end(kernel, ask)
+    found = list_different_fields(expected, run_in_pieces(plain, ask, kernel.time_s), f"{what}, all pairs, in pieces")
     found += [f"{what}, counts: {name}" for name in COUNTS if kernel.counts[name] != plain.counts[name]]
     for name, form in PIC_FORMS.items():
-        found += unlike(expected, form(ask, kernel.time_s), f"{what}, {name}")
+        found += list_different_fields(expected, form(ask, kernel.time_s), f"{what}, {name}")
     return kernel, found
 
 
 #: A batch of each kind, of tables half of it, and so on; at last of tables up to 1,920, driven ones up to 960.
-DRAWN = [(kind, times(BATCHES[0], 0.5 if kind in TABLES else TIMES[kind])) for kind in TIMES]
+DRAWN = [(kind, scale_range(BATCHES[0], 0.5 if kind in TABLES else TIMES[kind])) for kind in TIMES]
 DRAWN += [(kind, range(len(BATCHES[0]) // 2, len(BATCHES[0]))) for kind in TABLES]
-DRAWN += [(kind, times(batch, TIMES[kind])) for batch in BATCHES[1:] for kind in TIMES]
+DRAWN += [(kind, scale_range(batch, TIMES[kind])) for batch in BATCHES[1:] for kind in TIMES]
 DRAWN += [
     (kind, range(first, first + 120))
     for kind, end in zip(TABLES, (1920, 960), strict=True)
@@ -151,7 +151,7 @@ def test_all_forms_of_pic_are_bit_identical(kind: str, numbers: range) -> None:
     """
     different, impacts = list[str](), 0
     for number in numbers:
-        kernel, found = differing(asked(kind, number), f"{kind} {number}")
+        kernel, found = compare_forms(draw_run_request(kind, number), f"{kind} {number}")
         different += found
         impacts += kernel.impacts
     assert different == []
@@ -164,7 +164,10 @@ def test_all_pairs_are_bit_identical_to_the_kernel_in_catalogue_scenes(entries: 
     for scene in (entry.scene for entry in entries):
         ask = Asked(scene, 2000, {})
         assert (
-            unlike(taken(start_pic_run(scene), ask), taken(start_pic_run(scene, all_pairs=True), ask), scene.name) == []
+            list_different_fields(
+                run_to_end(start_pic_run(scene), ask), run_to_end(start_pic_run(scene, all_pairs=True), ask), scene.name
+            )
+            == []
         )
 
 
@@ -179,15 +182,15 @@ def test_runs_in_pieces_are_bit_identical_under_every_law(kind: str, law: str, b
 
     Every other run in pieces tests all pairs.
     """
-    for number in times(batch, 1 / 4):
-        ask = Asked(under(LAWS[law], kind, number), min(impacts_of(number), 25), {})
+    for number in scale_range(batch, 1 / 4):
+        ask = Asked(draw_scene_with_law(LAWS[law], kind, number), min(number_of_impacts(number), 25), {})
         run = start_pic_run(ask.scene)
-        expected = taken(run, ask)
-        found = in_pieces(start_pic_run(ask.scene, all_pairs=number % 2 == 0), ask, run.time_s)
-        assert unlike(expected, found, f"{kind} {number} {law}") == []
+        expected = run_to_end(run, ask)
+        found = run_in_pieces(start_pic_run(ask.scene, all_pairs=number % 2 == 0), ask, run.time_s)
+        assert list_different_fields(expected, found, f"{kind} {number} {law}") == []
 
 
-def same(one: Trace, other: Trace) -> bool:
+def has_equal_results(one: Trace, other: Trace) -> bool:
     """Whether two traces are the same except for their method and its steps."""
     rows = [(trace.impacts, trace.spins, trace.final_spin_rad_s) for trace in (one, other)]
     found, expected = ([None if part is None else part.tobytes() for part in parts] for parts in rows)
@@ -207,29 +210,29 @@ def test_framewise_pic_is_bit_identical_on_random_scenes(
 ) -> None:
     """Algorithm 2, which stops at every frame, gives the bits of event-driven PIC at any frame rate."""
     for number in numbers:
-        scene = small(number, rough=number % 4 > 1, gravity=gravity)
+        scene = draw_small_scene(number, rough=number % 4 > 1, gravity=gravity)
         # Half the time of its first impacts: a collapse would go on without end.
         end_s = solve_pic(scene, max_impacts=30).end_time_s
         scene = scene.model_copy(update={"duration_s": max(end_s / 2, 0.01)})
-        assert same(solve_pic(scene), solve_pic_framewise(scene, frame_rate_hz=frame_rate_hz)), number
+        assert has_equal_results(solve_pic(scene), solve_pic_framewise(scene, frame_rate_hz=frame_rate_hz)), number
 
 
 # PIT ------------------------------------------------------------------------------------------------------------------
 
 
-def frames_taken(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
+def run_frames(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
     run = form(scene, clock)
-    return {**bits_of(run, run.advance_to(scene.duration_s)), "frames": run.frames}
+    return {**collect_run_bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
 
 
-def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
+def run_frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
     """Stop between frames, at frames and in the past, and look at the run there."""
     run, rng = form(scene, clock), random.Random(scene.name)
     for part in (0.0, rng.random(), 0.5, rng.random(), 0.25):
         run.advance_to(part * scene.duration_s)
-        bits_of(run, Outcome.COMPLETED)
+        collect_run_bits(run, Outcome.COMPLETED)
         run.advance_to(clock.time_s(run.frames) if clock.time_s(run.frames) < scene.duration_s else 0.0)
-    return {**bits_of(run, run.advance_to(scene.duration_s)), "frames": run.frames}
+    return {**collect_run_bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
 
 
 @pytest.mark.parametrize("kind", TIMES)
@@ -237,19 +240,25 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
 def test_all_forms_of_pit_are_bit_identical(kind: str, batch: range) -> None:
     """PIT runs that skip tests or sweep, in one go or in pieces, have the bits of a run that makes every test."""
     impacts = 0
-    for number in times(batch, 2 / 3):
+    for number in scale_range(batch, 2 / 3):
         gravity = GRAVITY if number % 4 == 2 else (0.0, 0.0)
-        scene = table(kind, number) if kind in TABLES else drawn(kind, number, rough=number % 4 == 3, gravity=gravity)
+        scene = (
+            draw_table(kind, number)
+            if kind in TABLES
+            else draw_scene(kind, number, rough=number % 4 == 3, gravity=gravity)
+        )
         scene = scene.model_copy(update={"duration_s": min(scene.duration_s, 4.0)}) if kind == "table" else scene
         clock = FrameClock(rate_hz=scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
-        forms = compiled_forms()
-        expected = frames_taken(plain, scene, clock)
+        forms = list_compiled_forms()
+        expected = run_frames(start_plain_run, scene, clock)
         for name, form in forms.items():
-            different = unlike(expected, frames_taken(form, scene, clock), f"drawn({kind!r}, {number}), {name}")
+            different = list_different_fields(
+                expected, run_frames(form, scene, clock), f"drawn({kind!r}, {number}), {name}"
+            )
             assert different == []
         name = sorted(forms)[number % len(forms)]
-        pieces = frames_in_pieces(forms[name], scene, clock)
-        assert unlike(expected, pieces, f"drawn({kind!r}, {number}), {name}, in pieces") == []
+        pieces = run_frames_in_pieces(forms[name], scene, clock)
+        assert list_different_fields(expected, pieces, f"drawn({kind!r}, {number}), {name}, in pieces") == []
         impacts += len(solve_pit(scene).impacts)
     assert impacts > 0
 
@@ -266,10 +275,10 @@ def test_all_forms_of_pit_are_bit_identical_in_catalogue_tables(entries: list[Ca
 def test_pit_in_pieces_is_bit_identical_under_every_law(turn: int) -> None:
     """PIT in pieces gives the bits of a whole run also with gravity, damping or table deceleration."""
     for kind, law in EACH_LAW[turn * len(KINDS) : (turn + 1) * len(KINDS)]:
-        scene = under(LAWS[law], kind, 3)
+        scene = draw_scene_with_law(LAWS[law], kind, 3)
         clock = FrameClock(rate_hz=scene.frame_rate_hz)
-        whole, pieces = (taking(start_pit_run, scene, clock) for taking in (frames_taken, frames_in_pieces))
-        assert unlike(whole, pieces, f"{kind} {law}") == []
+        whole, pieces = (taking(start_pit_run, scene, clock) for taking in (run_frames, run_frames_in_pieces))
+        assert list_different_fields(whole, pieces, f"{kind} {law}") == []
 
 
 # Mirrors and units ----------------------------------------------------------------------------------------------------
@@ -291,7 +300,7 @@ UNITS = [
 ]
 
 
-def symmetric() -> list[Any]:
+def build_symmetric_scenes() -> list[Any]:
     """Return scenes of the catalogue, one of eight to begin with, and drawn ones, smooth and rough, under each law."""
     found = [pytest.param([entry.scene for entry in list(catalogue().values())[::8]], id="catalogue")]
     others = [entry.scene for k, entry in enumerate(catalogue().values()) if k % 8]
@@ -299,13 +308,15 @@ def symmetric() -> list[Any]:
     for law, fields in {"floating": {}, **LAWS}.items():
         scenes = []
         for number in range(4 if law == "floating" else 2):
-            scene = small(number, rough=number % 2 == 1 and law != "on a table", restitutions=(0.5, 0.75, 1.0))
+            scene = draw_small_scene(
+                number, rough=number % 2 == 1 and law != "on a table", restitutions=(0.5, 0.75, 1.0)
+            )
             scenes.append(Scene(**{**dict(scene), **fields, "duration_s": 6.0}))
         found.append(pytest.param(scenes, id=law))
     return found
 
 
-each_symmetric = each("scenes", symmetric())
+each_symmetric = each("scenes", build_symmetric_scenes())
 
 
 @pytest.mark.parametrize("solver", ["pic", *release_after(0, ["framewise"])])

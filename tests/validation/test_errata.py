@@ -36,7 +36,7 @@ def printed_coefficients(c1: Vector, v1: Vector, r1: float, c2: Vector, v2: Vect
     return a, b, c
 
 
-def right_coefficients(c1: Vector, v1: Vector, r1: float, c2: Vector, v2: Vector, r2: float) -> Vector3:
+def correct_coefficients(c1: Vector, v1: Vector, r1: float, c2: Vector, v2: Vector, r2: float) -> Vector3:
     """Return a, b and c of the paper's quadratic with the dot products that its own derivation asks for."""
     dx, dy, ux, uy = c2[0] - c1[0], c2[1] - c1[1], v2[0] - v1[0], v2[1] - v1[1]
     return ux * ux + uy * uy, 2 * (dx * ux + dy * uy), dx * dx + dy * dy - (r1 + r2) ** 2
@@ -67,28 +67,28 @@ def test_printed_a_sums_components_before_squaring() -> None:
     """The printed a is (3 + 4)^2 = 49; the square of the speed 5 is 25."""
     a, _, _ = printed_coefficients(C1, V1, R1, C2, V2, R2)
     assert a == 49.0
-    assert right_coefficients(C1, V1, R1, C2, V2, R2)[0] == TRUE_A
+    assert correct_coefficients(C1, V1, R1, C2, V2, R2)[0] == TRUE_A
 
 
 def test_printed_b_sums_components_before_multiplying() -> None:
     """The printed b is 2 (6 + 8)(-7) = -196; twice the dot product is -100."""
     _, b, _ = printed_coefficients(C1, V1, R1, C2, V2, R2)
     assert b == -196.0
-    assert right_coefficients(C1, V1, R1, C2, V2, R2)[1] == 2 * TRUE_HALF_B
+    assert correct_coefficients(C1, V1, R1, C2, V2, R2)[1] == 2 * TRUE_HALF_B
 
 
 def test_printed_c_sums_components_before_squaring() -> None:
     """The printed c is (6 + 8)^2 - 1 = 195; the square of the distance 10, minus 1, is 99."""
     _, _, c = printed_coefficients(C1, V1, R1, C2, V2, R2)
     assert c == 195.0
-    assert right_coefficients(C1, V1, R1, C2, V2, R2)[2] == TRUE_C
+    assert correct_coefficients(C1, V1, R1, C2, V2, R2)[2] == TRUE_C
 
 
 def test_printed_quadratic_gives_a_wrong_time() -> None:
     """The printed a, b, c put the 3-4-5 impact at 13/7 s; with dot products, and in Carom, it is at 9/5 s."""
     printed = printed_choice(printed_roots(*printed_coefficients(C1, V1, R1, C2, V2, R2)))
     assert abs(printed - 13 / 7) <= 16 * U
-    right = printed_choice(printed_roots(*right_coefficients(C1, V1, R1, C2, V2, R2)))
+    right = printed_choice(printed_roots(*correct_coefficients(C1, V1, R1, C2, V2, R2)))
     assert abs(right - TRUE_TIME) <= TOLERANCE
     assert abs(carom_time(C1, V1, R1, C2, V2, R2) - TRUE_TIME) <= TOLERANCE
 
@@ -148,21 +148,21 @@ def test_equations_1_and_2_without_primes_hold_for_no_moving_disc() -> None:
 def test_least_root_gives_the_exit_of_overlapping_discs() -> None:
     """For discs that overlap and approach, the least root >= 0 is the exit at 1.5 s; the impact is at 0 s."""
     state = ((0.0, 0.0), (1.0, 0.0), 0.5, (0.5, 0.0), (0.0, 0.0), 0.5)
-    assert printed_choice(printed_roots(*right_coefficients(*state))) == 1.5
+    assert printed_choice(printed_roots(*correct_coefficients(*state))) == 1.5
     assert carom_time(*state) == 0.0
 
 
 def test_least_root_reports_an_impact_of_separating_discs() -> None:
     """Discs that touch and separate have a root at 0, which the paper counts as an impact; Carom counts none."""
     state = ((0.0, 0.0), (-1.0, 0.0), 0.5, (1.0, 0.0), (0.0, 0.0), 0.5)
-    assert printed_choice(printed_roots(*right_coefficients(*state))) == 0.0
+    assert printed_choice(printed_roots(*correct_coefficients(*state))) == 0.0
     assert carom_time(*state) == math.inf
 
 
 def test_least_root_reports_an_impact_for_a_graze() -> None:
     """At discriminant 0 the paper counts an impact; it would change no velocity, so Carom counts none."""
     state = ((0.0, 0.0), (1.0, 0.0), 0.5, (3.0, 1.0), (0.0, 0.0), 0.5)
-    assert printed_choice(printed_roots(*right_coefficients(*state))) == 3.0
+    assert printed_choice(printed_roots(*correct_coefficients(*state))) == 3.0
     after1, after2 = carom.resolve_impact((1, 0), 1, (0, 0), 1, (0, 1))
     np.testing.assert_array_equal([after1, after2], [(1, 0), (0, 0)])
     assert carom_time(*state) == math.inf
@@ -172,14 +172,14 @@ def test_roots_divide_by_zero_without_relative_motion() -> None:
     """Two discs of equal velocity have a = 0, for which the printed roots divide by zero; they never collide."""
     state = ((0.0, 0.0), (3.0, 4.0), 0.5, (6.0, 8.0), (3.0, 4.0), 0.5)
     with pytest.raises(ZeroDivisionError):
-        printed_roots(*right_coefficients(*state))
+        printed_roots(*correct_coefficients(*state))
     assert carom_time(*state) == math.inf
 
 
 def test_textbook_discriminant_rounds_to_zero_at_large_distance() -> None:
     """From 10^8 m away, 0.5 m off centre, b^2 - 4ac rounds to 0, a graze; the true impact is 0.87 s earlier."""
     state = ((0.0, 0.0), (1.0, 0.0), 0.5, (1e8, 0.5), (0.0, 0.0), 0.5)
-    a, b, c = right_coefficients(*state)
+    a, b, c = correct_coefficients(*state)
     assert b * b - 4 * a * c == 0.0
     truth = 1e8 - math.sqrt(0.75)
     assert printed_choice(printed_roots(a, b, c)) - truth > 0.8
@@ -190,7 +190,7 @@ def test_textbook_root_cancels_near_contact() -> None:
     """At a gap of 10^-12 m the printed root loses digits by cancellation; Carom's time is right to rounding."""
     state = ((0.0, 0.0), (0.3, 0.0), 0.5, (1.0 + 1e-12, 0.0), (0.0, 0.0), 0.5)
     truth = ((1.0 + 1e-12) - 1.0) / 0.3  # the gap of the floats, exactly, over the speed
-    printed = printed_choice(printed_roots(*right_coefficients(*state)))
+    printed = printed_choice(printed_roots(*correct_coefficients(*state)))
     assert abs(printed - truth) > 1e-5 * truth
     assert abs(carom_time(*state) - truth) <= 16 * U * truth
 
@@ -281,7 +281,7 @@ def test_other_sign_of_v_rel_drives_the_discs_together() -> None:
 # The algorithms -------------------------------------------------------------------------------------------------------
 
 
-def row(*positions: float, first_speed: float, duration_s: float) -> Scene:
+def build_row_scene(*positions: float, first_speed: float, duration_s: float) -> Scene:
     """Return discs of radius .5 on the x axis, of which the first moves."""
     return staged(
         "row",
@@ -316,7 +316,7 @@ def printed_algorithm_2(scene: Scene, frame_s: float) -> list[tuple[float, int, 
 
 def test_printed_algorithm_2_handles_one_impact_per_frame() -> None:
     """With impacts at 0.5 s and 0.75 s in one frame, the printed Algorithm 2 moves the second one to 1 s."""
-    scene = row(0.0, 2.0, 3.5, first_speed=2.0, duration_s=2.0)
+    scene = build_row_scene(0.0, 2.0, 3.5, first_speed=2.0, duration_s=2.0)
     assert printed_algorithm_2(scene, 1.0) == [(0.5, 0, 1), (1.0, 1, 2)]
     assert carom.solve_pic(scene).impacts["time_s"].tolist() == [0.5, 0.75]
     framewise = carom.solve_pic_framewise(scene, frame_rate_hz=1.0)
@@ -325,7 +325,7 @@ def test_printed_algorithm_2_handles_one_impact_per_frame() -> None:
 
 def test_printed_algorithm_2_lets_discs_overlap() -> None:
     """PIC "does not allow the discs to interfere at all", yet as printed they overlap by 0.5 m at 1 s."""
-    scene = row(0.0, 2.0, 3.5, first_speed=2.0, duration_s=1.0)
+    scene = build_row_scene(0.0, 2.0, 3.5, first_speed=2.0, duration_s=1.0)
     assert printed_algorithm_2(scene, 1.0) == [(0.5, 0, 1)]
     # Disc 1 leaves x = 2 at .5 s with 2 m/s: at 1 s it is at 3, half a metre from disc 2's centre, contact being 1 m.
     position_at_1_s = 2.0 + 0.5 * 2.0
@@ -340,7 +340,7 @@ def test_printed_algorithm_2_compares_a_duration_with_an_instant() -> None:
     A disc reaches another at 8 s, with a frame each second. At the frame of 4 s the impact is T = 4 s ahead, and 4
     < 5, "next frame instant", although it belongs to the frame that begins at 8 s.
     """
-    scene = row(0.0, 9.0, first_speed=1.0, duration_s=10.0)
+    scene = build_row_scene(0.0, 9.0, first_speed=1.0, duration_s=10.0)
     spans = [carom_time((float(now), 0), (1, 0), 0.5, (9, 0), (0, 0), 0.5) for now in range(9)]
     assert spans == [8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.0]
     as_printed = next(now for now in range(9) if spans[now] < now + 1)
@@ -371,7 +371,7 @@ def test_no_frame_rate_is_high_enough_for_pit(rate: float) -> None:
 
 def test_pic_needs_fewer_operations_than_pit() -> None:
     """PIC solves fewer than 10 equations for a scene in which PIT tests a pair at each of 6000 frames."""
-    scene = row(0.0, 9.0, first_speed=1.0, duration_s=100.0)
+    scene = build_row_scene(0.0, 9.0, first_speed=1.0, duration_s=100.0)
     pic, pit = carom.solve_pic(scene), carom.solve_pit(scene, frame_rate_hz=60.0, skipping=False)
     assert len(pic.impacts) == len(pit.impacts) == 1
     assert pit.counts["pair_tests"] == 6000

@@ -8,12 +8,12 @@ from itertools import product
 
 import numpy as np
 import pytest
-from tests.campaign.gases import draw
+from tests.campaign.gases import draw_gas
 from tests.cases import each, release_after
 from tests.checker import Report, check, watch
-from tests.random_scenes import KINDS, SMALL, drawn, impacts_of, small
-from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
-from tests.validation.rough_impacts import body_of, length_of, worst_law_error, worst_of_impact
+from tests.random_scenes import KINDS, SMALL, draw_scene, draw_small_scene, number_of_impacts
+from tests.validation.exact_impact import Body, Law, kinetic_energy_of, momentum, resolve_exact_impact
+from tests.validation.rough_impacts import body_of, length_of, measure_impact_error, measure_largest_law_error
 
 from carom import DiscArrays, solve_pic, solve_pit
 from carom.core.impact_law import ContactFrictions, RoughBodies, resolve_impact, resolve_rough_impact
@@ -29,7 +29,7 @@ ULPS = 12.0
 COEFFICIENTS = (0.0, 0.01, 0.1, 0.5, 2.0, 1e19)
 
 
-def drawn_pair(rng: random.Random) -> DiscArrays:
+def draw_pair(rng: random.Random) -> DiscArrays:
     """Return two discs, and a wall at the first, in contact or overlapping as PIT finds them, that approach."""
     while True:
         angle, depth = rng.uniform(0, 2 * math.pi), rng.choice([1.0, 1.0, 0.9, 0.5])
@@ -59,7 +59,7 @@ def drawn_pair(rng: random.Random) -> DiscArrays:
     )
 
 
-def struck(start: DiscArrays, *, on_wall: bool = False) -> tuple[np.void, np.void]:
+def collide_in_core(start: DiscArrays, *, on_wall: bool = False) -> tuple[np.void, np.void]:
     """Return the impact of two discs, or of the first and the wall, and its spins, by the law of the core."""
     wall = start.half_planes()[0] if on_wall else None
     velocity, spin = core_functions.collide(start, wall)
@@ -74,7 +74,7 @@ def struck(start: DiscArrays, *, on_wall: bool = False) -> tuple[np.void, np.voi
     return impact[0], spins[0]
 
 
-def as_arrays(start: DiscArrays) -> tuple[np.void, np.void]:
+def collide_on_arrays(start: DiscArrays) -> tuple[np.void, np.void]:
     """Return the impact of two discs, and its spins, by the law on arrays, by which others are scored."""
     rows = (start.velocity_m_s, start.surface_speed_m_s, start.mass_kg, start.inertia)
     one, two = (RoughBodies(*(row[k : k + 1] for row in rows)) for k in (0, 1))
@@ -103,11 +103,11 @@ def test_random_rough_impacts_match_the_rational_law(count: int) -> None:
     rng = random.Random(count)
     worst, worst_as_arrays = 0.0, 0.0
     for number in range(count):
-        start = drawn_pair(rng)
+        start = draw_pair(rng)
         approach = (start.velocity_m_s[0] * start.half_planes()[0][2:]).sum()
         on_wall = number % 4 == 0 and start.movable[0] and approach < 0.0
-        worst = max(worst, worst_of_impact(start, *struck(start, on_wall=on_wall)))
-        worst_as_arrays = max(worst_as_arrays, worst_of_impact(start, *as_arrays(start)))
+        worst = max(worst, measure_impact_error(start, *collide_in_core(start, on_wall=on_wall)))
+        worst_as_arrays = max(worst_as_arrays, measure_impact_error(start, *collide_on_arrays(start)))
     assert 0.5 < worst < ULPS
     assert 0.5 < worst_as_arrays < ULPS
 
@@ -135,7 +135,7 @@ def test_rough_impacts_of_extreme_sizes_match_the_rational_law(count: int) -> No
             friction=rng.choice([1e-300, 1e-19, 0.1, 10.0, 1e19, LARGEST]),
             tangential_restitution=rng.uniform(-1, 1),
         )
-        assert worst_of_impact(start, *struck(start)) < ULPS, number
+        assert measure_impact_error(start, *collide_in_core(start)) < ULPS, number
 
 
 @pytest.mark.release
@@ -151,12 +151,12 @@ def test_stick_and_slide_on_dyadic_numbers_are_exact_to_the_bit(wall: bool) -> N
         two = Body((0, 0), 0, math.inf, math.inf, (0, 0))
     for across, spin, coefficient in product(range(-16, 17), range(-4, 5), (1, 2, 4)):
         friction = coefficient / 4
-        impact, spins = struck(_on_axis(across / 4, spin, friction), on_wall=wall)
+        impact, spins = collide_in_core(_build_axis_pair(across / 4, spin, friction), on_wall=wall)
         # With e = 1 the impulse is 2 on a wall, 1 on a disc; it takes half the slip, or a quarter, to end it.
         held, most = abs(across / 4 + spin) / (2 if wall else 4), friction * (2 if wall else 1)
         seen["tie" if held == most else "stick" if held < most else "slide"] += 1
         hitting = one._replace(velocity=(1, across / 4), spin=spin)
-        first, second, slides = after_impact(hitting, two, (1, 0), Law(1, friction, 0))
+        first, second, slides = resolve_exact_impact(hitting, two, (1, 0), Law(1, friction, 0))
         assert slides == (held > most)
         assert tuple(impact["velocity_first_after"]) == first.velocity
         assert tuple(impact["velocity_second_after"]) == second.velocity
@@ -164,7 +164,7 @@ def test_stick_and_slide_on_dyadic_numbers_are_exact_to_the_bit(wall: bool) -> N
     assert min(seen.values()) > 10
 
 
-def _on_axis(across: float, spin: float, friction: float) -> DiscArrays:
+def _build_axis_pair(across: float, spin: float, friction: float) -> DiscArrays:
     return DiscArrays(
         np.array([(0.0, 0.0), (2.0, 0.0)]),
         np.array([(1.0, across), (0.0, 0.0)]),
@@ -178,7 +178,7 @@ def _on_axis(across: float, spin: float, friction: float) -> DiscArrays:
     )
 
 
-def past(one: Body, other: Body, axes: tuple[tuple[Fraction, Fraction], ...]) -> list[Fraction]:
+def relative_surface_velocity(one: Body, other: Body, axes: tuple[tuple[Fraction, Fraction], ...]) -> list[Fraction]:
     """Return the velocity of one surface past the other, along and across a normal."""
     surfaces = [
         (Fraction(x) - Fraction(w) * Fraction(ry), Fraction(y) + Fraction(w) * Fraction(rx))
@@ -206,14 +206,17 @@ def test_rational_law_conserves_momentum_and_gains_no_energy() -> None:
             bodies.append(Body(velocity, Fraction(rng.randint(-9, 9), 2), mass, inertia, arm))
         friction = rng.choice([Fraction(0), Fraction(1, 10), Fraction(1), Fraction(99)])
         law = Law(Fraction(rng.randint(0, 4), 4), friction, Fraction(rng.randint(-4, 4), 4))
-        one, two, slides = after_impact(bodies[0], bodies[1], normal, law)
+        one, two, slides = resolve_exact_impact(bodies[0], bodies[1], normal, law)
         assert momentum(one, two) == momentum(*bodies)
         axes = ((nx, ny), (-ny, nx))
-        (approach, slip), (left, slips) = past(bodies[0], bodies[1], axes), past(one, two, axes)
+        (approach, slip), (left, slips) = (
+            relative_surface_velocity(bodies[0], bodies[1], axes),
+            relative_surface_velocity(one, two, axes),
+        )
         if approach > 0:
             assert left == -law.e * approach
             assert slips == -law.b * slip or slides
-        lost = energy(*bodies) - energy(one, two)
+        lost = kinetic_energy_of(*bodies) - kinetic_energy_of(one, two)
         assert lost >= 0
         if law.e == 1 and (law.friction == 0 or (law.b in (1, -1) and not slides)):
             assert lost == 0
@@ -226,11 +229,14 @@ def test_each_impact_of_rough_runs_matches_the_rational_law(numbers: range) -> N
     That state is the one after the disc's previous impact.
     """
     for kind, number in product(KINDS, numbers):
-        scene = drawn(kind, number, rough=True, gravity=(0.25, -1.0) if number % 3 == 1 else (0.0, 0.0))
+        scene = draw_scene(kind, number, rough=True, gravity=(0.25, -1.0) if number % 3 == 1 else (0.0, 0.0))
         if scene.arrays.turns:
-            assert worst_law_error(solve_pic(scene, max_impacts=min(impacts_of(number), 60))) < ULPS, (kind, number)
+            assert measure_largest_law_error(solve_pic(scene, max_impacts=min(number_of_impacts(number), 60))) < ULPS, (
+                kind,
+                number,
+            )
             if kind in SMALL and len((trace := solve_pit(scene, frame_rate_hz=20.0)).impacts) < 500:
-                assert worst_law_error(trace) < ULPS, (kind, number)
+                assert measure_largest_law_error(trace) < ULPS, (kind, number)
 
 
 def test_checker_computes_vector_lengths_to_30_digits() -> None:
@@ -241,14 +247,14 @@ def test_checker_computes_vector_lengths_to_30_digits() -> None:
 
 def test_checker_detects_a_spin_off_by_1e_12() -> None:
     """A spin that is off by a part in 10^12, or has the wrong sign, is more than 120 ulp from the exact law."""
-    scene = small(5, rough=True)
+    scene = draw_small_scene(5, rough=True)
     trace = solve_pic(scene, max_impacts=5)
     assert trace.spins is not None
     k = next(k for k in range(len(trace.spins)) if trace.spins[k]["first_after"] != 0.0)
     for factor in (1.0 + 1e-12, -1.0):
         wrong = trace.spins.copy()
         wrong["first_after"][k] *= factor
-        assert worst_of_impact(scene.arrays, trace.impacts[k], wrong[k]) > 10 * ULPS
+        assert measure_impact_error(scene.arrays, trace.impacts[k], wrong[k]) > 10 * ULPS
     assert body_of(scene.arrays, -1, (0.0, 0.0), 0.0, (Fraction(0), Fraction(0))).mass == math.inf
 
 
@@ -259,7 +265,7 @@ def test_rough_gases_pass_the_campaign_checker(count: int) -> None:
     About sixty impacts per gas match the rational law.
     """
     for number in range(count):
-        start = roughened(draw(number, most_discs=800).start, number)
+        start = add_friction(draw_gas(number, most_discs=800).start, number)
         run, report = EventDrivenRun(start), Report()
         for stretch in watch(run, start, 1e6, 12_000):
             check(start, stretch, report)
@@ -267,10 +273,10 @@ def test_rough_gases_pass_the_campaign_checker(count: int) -> None:
         impacts, spins = run.log.array(), run.log.spins()
         assert spins is not None
         chosen = range(0, len(impacts), max(1, len(impacts) // 60))
-        assert max(worst_of_impact(start, impacts[k], spins[k]) for k in chosen) < ULPS, number
+        assert max(measure_impact_error(start, impacts[k], spins[k]) for k in chosen) < ULPS, number
 
 
-def roughened(start: DiscArrays, number: int) -> DiscArrays:
+def add_friction(start: DiscArrays, number: int) -> DiscArrays:
     """Return a start with friction, and with spins as fast at the rim as the discs are."""
     rng = np.random.default_rng(number)
     inertia = rng.choice([0.4, 0.5, 1.0, math.inf], len(start))

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.random_scenes import drawn
-from tests.scene_builders import disc_at, on_legs, staged, sure, wall_at
+from tests.random_scenes import draw_scene
+from tests.scene_builders import disc_at, drive_on_legs, require_value, staged, wall_at
 
 from carom import Chain, Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.catalogue import catalogue
@@ -17,7 +17,9 @@ from carom.model.trace import Mode
 G = 9.81
 
 
-def ball(height_m: float = 1.0, restitution: float = 1.0, *, drift_m_s: float = 0.0, duration_s: float = 10.0) -> Scene:
+def build_ball_scene(
+    height_m: float = 1.0, restitution: float = 1.0, *, drift_m_s: float = 0.0, duration_s: float = 10.0
+) -> Scene:
     """Return a ball of 0.125 m at a height above a floor; `drift_m_s` is its speed along it."""
     return staged(
         "ball",
@@ -35,7 +37,7 @@ def ball(height_m: float = 1.0, restitution: float = 1.0, *, drift_m_s: float = 
 @pytest.mark.long
 def test_elastic_ball_is_exact_over_1e5_bounces() -> None:
     """The n-th bounce is at (2 n + 1) sqrt(2 h/g) to 1e-13, and the energy is constant to 1e-12."""
-    impacts = solve_pic(ball(drift_m_s=0.3, duration_s=1e9), max_impacts=100_000).impacts
+    impacts = solve_pic(build_ball_scene(drift_m_s=0.3, duration_s=1e9), max_impacts=100_000).impacts
     exact = (2 * np.arange(100_000) + 1) * math.sqrt(2 / G)
     assert np.max(np.abs(impacts["time_s"] / exact - 1)) <= 1e-13
     energy = np.sum(impacts["velocity_first_after"] ** 2, axis=1)
@@ -46,10 +48,10 @@ def test_elastic_ball_is_exact_over_1e5_bounces() -> None:
 @each("height", [0.0, 1e-17])
 def test_ball_on_the_floor_rests_without_impacts(height: float, restitution: float) -> None:
     """A ball that touches the floor at speed 0 rests from the start, without an impact, at any restitution."""
-    scene = ball(height, restitution)
+    scene = build_ball_scene(height, restitution)
     for solve in (solve_pic, solve_pic_framewise):
         trace = solve(scene)
-        assert sure(trace.modes)["after"].tolist() == [Mode.REST]
+        assert require_value(trace.modes)["after"].tolist() == [Mode.REST]
         assert (trace.contact_s, trace.outcome, len(trace.impacts)) == (0.0, Outcome.COMPLETED, 0)
 
 
@@ -63,7 +65,7 @@ def test_disc_slides_down_a_vertical_wall_without_impact() -> None:
 
 def test_ball_meets_a_rising_floor_at_the_relative_speed() -> None:
     """After a bounce at 1 s a ball meets a floor that rises from 1.5 s on, at a relative speed of sqrt(3) m/s."""
-    floor = wall_at(0.0, 0.0, 0.0, 1.0, **on_legs((0.0, (0.0, 0.0)), (1.5, (0.0, 1.0))))
+    floor = wall_at(0.0, 0.0, 0.0, 1.0, **drive_on_legs((0.0, (0.0, 0.0)), (1.5, (0.0, 1.0))))
     impacts = solve_pic(staged("rises", disc_at(0.0, 1.5), floor, gravity_m_s2=(0.0, -2.0), duration_s=2.5)).impacts
     assert impacts["time_s"].tolist() == pytest.approx([1.0, 1.5 + math.sqrt(0.75)], rel=1e-15)
     assert impacts["velocity_first_after"][1, 1] == pytest.approx(1 + math.sqrt(3.0), rel=1e-15)
@@ -109,7 +111,7 @@ def test_inelastic_stack_ends_at_a_standstill() -> None:
 # An immovable disc ----------------------------------------------------------------------------------------------------
 
 
-def on_top(height_m: float, restitution: float) -> Scene:
+def build_disc_on_disc_scene(height_m: float, restitution: float) -> Scene:
     """Return a disc above an immovable one."""
     falls, laws = disc_at(0, 0.75 + height_m, r=0.25), {"restitution": restitution, "gravity_m_s2": (0, -G)}
     return staged("on top", disc_at(0, 0, m=math.inf), falls, **laws, duration_s=10.0)
@@ -117,13 +119,13 @@ def on_top(height_m: float, restitution: float) -> Scene:
 
 def test_ball_bounces_on_an_immovable_disc_like_on_a_floor() -> None:
     """On the vertical axis an immovable disc gives the bounce times of a floor, and rest at the same limit."""
-    elastic = solve_pic(on_top(1.0, 1.0))
+    elastic = solve_pic(build_disc_on_disc_scene(1.0, 1.0))
     assert elastic.impacts["time_s"] == pytest.approx((2 * np.arange(11) + 1) * math.sqrt(2 / G), rel=1e-14)
-    trace = solve_pic(on_top(1.0, 0.5))
+    trace = solve_pic(build_disc_on_disc_scene(1.0, 0.5))
     assert trace.outcome is Outcome.AT_REST
     # t0 + 2 v0/g (e + e^2 + ...), with v0 = g t0; it ends where hops go below rounding
     assert trace.end_time_s == pytest.approx(3 * math.sqrt(2 / G), rel=1e-7)
-    assert solve_pic(on_top(0.0, 1.0)).outcome is Outcome.AT_REST
+    assert solve_pic(build_disc_on_disc_scene(0.0, 1.0)).outcome is Outcome.AT_REST
 
 
 # Many discs -----------------------------------------------------------------------------------------------------------
@@ -134,7 +136,7 @@ def test_free_fall_of_all_discs_changes_no_impact(numbers: range) -> None:
     """Without walls, gravity adds g t to velocities and g t^2/2 to positions and changes no impact."""
     met = 0
     for number in numbers:
-        scene, pull = drawn("gas", number, immovable=False), np.random.default_rng(number).uniform(-20.0, 20.0, 2)
+        scene, pull = draw_scene("gas", number, immovable=False), np.random.default_rng(number).uniform(-20.0, 20.0, 2)
         bare = {"walls": (), "duration_s": 1.0}
         floating = solve_pic(scene.model_copy(update=bare), max_impacts=6)
         falling = solve_pic(scene.model_copy(update=bare | {"gravity_m_s2": tuple(pull.tolist())}), max_impacts=6)
@@ -161,7 +163,7 @@ def test_gravity_scenes_have_complete_known_answers() -> None:
 @each("rate", [7.0, 60.0, 1000.0])
 def test_pit_bounces_at_the_first_frame_in_the_floor(rate: float) -> None:
     """PIT finds the first bounce at the first frame at or after sqrt(2 h/g), with the speed g t of that frame."""
-    trace = solve_pit(ball(1.0, 1.0), frame_rate_hz=rate)
+    trace = solve_pit(build_ball_scene(1.0, 1.0), frame_rate_hz=rate)
     frame = math.ceil(math.sqrt(2 / G) * rate)
     impact = trace.impacts[0]
     assert impact["time_s"] == frame / rate
@@ -179,7 +181,7 @@ def test_pit_reports_one_impact_of_discs_that_fall_on_together() -> None:
 
 def test_pit_runs_all_frames_of_a_resting_ball() -> None:
     """PIT has no resting contact: for a ball on the floor it runs all 60 frames to the end."""
-    trace = solve_pit(ball(0.0, 0.5, duration_s=1.0))
+    trace = solve_pit(build_ball_scene(0.0, 0.5, duration_s=1.0))
     assert trace.outcome is Outcome.COMPLETED
     assert trace.counts["frames"] == 60
 
@@ -235,4 +237,4 @@ def test_pit_impact_of_a_falling_pair_is_that_without_gravity() -> None:
 def test_contact_duration_is_refused_under_gravity() -> None:
     """The TC model does not support gravity, so a contact duration above 0 is refused with that reason."""
     with pytest.raises(InputError, match=r"contact_duration_s must be 0 in a scene with gravity, got 0.1"):
-        solve_pic(ball(), contact_duration_s=0.1)
+        solve_pic(build_ball_scene(), contact_duration_s=0.1)

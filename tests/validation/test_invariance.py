@@ -34,18 +34,20 @@ STABLE = [entry for entry in UNIQUE if Tag.UNSTABLE not in entry.tags]
 FEWER = settings(max_examples=settings().max_examples // 5)
 
 
-def fastest(scene: Scene) -> float:
+def largest_speed(scene: Scene) -> float:
     return max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
 
 
-def assert_seen(entry: CatalogueScene, *traces: Trace, velocity: Map = identity, position: Map = identity) -> None:
+def assert_transformed_answer(
+    entry: CatalogueScene, *traces: Trace, velocity: Map = identity, position: Map = identity
+) -> None:
     """Assert that runs, one after the other, have the impacts of PIC's, and end where it ends, seen otherwise.
 
     The gas makes an error grow by some thousands in its forty impacts, other scenes hardly.
     """
     scene, whole = entry.scene, solve_pic(entry.scene)
     bound = (1e4 if Tag.CONSERVED in entry.tags else 10.0) * ROUNDING
-    greatest, drive, end = fastest(scene) or 1.0, math.hypot(*velocity((0.0, 0.0))), traces[-1]
+    greatest, drive, end = largest_speed(scene) or 1.0, math.hypot(*velocity((0.0, 0.0))), traces[-1]
     extent = max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m)
     extent += (greatest + drive) * scene.duration_s
     bodies = [row for trace in traces for row in trace.impacts[["first", "second"]].tolist()]
@@ -65,7 +67,9 @@ def test_rotated_scene_has_the_rotated_answer(angle: float) -> None:
     """
     turn = turn_by(angle)
     for entry in STABLE:
-        assert_seen(entry, solve_pic(transform_scene(entry.scene, turn, turn, turn)), velocity=turn, position=turn)
+        assert_transformed_answer(
+            entry, solve_pic(transform_scene(entry.scene, turn, turn, turn)), velocity=turn, position=turn
+        )
 
 
 @FEWER
@@ -73,13 +77,15 @@ def test_rotated_scene_has_the_rotated_answer(angle: float) -> None:
 def test_boosted_scene_has_the_same_impacts(boost: tuple[float, float]) -> None:
     """Galilean relativity: a velocity added to every disc shifts the answer and changes nothing else."""
     for entry in FREE:
-        bx, by = (part * fastest(entry.scene) for part in boost)
+        bx, by = (part * largest_speed(entry.scene) for part in boost)
 
         def moved(v: Vector, time: float = 1.0, bx: float = bx, by: float = by) -> Vector:
             return (v[0] + bx * time, v[1] + by * time)
 
         carried = partial(moved, time=entry.scene.duration_s)
-        assert_seen(entry, solve_pic(transform_scene(entry.scene, identity, moved)), velocity=moved, position=carried)
+        assert_transformed_answer(
+            entry, solve_pic(transform_scene(entry.scene, identity, moved)), velocity=moved, position=carried
+        )
 
 
 # The relations of `carom stress` --------------------------------------------------------------------------------------
@@ -119,11 +125,11 @@ def test_relations_detect_wrong_spins(change: Callable[[NDArray[np.float64]], ND
 
 def test_rough_relation_scenes_slide_and_grip() -> None:
     """In the rough scene two impacts slide and one grips; in the superball scene each impact reverses the slip."""
-    assert slips(solve_pic(build_rough_scene())) == pytest.approx([0.4, 0.0, 0.06], abs=0.01)
-    assert slips(solve_pic(build_superball_scene())) == pytest.approx([-1.0, -1.0], abs=1e-12)
+    assert compute_slip_ratios(solve_pic(build_rough_scene())) == pytest.approx([0.4, 0.0, 0.06], abs=0.01)
+    assert compute_slip_ratios(solve_pic(build_superball_scene())) == pytest.approx([-1.0, -1.0], abs=1e-12)
 
 
-def slips(trace: Trace) -> list[float]:
+def compute_slip_ratios(trace: Trace) -> list[float]:
     """Return the slip after each impact over the one before."""
     tangent = trace.impacts["normal"][:, ::-1] * [-1.0, 1.0]
     before, after = (

@@ -101,7 +101,7 @@ def test_three_equal_discs_collapse_below_the_critical_restitution(e: float) -> 
     S. McNamara and W. R. Young, Phys. Fluids A 4, 496 (1992). In float64 the collapse ends when the gaps are used
     up: after more than 30 impacts, with the discs at one velocity. Above it they separate with speeds in order.
     """
-    trace = solve_pic(three_closing(e))
+    trace = solve_pic(build_collapse_scene(e))
     speeds = trace.final_velocity_m_s[:, 0]
     if e < 7 - 4 * math.sqrt(3):
         assert len(trace.impacts) > 30
@@ -112,7 +112,7 @@ def test_three_equal_discs_collapse_below_the_critical_restitution(e: float) -> 
         assert np.all(np.diff(speeds) > 0)
 
 
-def three_closing(e: float) -> Scene:
+def build_collapse_scene(e: float) -> Scene:
     """Stage three equal discs in line, the outer two closing on the middle one at rest, one of them later."""
     discs = [disc_at(x, 0.0, v, r=0.25) for x, v in ((-1.5, 1.0), (0.0, 0.0), (1.75, -1.0))]
     return staged("collapse", *discs, restitution=e, duration_s=1000.0)

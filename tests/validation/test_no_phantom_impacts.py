@@ -17,7 +17,7 @@ from carom import Disc, Scene, Trace, Wall, certify, solve_pic, solve_pic_framew
 CELL = math.sqrt(12 / 4 * 6 / 4)
 
 
-def bodies_of(trace: Trace) -> list[tuple[int, int]]:
+def list_bodies(trace: Trace) -> list[tuple[int, int]]:
     return [(int(row["first"]), int(row["second"])) for row in trace.impacts]
 
 
@@ -28,7 +28,7 @@ def test_disc_that_leaves_its_cell_before_an_impact_has_that_impact() -> None:
     """
     discs = disc_at(0.0, 0.0), disc_at(12.0, 6.0, -1.0), disc_at(math.sqrt(6.0) - 1.0 - 1e-9, 6.0, m=math.inf)
     trace = solve_pic(Scene(name="three", discs=discs, duration_s=20.0))
-    assert bodies_of(trace) == [(1, 2)]
+    assert list_bodies(trace) == [(1, 2)]
     assert trace.impacts["time_s"][0] == pytest.approx(12.0 - math.sqrt(6.0) + 1e-9, abs=2 * math.ulp(12.0))
 
 
@@ -58,7 +58,7 @@ def test_six_discs_at_integer_positions_have_four_impacts() -> None:
         duration_s=6.0,
     )
     for trace in (solve_pic(scene), solve_pic_framewise(scene), certify(scene).trace):
-        assert bodies_of(trace) == [(1, 2), (3, -4), (4, -2), (1, -1)]
+        assert list_bodies(trace) == [(1, 2), (3, -4), (4, -2), (1, -1)]
         assert trace.impacts["time_s"].tolist() == [0.5, 1.25, 1.5, 2.25]
 
 
@@ -112,7 +112,7 @@ def test_impact_just_behind_a_cell_edge_is_the_only_impact(
     discs = [placed(disc) for disc in (mover, low, high, target)]
     trace = solve_pic(Scene(name="edge", discs=[discs[k] for k in order], duration_s=3.0))
     first, second = sorted((order.index(0), order.index(3)))
-    assert bodies_of(trace) == [(first, second)]
+    assert list_bodies(trace) == [(first, second)]
     assert float(trace.impacts["time_s"][0]) == pytest.approx(before + before * share, abs=4 * math.ulp(4 * CELL))
     ahead = placed(disc_at(0.0, 0.0, 1.0)).velocity_m_s
     back = tuple(-v for v in ahead)

@@ -10,7 +10,7 @@ from typing import Any
 
 from mpmath import mp, mpf
 from tests.cases import each, release_after
-from tests.validation.mpmath_runs import brute_force, lossy
+from tests.validation.mpmath_runs import draw_lossy_scene, run_brute_force
 
 from carom import Scene, solve_pic
 
@@ -21,9 +21,9 @@ ROUNDOFF = 2.0**-53
 OPERATIONS = 64
 
 
-def slowed(seed: int) -> Scene:
+def draw_damped_scene(seed: int) -> Scene:
     """Return the drawn scene of a number, with one of three rates of damping, and friction and spin in every other."""
-    return lossy(seed, rough=seed % 2 == 1).model_copy(update={"damping_per_s": (0.05, 0.3, 1.0)[seed % 3]})
+    return draw_lossy_scene(seed, rough=seed % 2 == 1).model_copy(update={"damping_per_s": (0.05, 0.3, 1.0)[seed % 3]})
 
 
 @each("kind", ["floating", "falling", "damped"])
@@ -34,17 +34,17 @@ def test_pic_error_is_within_the_condition_of_the_scene(seed: int, kind: str) ->
     The scenes are random: without gravity, falling, or damped.
     """
     falls = kind == "falling"
-    scene = lossy(seed, immovable=not falls, gravity=(0.25, -1.0) if falls else (0.0, 0.0))
+    scene = draw_lossy_scene(seed, immovable=not falls, gravity=(0.25, -1.0) if falls else (0.0, 0.0))
     if kind == "damped":
-        scene = slowed(seed)
+        scene = draw_damped_scene(seed)
     shake = random.Random(-seed)
 
     def nudged(value: float) -> Any:
         return mpf(value) * (1 + NUDGE * shake.choice([-1, 0, 1]))
 
     with mp.workdps(DIGITS):
-        truth = brute_force(scene, 12)
-        runs = [brute_force(scene, len(truth), nudged) for _ in range(6)]
+        truth = run_brute_force(scene, 12)
+        runs = [run_brute_force(scene, len(truth), nudged) for _ in range(6)]
         trace = solve_pic(scene, max_impacts=len(truth))
         assert trace.impacts[["first", "second"]].tolist() == [(event.first, event.second) for event in truth]
         for k, (event, found) in enumerate(zip(truth, trace.impacts, strict=True)):

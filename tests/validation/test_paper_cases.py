@@ -12,12 +12,12 @@ from carom.catalogue import catalogue
 CASES = ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"]
 
 
-def both(name: str) -> tuple[Scene, Trace, Trace]:
+def solve_both(name: str) -> tuple[Scene, Trace, Trace]:
     scene = catalogue()[name].scene
     return scene, solve_pic(scene), solve_pit(scene)
 
 
-def overlap_while_approaching(scene: Scene) -> tuple[float, float]:
+def compute_overlap_interval(scene: Scene) -> tuple[float, float]:
     """Solve for the interval in which PIT can see discs 0 and 1: from contact to the least distance of the centres.
 
     Both are roots of the distance as a function of time, by the textbook formula: |d + t u| = R, and d.u + t u.u = 0.
@@ -30,12 +30,12 @@ def overlap_while_approaching(scene: Scene) -> tuple[float, float]:
     return (-du - math.sqrt(du**2 - uu * (abs(d) ** 2 - contact**2))) / uu, -du / uu
 
 
-def sampled_impact(scene: Scene) -> tuple[float, complex, complex]:
+def compute_sampled_impact(scene: Scene) -> tuple[float, complex, complex]:
     """Time and velocities of the first impact of equal discs 0 and 1 under PIT: at the first frame that sees them.
 
     Equal masses exchange the parts of their velocities along the line of centres at that frame.
     """
-    enter, closest = overlap_while_approaching(scene)
+    enter, closest = compute_overlap_interval(scene)
     frame = math.ceil(enter * scene.frame_rate_hz)
     time = frame / scene.frame_rate_hz
     assert time < closest
@@ -57,16 +57,16 @@ def as_complex(vector: object) -> complex:
 
 def test_case_1_pit_misses_the_collision_and_pic_finds_it() -> None:
     """Figures 2 and 3: PIT has no impact; PIC has one, at the instant that the quadratic gives."""
-    scene, pic, pit = both("paper/missed")
+    scene, pic, pit = solve_both("paper/missed")
     assert len(pit.impacts) == 0
-    assert pic.impacts["time_s"].tolist() == pytest.approx([overlap_while_approaching(scene)[0]], rel=1e-12)
+    assert pic.impacts["time_s"].tolist() == pytest.approx([compute_overlap_interval(scene)[0]], rel=1e-12)
 
 
 def test_case_2_pit_is_late_by_most_of_a_frame() -> None:
     """Figure 4: PIT reports the first frame after contact, more than half a frame late; PIC reports the contact."""
-    scene, pic, pit = both("paper/late")
-    enter, _ = overlap_while_approaching(scene)
-    time, _, _ = sampled_impact(scene)
+    scene, pic, pit = solve_both("paper/late")
+    enter, _ = compute_overlap_interval(scene)
+    time, _, _ = compute_sampled_impact(scene)
     assert pit.impacts["time_s"].tolist() == [time]
     assert pic.impacts["time_s"].tolist() == pytest.approx([enter], rel=1e-12)
     assert time - enter > 0.5 / scene.frame_rate_hz
@@ -74,8 +74,8 @@ def test_case_2_pit_is_late_by_most_of_a_frame() -> None:
 
 def test_case_2_pit_follows_the_wrong_path() -> None:
     """Figures 4 and 5: PIT follows the closed form for its late frame, and ends over half a radius from PIC."""
-    scene, pic, pit = both("paper/late")
-    time, *after = sampled_impact(scene)
+    scene, pic, pit = solve_both("paper/late")
+    time, *after = compute_sampled_impact(scene)
     for i, (disc, velocity) in enumerate(zip(scene.discs, after, strict=True)):
         turn = complex(*disc.position_m) + complex(*disc.velocity_m_s) * time
         sampled_end = turn + velocity * (scene.duration_s - time)
@@ -85,7 +85,7 @@ def test_case_2_pit_follows_the_wrong_path() -> None:
 
 def test_case_2_direction_error_is_below_ten_degrees() -> None:
     """Figure 4: directions after the late impact are off by less than 10 degrees; the visible error is the delay."""
-    _, pic, pit = both("paper/late")
+    _, pic, pit = solve_both("paper/late")
     for right, wrong in zip(pic.final_velocity_m_s, pit.final_velocity_m_s, strict=True):
         assert angle_degrees(as_complex(right), as_complex(wrong)) < 10
 
@@ -93,7 +93,7 @@ def test_case_2_direction_error_is_below_ten_degrees() -> None:
 def test_case_3_blue_bounces_off_in_a_wrong_direction() -> None:
     """Figures 6 and 7: in PIT blue leaves red more than 10 degrees off the exact direction, which PIC has."""
     entry = catalogue()["paper/wrong-direction"]
-    _, pic, pit = both("paper/wrong-direction")
+    _, pic, pit = solve_both("paper/wrong-direction")
     known = as_complex(entry.known.impacts[1].velocity_first_after)
     assert angle_degrees(known, as_complex(pic.impacts["velocity_first_after"][1])) < 1e-10
     assert angle_degrees(known, as_complex(pit.impacts["velocity_first_after"][1])) > 10
@@ -101,8 +101,8 @@ def test_case_3_blue_bounces_off_in_a_wrong_direction() -> None:
 
 def test_case_3_first_bounce_follows_from_the_late_normal() -> None:
     """Figure 6: PIT's first impact follows in closed form from the line of centres at its frame."""
-    scene, _, pit = both("paper/wrong-direction")
-    time, green, blue = sampled_impact(scene)
+    scene, _, pit = solve_both("paper/wrong-direction")
+    time, green, blue = compute_sampled_impact(scene)
     assert pit.impacts["time_s"][0] == time
     assert as_complex(pit.impacts["velocity_first_after"][0]) == pytest.approx(green, abs=1e-12)
     assert as_complex(pit.impacts["velocity_second_after"][0]) == pytest.approx(blue, abs=1e-12)
@@ -110,7 +110,7 @@ def test_case_3_first_bounce_follows_from_the_late_normal() -> None:
 
 def test_case_3_pit_conserves_energy() -> None:
     """Figure 6: PIT ends with the kinetic energy of PIC; only the normal is wrong."""
-    scene, pic, pit = both("paper/wrong-direction")
+    scene, pic, pit = solve_both("paper/wrong-direction")
     mass = np.array([disc.mass_kg for disc in scene.discs])
     energy = [0.5 * np.sum(mass * np.sum(t.final_velocity_m_s**2, axis=1)) for t in (pic, pit)]
     assert energy[1] == pytest.approx(energy[0], rel=1e-12)
@@ -118,7 +118,7 @@ def test_case_3_pit_conserves_energy() -> None:
 
 def test_case_4_all_collisions_fall_into_one_frame() -> None:
     """Figure 9: PIC finds all four collisions, and they are between the same two frames."""
-    scene, pic, _ = both("paper/multiple")
+    scene, pic, _ = solve_both("paper/multiple")
     assert pic.impacts["second"].tolist() == [1, 2, 3, 4]
     frames = np.floor(pic.impacts["time_s"] * scene.frame_rate_hz)
     assert len(set(frames.tolist())) == 1
@@ -126,7 +126,7 @@ def test_case_4_all_collisions_fall_into_one_frame() -> None:
 
 def test_case_4_pit_misses_some_collisions() -> None:
     """Figure 8: PIT finds one to three of the four collisions and no other; the missed discs stay at rest."""
-    _, pic, pit = both("paper/multiple")
+    _, pic, pit = solve_both("paper/multiple")
     exact, sampled = (set(t.impacts[["first", "second"]].tolist()) for t in (pic, pit))
     assert set() < sampled < exact
     for _, missed in exact - sampled:

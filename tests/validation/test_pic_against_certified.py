@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from tests.cases import each, release_after
-from tests.random_scenes import slowing, small
+from tests.random_scenes import draw_small_scene, draw_table_friction_scene
 
 from carom import CertifiedTrace, Outcome, Scene, certify, solve_pic
 from carom.solvers.certified.result import Ending
@@ -24,24 +24,24 @@ class Law(NamedTuple):
     near: float
 
 
-def under(**fields: Any) -> Callable[[int], Scene]:
-    return lambda number: Scene(**{**dict(small(number, repeated=False)), **fields})
+def draw_scene_with(**fields: Any) -> Callable[[int], Scene]:
+    return lambda number: Scene(**{**dict(draw_small_scene(number, repeated=False)), **fields})
 
 
-def falling(number: int) -> Scene:
-    return small(number, rough=True, repeated=False, immovable=False, gravity=(0.25, -1.0))
+def draw_falling_scene(number: int) -> Scene:
+    return draw_small_scene(number, rough=True, repeated=False, immovable=False, gravity=(0.25, -1.0))
 
 
 LAWS = {
-    "floating": Law(lambda number: small(number, repeated=False), 25, 600, 12, 1e-8),
-    "rough": Law(lambda number: small(number, rough=True, repeated=False), 6, 300, 10, 1e-8),
-    "falling": Law(falling, 4, 100, 10, 1e-8),
-    "damped": Law(under(damping_per_s=0.3), 5, 200, 10, 1e-11),
-    "on a table": Law(slowing, 8, 300, None, 1e-11),
+    "floating": Law(lambda number: draw_small_scene(number, repeated=False), 25, 600, 12, 1e-8),
+    "rough": Law(lambda number: draw_small_scene(number, rough=True, repeated=False), 6, 300, 10, 1e-8),
+    "falling": Law(draw_falling_scene, 4, 100, 10, 1e-8),
+    "damped": Law(draw_scene_with(damping_per_s=0.3), 5, 200, 10, 1e-11),
+    "on a table": Law(draw_table_friction_scene, 8, 300, None, 1e-11),
 }
 
 
-def in_one_order(impacts: list[tuple[int, int]], certified: CertifiedTrace) -> list[tuple[int, int]]:
+def sort_commuting_impacts(impacts: list[tuple[int, int]], certified: CertifiedTrace) -> list[tuple[int, int]]:
     """Return impacts with those sorted by their bodies whose order makes no difference, as is proven."""
     ordered = list(impacts)
     for earlier, later in certified.commuted:
@@ -72,7 +72,7 @@ def test_pic_matches_certified_runs_on_random_scenes(name: str, part: int) -> No
             ends_s = times[-1] if certified.degeneracy is None else certified.degeneracy.earliest_s
             before = int(np.sum(times < ends_s))
             found, truth = found[:before], truth[:before]
-        assert in_one_order(found, certified) == in_one_order(truth, certified), number
+        assert sort_commuting_impacts(found, certified) == sort_commuting_impacts(truth, certified), number
         proven += len(truth)
         if found != truth:  # in another order, as it may
             continue

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.random_scenes import jittered
+from tests.random_scenes import draw_jittered_discs
 from tests.scene_builders import disc_at, staged, wall_at
 from tests.unit.solvers.run_kinds import all_pairs
 from tests.validation import known_scenes
-from tests.validation.known_scenes import galperin, galperin_error
+from tests.validation.known_scenes import build_galperin_scene, measure_galperin_error
 
 from carom import Disc, Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.core import primitives
@@ -29,7 +29,7 @@ def test_galperin_impact_count_gives_the_digits_of_pi(k: int, count: int) -> Non
     2003). The roundings of that many impacts, 2^-53 of the greatest speed 10^k each, add up as their square root.
     Up to k = 5 each impact is compared with its own answer, below.
     """
-    run = EventDrivenRun(galperin(k), record="none")
+    run = EventDrivenRun(build_galperin_scene(k), record="none")
     assert run.advance_to(1e9) is Outcome.COMPLETED
     assert run.impacts == count
     theta = math.atan(10.0**-k)
@@ -38,7 +38,7 @@ def test_galperin_impact_count_gives_the_digits_of_pi(k: int, count: int) -> Non
     assert abs(abs(run.velocities()[0, 0]) - light) <= 4 * math.sqrt(count) * 2.0**-53 * 10.0**k + 1e-14
 
 
-def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
+def measure_pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
     """Return Z = p V / (N k T) from the virial of the disc-disc impacts, in the bulk volume of the centres."""
     start = build_hard_disc_gas(discs, packing)
     melted = EventDrivenRun(start, record="none")
@@ -61,7 +61,7 @@ def test_hard_disc_gas_has_the_known_pressure(packing: float, expected: float) -
 
     The share of the walls falls as 1/sqrt(N), so two sizes give the limit.
     """
-    small, large = pressure(packing, 400, 1000), pressure(packing, 3600, 150)
+    small, large = measure_pressure(packing, 400, 1000), measure_pressure(packing, 3600, 150)
     limit = large + (large - small) / (3.0 - 1.0)  # sqrt(3600 / 400) = 3
     assert abs(limit / expected - 1) < 0.015
 
@@ -106,7 +106,7 @@ def test_inelastic_collapse_of_a_gas_ends_with_an_outcome() -> None:
 
     The contact duration is that of the TC model (Luding & McNamara 1998).
     """
-    gas = jittered(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)
+    gas = draw_jittered_discs(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)
     for contact_duration_s, expected in ((0.0, {Outcome.STANDSTILL, Outcome.MAX_IMPACTS}), (1e-4, {Outcome.COMPLETED})):
         run = EventDrivenRun(gas, record="none", contact_duration_s=contact_duration_s)
         assert run.advance_to(100.0, 2_000_000) in expected
@@ -143,7 +143,7 @@ def test_simultaneous_impacts_are_ordered_by_body_numbers() -> None:
 IMPACTS = 100_000
 
 
-@each("scene", [known_scenes.collapsing(), known_scenes.touching()])
+@each("scene", [known_scenes.build_collapse_scene(), known_scenes.build_touching_scene()])
 def test_collapse_and_touching_start_end_with_an_outcome(scene: Scene) -> None:
     """An inelastic collapse, and a start in which all discs touch, end within a hundred thousand impacts."""
     outcome = EventDrivenRun(scene, record="none").advance_to(scene.duration_s, IMPACTS)
@@ -154,10 +154,10 @@ def test_collapse_and_touching_start_end_with_an_outcome(scene: Scene) -> None:
 @each("k", range(6))
 def test_every_galperin_impact_matches_its_closed_form(k: int) -> None:
     """Times and velocities of up to 314159 impacts are within the bound of roundings of the closed form."""
-    assert galperin_error(galperin(k)) <= 1.0
+    assert measure_galperin_error(build_galperin_scene(k)) <= 1.0
 
 
-def symmetric_collapse(e: float) -> Scene:
+def build_symmetric_collapse(e: float) -> Scene:
     """Stage two discs that close on a third at rest from both sides at one instant."""
     discs = [
         Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.25)
@@ -174,7 +174,7 @@ def test_collapse_with_vanishing_velocities_ends(e: float, solve: object) -> Non
     float.
     """
     assert callable(solve)
-    trace = solve(symmetric_collapse(e))
+    trace = solve(build_symmetric_collapse(e))
     assert trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL}
     assert abs(trace.final_velocity_m_s).max() <= 1e-12
 

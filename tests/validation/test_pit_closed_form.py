@@ -14,7 +14,7 @@ from carom import Scene, solve_pit
 CONTACT_M = 1.0
 
 
-def passing(offset: float, advance: float, frames_to_closest: float, frame_rate_hz: float) -> Scene:
+def build_passing_scene(offset: float, advance: float, frames_to_closest: float, frame_rate_hz: float) -> Scene:
     """Stage two discs of contact distance 1 that pass each other.
 
     Args:
@@ -39,7 +39,7 @@ def test_pit_normal_is_the_line_of_centres_at_its_frame(offset: float, advance: 
     assume(all(abs(edge - round(edge)) > 1e-9 for edge in (enter, closest)))
     frame = math.ceil(enter)
     assume(frame < closest)
-    trace = solve_pit(passing(offset, advance, closest, 60.0))
+    trace = solve_pit(build_passing_scene(offset, advance, closest, 60.0))
     expected = math.atan2(offset, advance * (closest - frame))
     nx, ny = trace.impacts["normal"][0]
     assert math.atan2(ny, nx) == pytest.approx(expected, abs=1e-9)
@@ -57,5 +57,5 @@ def test_share_of_phases_missed_by_pit_matches_the_closed_form(advance: float, o
     half_chord = math.sqrt(CONTACT_M**2 - offset**2) / advance
     # Half a spacing off the frames themselves: no phase may decide by rounding.
     closest = half_chord + 1 + (np.arange(phases) + 0.5) / phases
-    found = sum(len(solve_pit(passing(offset, advance, c, 60.0)).impacts) > 0 for c in closest)
+    found = sum(len(solve_pit(build_passing_scene(offset, advance, c, 60.0)).impacts) > 0 for c in closest)
     assert abs((1 - found / phases) - max(0.0, 1 - half_chord)) < 1 / phases

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.random_scenes import slowing
+from tests.random_scenes import draw_table_friction_scene
 from tests.scene_builders import disc_at, staged
 
 from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_pic, solve_pit
@@ -21,7 +21,7 @@ from carom.report.tracks import SHARPNESS, build_reference_tracks
 A = 2.0
 
 
-def place_of(disc: Disc, time: float) -> tuple[float, float]:
+def position_at(disc: Disc, time: float) -> tuple[float, float]:
     """Return where a disc is that meets nothing: by its way, from its middle speed."""
     speed = math.hypot(*disc.velocity_m_s)
     lasts = min(time, speed / A) if speed else 0.0
@@ -31,7 +31,7 @@ def place_of(disc: Disc, time: float) -> tuple[float, float]:
 
 def gap_of(one: Disc, other: Disc) -> Callable[[float], float]:
     def gap(time: float) -> float:
-        return math.dist(place_of(one, time), place_of(other, time)) - one.radius_m - other.radius_m
+        return math.dist(position_at(one, time), position_at(other, time)) - one.radius_m - other.radius_m
 
     return gap
 
@@ -83,7 +83,7 @@ def test_table_removes_energy_m_a_per_metre() -> None:
     """
     met = 0
     for number in range(20):
-        scene = slowing(number).model_copy(update={"duration_s": 60.0})
+        scene = draw_table_friction_scene(number).model_copy(update={"duration_s": 60.0})
         trace = solve_pic(scene)
         if trace.outcome is Outcome.GLIDES:  # it ends after infinitely many hops along a ring
             continue

@@ -13,18 +13,20 @@ from tests.cases import each
 from carom import Chain, Disc, Ring, Scene, solve_pic
 
 
-def wedge(degrees: float, side: float = 1e6) -> Chain:
+def build_wedge(degrees: float, side: float = 1e6) -> Chain:
     """Return a wedge with its corner at the origin and its lower side along x."""
     tip = side * cmath.exp(1j * math.radians(degrees))
     return Chain(points_m=[(side, 0.0), (0.0, 0.0), (tip.real, tip.imag)])
 
 
-def thrown(degrees: float, place: complex, velocity: complex, restitution: float, most: int) -> int:
+def count_wedge_impacts(degrees: float, place: complex, velocity: complex, restitution: float, most: int) -> int:
     """Return how many impacts a disc has in a wedge; its place is that of its centre in the wedge left to it."""
     radius = 0.01
     start = place + radius * complex(1.0 / math.tan(math.radians(degrees) / 2.0), 1.0)
     disc = Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=radius)
-    scene = Scene(name="wedge", discs=[disc], walls=[wedge(degrees)], wall_restitution=restitution, duration_s=1e60)
+    scene = Scene(
+        name="wedge", discs=[disc], walls=[build_wedge(degrees)], wall_restitution=restitution, duration_s=1e60
+    )
     return len(solve_pic(scene, max_impacts=most).impacts)
 
 
@@ -38,7 +40,7 @@ def test_number_of_impacts_in_a_wedge_matches_unfolding(degrees: int) -> None:
         velocity = cmath.exp(1j * draw.uniform(-math.pi, math.pi))
         # The path ends in its direction: it turns by less than pi from where it begins.
         turned = cmath.phase(place) + math.remainder(cmath.phase(velocity) - cmath.phase(place), math.tau)
-        assert thrown(degrees, place, velocity, 1.0, 100) == abs(math.floor(turned / angle))
+        assert count_wedge_impacts(degrees, place, velocity, 1.0, 100) == abs(math.floor(turned / angle))
 
 
 @each("degrees", [60, 45, 30])
@@ -56,8 +58,8 @@ def test_wedge_with_losses_collapses_below_the_critical_restitution(degrees: int
         assert critical == pytest.approx(7 - 4 * math.sqrt(3), abs=1e-15)
     angle = math.radians(degrees)
     starts = [cmath.exp(1j * angle * part) for part in (0.2, 0.5, 0.8)]
-    below = [thrown(degrees, place, -place * cmath.exp(0.02j), 0.97 * critical, 100) for place in starts]
-    above = [thrown(degrees, place, -place * cmath.exp(0.02j), 1.03 * critical, 100) for place in starts]
+    below = [count_wedge_impacts(degrees, place, -place * cmath.exp(0.02j), 0.97 * critical, 100) for place in starts]
+    above = [count_wedge_impacts(degrees, place, -place * cmath.exp(0.02j), 1.03 * critical, 100) for place in starts]
     assert below == [100] * 3
     assert max(above) < 40
 
@@ -73,7 +75,9 @@ def test_corner_of_pi_over_n_reflects_simultaneous_impacts_exactly(parts: int) -
     for part in (0.1, 0.3, 0.5, 0.8):
         velocity = -2.0 * cmath.exp(1j * part * angle)
         disc = Disc(position_m=_pair(apex - velocity), velocity_m_s=_pair(velocity), radius_m=radius)
-        trace = solve_pic(Scene(name="corner", discs=[disc], walls=[wedge(math.degrees(angle), 64.0)], duration_s=2.0))
+        trace = solve_pic(
+            Scene(name="corner", discs=[disc], walls=[build_wedge(math.degrees(angle), 64.0)], duration_s=2.0)
+        )
         along = (velocity * middle.conjugate()).real
         after = -velocity if parts % 2 == 0 else velocity - 2.0 * along * middle
         assert len(trace.impacts) == parts

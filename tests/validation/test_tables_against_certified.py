@@ -10,9 +10,9 @@ import pytest
 from tests.campaign.comparison import Record, compare_with_envelope
 from tests.campaign.envelope import Envelope, compute_envelope
 from tests.cases import each, release_after
-from tests.scene_builders import sure
-from tests.validation.random_tables import KINDS, draw
-from tests.validation.table_runs import Table, scene_of
+from tests.scene_builders import require_value
+from tests.validation.random_tables import KINDS, draw_table
+from tests.validation.table_runs import Table, build_table_scene
 
 from carom.core.wall_features import Arc, Face, WallFeature, build_features
 from carom.solvers.event_driven import obstacles
@@ -22,11 +22,11 @@ from carom.solvers.pic import solve_pic
 MOST = 40
 
 
-def compare(table: Table, solved: Table | None = None) -> tuple[Envelope, list[str]]:
+def compare_table(table: Table, solved: Table | None = None) -> tuple[Envelope, list[str]]:
     """Return the rounding envelope of a table, and how PIC's run of it, or of another one, differs from that."""
-    trace = solve_pic(scene_of(solved or table), max_impacts=MOST)
-    envelope = compute_envelope(scene_of(table), trace, MOST)
-    return envelope, [one.text for one in compare_with_envelope(scene_of(table), envelope, Record.of(trace))]
+    trace = solve_pic(build_table_scene(solved or table), max_impacts=MOST)
+    envelope = compute_envelope(build_table_scene(table), trace, MOST)
+    return envelope, [one.text for one in compare_with_envelope(build_table_scene(table), envelope, Record.of(trace))]
 
 
 @pytest.mark.release
@@ -37,27 +37,27 @@ def test_pic_matches_certified_runs_on_random_tables(begun: int, count: int, lea
     The tables have bulges of both signs, thick bars, islands and cut sides, some with gravity. Walls, times and
     velocities are compared.
     """
-    drawn = {number: one for number in range(begun, begun + 2 * count) if (one := draw(number)) is not None}
-    found = {number: compare(drawn[number][1]) for number in list(drawn)[:count]}
+    drawn = {number: one for number in range(begun, begun + 2 * count) if (one := draw_table(number)) is not None}
+    found = {number: compare_table(drawn[number][1]) for number in list(drawn)[:count]}
     assert {number: said for number, (_, said) in found.items() if said} == {}
     assert {drawn[number][0] for number in found} >= set(KINDS)
     assert sum(len(envelope.events) for envelope, _ in found.values()) > least
 
 
-def tables(first: int) -> Iterable[Table]:
+def draw_tables(first: int) -> Iterable[Table]:
     """Return tables without gravity, which are solved fast."""
     for number in range(first, first + 400):
-        drawn = draw(number)
+        drawn = draw_table(number)
         if drawn is not None and drawn[1].gravity == (0.0, 0.0):
             yield drawn[1]
 
 
 def test_table_parameter_off_by_1e_12_is_detected() -> None:
     """PIC with a restitution or a radius that is off by 1e-12 contradicts the certified run."""
-    table, hair = next(iter(tables(0))), 1.0 + 1e-12
-    assert compare(table)[1] == []
-    assert compare(table, replace(table, restitution=table.restitution / hair))[1]
-    assert compare(table, replace(table, radius=table.radius * hair))[1]
+    table, hair = next(iter(draw_tables(0))), 1.0 + 1e-12
+    assert compare_table(table)[1] == []
+    assert compare_table(table, replace(table, restitution=table.restitution / hair))[1]
+    assert compare_table(table, replace(table, radius=table.radius * hair))[1]
 
 
 def test_nearly_flat_arc_under_gravity_loses_no_digits() -> None:
@@ -65,9 +65,9 @@ def test_nearly_flat_arc_under_gravity_loses_no_digits() -> None:
 
     Positions on the arc once had the rounding of 14 km.
     """
-    _, table = sure(draw(874))
+    _, table = require_value(draw_table(874))
     assert any(0.0 < abs(bulge) < 1e-3 for line in table.lines for bulge in line.bulges)
-    envelope, differences = compare(table)
+    envelope, differences = compare_table(table)
     assert differences == []
     assert len(envelope.events) >= 6
 
@@ -75,41 +75,41 @@ def test_nearly_flat_arc_under_gravity_loses_no_digits() -> None:
 Features = tuple[WallFeature, ...]
 
 
-def of_arcs(change: Callable[[Arc], Arc]) -> Callable[[Features], Features]:
+def change_arcs(change: Callable[[Arc], Arc]) -> Callable[[Features], Features]:
     """Return what changes each arc of walls, vertices included."""
     return lambda found: tuple(
         one._replace(feature=change(one.feature)) if isinstance(one.feature, Arc) else one for one in found
     )
 
 
-def without_last_vertex(found: Features) -> Features:
+def remove_last_vertex(found: Features) -> Features:
     """A joint that nothing meets."""
     last = [one for one in found if isinstance(one.feature, Arc) and one.feature.is_vertex][-1:]
     return tuple(one for one in found if one not in last)
 
 
-def without_backs(found: Features) -> Features:
+def remove_back_sides(found: Features) -> Features:
     """Edges with one side."""
     faces = [one for one in found if isinstance(one.feature, Face)]
     return tuple(one for one in found if one not in faces[1::2])
 
 
-def turned_over(arc: Arc) -> Arc:
+def flip_sector(arc: Arc) -> Arc:
     """An arc less than half a circle that is taken for more, and the reverse."""
     return arc if arc.sector is None else replace(arc, sector=replace(arc.sector, reflex=not arc.sector.reflex))
 
 
 FAULTS: dict[str, Callable[[Features], Features]] = {
-    "arcs that are met all around": of_arcs(lambda arc: replace(arc, sector=None)),
-    "vertices thicker by a millionth of a millionth of a metre": of_arcs(
+    "arcs that are met all around": change_arcs(lambda arc: replace(arc, sector=None)),
+    "vertices thicker by a millionth of a millionth of a metre": change_arcs(
         lambda arc: replace(arc, half_width=arc.half_width + 1e-12 * arc.is_vertex)
     ),
-    "radii off by some hundred units in the last place": of_arcs(
+    "radii off by some hundred units in the last place": change_arcs(
         lambda arc: replace(arc, radius=(arc.radius[0] * (1.0 + 1e-13), arc.radius[1]))
     ),
-    "no last vertex": without_last_vertex,
-    "no backs": without_backs,
-    "other sectors": of_arcs(turned_over),
+    "no last vertex": remove_last_vertex,
+    "no backs": remove_back_sides,
+    "other sectors": change_arcs(flip_sector),
 }
 
 
@@ -117,4 +117,4 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 def test_fault_in_wall_features_is_detected(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wrong side, arc or vertex of a wall makes PIC contradict the certified run on one of the first tables."""
     monkeypatch.setattr(obstacles, "build_features", lambda *asked: FAULTS[name](build_features(*asked)))
-    assert any(compare(table)[1] for table in tables(0))
+    assert any(compare_table(table)[1] for table in draw_tables(0))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import altered
+from tests.scene_builders import alter_impact
 
 from carom import solve_pic
 from carom.catalogue import CatalogueScene, catalogue, deviation
@@ -18,29 +18,29 @@ WITH_IMPACTS = [entry for entry in ENTRIES if entry.known.impacts]
 
 
 @cache
-def solved(entry: CatalogueScene) -> Trace:
+def solve_entry(entry: CatalogueScene) -> Trace:
     return solve_pic(entry.scene)
 
 
-def score(trace: Trace, entry: CatalogueScene) -> float:
+def compute_deviation(trace: Trace, entry: CatalogueScene) -> float:
     return deviation(trace, entry.known, entry.scene)
 
 
-def others(entry: CatalogueScene) -> Iterator[tuple[str, Trace, float]]:
+def generate_wrong_traces(entry: CatalogueScene) -> Iterator[tuple[str, Trace, float]]:
     """Yield traces that are not PIC's of a scene: in what, and by how much each deviates."""
-    trace, scene = solved(entry), entry.scene
+    trace, scene = solve_entry(entry), entry.scene
     first, second = trace.impacts["first"][0], trace.impacts["second"][0]
     for k in range(len(trace.impacts)):
         yield f"without impact {k}", replace(trace, impacts=np.delete(trace.impacts, k)), math.inf
     yield "one too many", replace(trace, impacts=np.append(trace.impacts, trace.impacts[-1:])), math.inf
-    yield "bodies swapped", altered(trace, 0, first=second, second=first), math.inf
+    yield "bodies swapped", alter_impact(trace, 0, first=second, second=first), math.inf
     known = [v for i in entry.known.impacts for v in (i.velocity_first_after, i.velocity_second_after) if v is not None]
     speed = max(math.hypot(*v) for v in (*known, *(disc.velocity_m_s for disc in scene.discs)))
     for name in ("velocity_first_after", *(("velocity_second_after",) if second >= 0 else ())):  # a wall has none
         velocity = trace.impacts[name][0] + np.array([0.01 * speed, 0.0])
-        yield f"{name}, of the greatest speed", altered(trace, 0, **{name: velocity}), 0.01
+        yield f"{name}, of the greatest speed", alter_impact(trace, 0, **{name: velocity}), 0.01
     late = trace.impacts["time_s"][-1] + 0.001 * scene.duration_s
-    yield "a time, of the duration", altered(trace, -1, time_s=late), 0.001
+    yield "a time, of the duration", alter_impact(trace, -1, time_s=late), 0.001
 
 
 def test_deviation_equals_the_change_of_a_trace() -> None:
@@ -49,22 +49,22 @@ def test_deviation_equals_the_change_of_a_trace() -> None:
     It is infinite if an impact is removed, added or has its bodies swapped.
     """
     for entry in WITH_IMPACTS:
-        for what, trace, off in others(entry):
-            assert score(trace, entry) == pytest.approx(off), (entry.name, what)
+        for what, trace, off in generate_wrong_traces(entry):
+            assert compute_deviation(trace, entry) == pytest.approx(off), (entry.name, what)
 
 
 def test_impacts_in_wrong_order_deviate_infinitely() -> None:
     """A trace with the right impacts in reverse order has an infinite deviation."""
     entry = catalogue()["paper/wrong-direction"]
-    trace = solved(entry)
-    assert score(replace(trace, impacts=trace.impacts[::-1].copy()), entry) == math.inf
+    trace = solve_entry(entry)
+    assert compute_deviation(replace(trace, impacts=trace.impacts[::-1].copy()), entry) == math.inf
 
 
 @each("name", ["time_s", "velocity_first_after"])
 def test_nan_in_an_impact_deviates_infinitely(name: str) -> None:
     """A NaN in the time or velocity of an impact makes the deviation infinite."""
     entry = catalogue()["classics/head-on"]
-    assert score(altered(solved(entry), 0, **{name: math.nan}), entry) == math.inf
+    assert compute_deviation(alter_impact(solve_entry(entry), 0, **{name: math.nan}), entry) == math.inf
 
 
 @each("name", ["final_position_m", "final_velocity_m_s"])
@@ -72,17 +72,17 @@ def test_nan_in_an_impact_deviates_infinitely(name: str) -> None:
 def test_nan_in_final_state_deviates_infinitely(name: str, scene: str) -> None:
     """A NaN in the final state makes the deviation infinite, even if only conserved quantities are known."""
     entry = catalogue()[scene]
-    trace = solved(entry)
+    trace = solve_entry(entry)
     lost: dict[str, Any] = {name: np.full_like(trace.final_position_m, math.nan)}
-    assert score(replace(trace, **lost), entry) == math.inf
+    assert compute_deviation(replace(trace, **lost), entry) == math.inf
 
 
 def test_doubled_final_velocity_is_detected() -> None:
     """In every scene of the catalogue, a doubled final velocity gives a deviation above 0.05."""
     for entry in ENTRIES:
-        trace = solved(entry)
+        trace = solve_entry(entry)
         doubled = replace(trace, final_velocity_m_s=2 * trace.final_velocity_m_s)
-        assert score(doubled, entry) > 0.05, entry.name
+        assert compute_deviation(doubled, entry) > 0.05, entry.name
 
 
 def test_gas_that_flew_through_walls_is_detected() -> None:
@@ -92,15 +92,15 @@ def test_gas_that_flew_through_walls_is_detected() -> None:
     velocity = np.array([disc.velocity_m_s for disc in scene.discs])
     position = np.array([disc.position_m for disc in scene.discs]) + velocity * scene.duration_s
     trace = replace(solve_pic(scene), final_position_m=position, final_velocity_m_s=velocity)
-    assert score(trace, entry) > 0.1
+    assert compute_deviation(trace, entry) > 0.1
 
 
 def test_final_overlap_deviates_by_its_depth() -> None:
     """Two discs in the same final position deviate by the depth of their overlap, relative to the scene's extent."""
     entry = catalogue()["classics/gas"]
-    trace = solved(entry)
+    trace = solve_entry(entry)
     position = trace.final_position_m.copy()
     position[0] = position[1]
     extent = max(c + disc.radius_m for disc in entry.scene.discs for c in disc.position_m)
     depth = 2 * entry.scene.discs[0].radius_m / extent
-    assert score(replace(trace, final_position_m=position), entry) == pytest.approx(depth)
+    assert compute_deviation(replace(trace, final_position_m=position), entry) == pytest.approx(depth)

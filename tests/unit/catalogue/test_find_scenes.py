@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import cross_checked
+from tests.scene_builders import run_cross_check
 
 import carom
 from carom.catalogue import CatalogueScene, Tag, all_scenes, catalogue, find_scenes
@@ -155,7 +155,7 @@ def test_run_uses_scene_frame_as_default_step() -> None:
 
 def test_cross_check_accepts_scene_names_and_scenes() -> None:
     """A cross-check runs named scenes and scene objects together; a named scene has its known answer."""
-    results = cross_checked([NAME, SCENE.model_copy(update={"name": "mine"})], ["pit"], dts=[1 / 24])
+    results = run_cross_check([NAME, SCENE.model_copy(update={"name": "mine"})], ["pit"], dts=[1 / 24])
     assert {row.job.scene.name for row in results.rows} == {NAME, "mine"}
     assert NAME in results.known
 

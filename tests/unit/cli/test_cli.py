@@ -21,8 +21,8 @@ import pytest
 import tomli_w
 import typer
 from tests.cases import each, release_after
-from tests.command import carom_command, told
-from tests.processes import PATIENT_S, ended
+from tests.command import carom_command, printed_text
+from tests.processes import PATIENT_S, wait_until_ended
 from tests.scene_builders import disc_at, staged
 from tests.unit.cli.test_options import STUDIES
 from tests.validation.certified_files import from_enclosures
@@ -73,7 +73,7 @@ def test_run_without_a_usable_engine_has_exit_code_3(scene_file: Path, monkeypat
     """A run ends with exit code 3 and the reason if its engine can't run the scene or is not available."""
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-10", "--no-timing")
     assert result.exit_code == 3
-    assert "more steps than an engine can count" in told(result)
+    assert "more steps than an engine can count" in printed_text(result)
     monkeypatch.setattr(describe_engines, "explain_unavailable_adapter", lambda _adapter: "it is on strike")
     monkeypatch.setattr(describe_engines, "_KNOWN", {})
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "0.1", "--no-timing")
@@ -172,7 +172,7 @@ def test_help_describes_every_command_and_option() -> None:
 
     Types of options are plain words, not names of Python types.
     """
-    listing = told(carom_command("--help"))
+    listing = printed_text(carom_command("--help"))
     commands = get_command(app).commands  # type: ignore[attr-defined]  # a group, which the annotation does not say
     assert {"run", "bench", "advise", "certify", "stress", "scenes", "engines"} <= set(commands)
     for name, command in commands.items():
@@ -196,7 +196,7 @@ def test_interrupted_run_leaves_no_report_and_no_process(tmp_path: Path, scene_f
     )
     until = time.monotonic() + PATIENT_S
     # The journal is there when adapters have been asked; the run has begun when a worker works: a keeper's child.
-    while not ((report / "journal.jsonl").exists() and _works(children := _descendants(process.pid))):
+    while not ((report / "journal.jsonl").exists() and _has_busy_process(children := _list_descendants(process.pid))):
         assert process.poll() is None
         assert time.monotonic() < until
         time.sleep(0.05)
@@ -209,10 +209,10 @@ def test_interrupted_run_leaves_no_report_and_no_process(tmp_path: Path, scene_f
     assert "interrupted" in error
     assert "Traceback" not in error
     assert not report.exists()
-    assert ended(*children)
+    assert wait_until_ended(*children)
 
 
-def _children(pid: int) -> list[int]:
+def _list_children(pid: int) -> list[int]:
     try:
         lists = [task.read_text() for task in Path(f"/proc/{pid}/task").glob("*/children")]
     except (FileNotFoundError, ProcessLookupError):  # it has just ended
@@ -220,11 +220,11 @@ def _children(pid: int) -> list[int]:
     return [int(child) for text in lists for child in text.split()]
 
 
-def _descendants(pid: int) -> list[int]:
-    return [one for child in _children(pid) for one in (child, *_descendants(child))]
+def _list_descendants(pid: int) -> list[int]:
+    return [one for child in _list_children(pid) for one in (child, *_list_descendants(child))]
 
 
-def _works(pids: list[int]) -> bool:
+def _has_busy_process(pids: list[int]) -> bool:
     """Whether one of them has used a tenth of a second: a run of ten million steps does."""
     ticks = 0
     for pid in pids:
@@ -334,7 +334,7 @@ TEXTS = {"NAME": "it's", "SECONDS": "1/240", "MEGABYTES": "900", "ANGLE": "2deg"
 TEXTS |= {"NAME=VALUE": "a=b c", "OLD=NEW": "pit=pic", "ADDRESS": "tcp://host:8786"}
 
 
-def asked(name: str, words: list[str]) -> tuple[dict[str, Any], str]:
+def parse_command(name: str, words: list[str]) -> tuple[dict[str, Any], str]:
     """Return what a command's body is given of some words, and the command again."""
     group: Any = get_command(build_app([name, "explain"]))
     command = group.commands[name]
@@ -354,16 +354,16 @@ def test_command_line_in_reports_parses_to_the_same_options(study: Any) -> None:
             flag = one.flags[-1].partition("/")[0]
             text = TEXTS.get(one.kind.word, one.kind.word.rpartition("|")[2])
             words += [flag, text] if one.kind.word else [flag]
-    given, again = asked(name, words)
+    given, again = parse_command(name, words)
     first, named, *rest = shlex.split(again)
     assert (first, named) == ("carom", name)
-    assert asked(name, rest) == (given, again)
+    assert parse_command(name, rest) == (given, again)
     assert all(given[option] is not None for option, one in list_declared_options(study).items() if one.flags)
 
 
 def test_command_line_in_reports_omits_resume_and_verbosity() -> None:
     """The reproduced command line omits `--resume`, `--retry` and `-v`, which do not change results."""
-    _, again = asked("run", ["paper/missed", "--resume", "--retry", "-v", "--no-timing", "-e", "pit"])
+    _, again = parse_command("run", ["paper/missed", "--resume", "--retry", "-v", "--no-timing", "-e", "pit"])
     assert again == "carom run paper/missed --engine pit --no-timing"
 
 
@@ -411,10 +411,10 @@ def test_certify_prints_and_writes_the_same_json(tmp_path: Path) -> None:
 def test_run_reports_how_far_its_reference_is_certified() -> None:
     """`carom run` prints the last certified impact for scenes of many discs, and with `--certify` for any scene."""
     arguments = ("run", "-e", "pic", "--dt", "1/60", "--no-timing")
-    by_default = told(carom_command(*arguments, "classics/cradle-gaps", "classics/head-on"))
+    by_default = printed_text(carom_command(*arguments, "classics/cradle-gaps", "classics/head-on"))
     assert "certified to impact 4" in by_default
     assert "certified to impact 1" not in by_default
-    asked = told(carom_command(*arguments, "classics/head-on", "--certify"))
+    asked = printed_text(carom_command(*arguments, "classics/head-on", "--certify"))
     assert "classics/head-on: certified to impact 1, the last; float64 agrees to 1e-09 in all impacts." in asked
 
 
@@ -537,7 +537,7 @@ def test_small_address_space_is_reported_with_exit_code_2(tmp_path: Path) -> Non
     assert helped.returncode == 0
 
 
-def _play(*words: str) -> tuple[int, str]:
+def _run_play(*words: str) -> tuple[int, str]:
     found = CliRunner().invoke(build_app(["play"]), ["play", *words, "--no-open"])
     return found.exit_code, found.output
 
@@ -545,7 +545,7 @@ def _play(*words: str) -> tuple[int, str]:
 def test_play_writes_a_page_with_the_scene(tmp_path: Path) -> None:
     """`carom play` writes a self-contained page that selects the named scene and restricts scripts by hash."""
     page = tmp_path / "play.html"
-    code, said = _play("paper/late", "-e", "none", "--out", str(page))
+    code, said = _run_play("paper/late", "-e", "none", "--out", str(page))
     text = page.read_text(encoding="utf-8")
     assert (code, "play.html" in said) == (0, True)
     assert 'id="scenes" data-first="paper/late">' in text
@@ -565,7 +565,7 @@ def test_page_policy_allows_hashed_scripts_and_webassembly() -> None:
 def test_play_refuses_a_missing_engine_with_its_install_command(monkeypatch: pytest.MonkeyPatch) -> None:
     """An engine whose package is not installed ends `carom play` with exit code 2 and the `npm install` command."""
     monkeypatch.setattr("carom.web.installed_engines.build_page_engine", lambda *_: None)
-    code, said = _play("-e", "rapier2d")
+    code, said = _run_play("-e", "rapier2d")
     assert code == 2
     assert "rapier2d is not installed: " in " ".join(said.split())
     assert "npm install" in " ".join(said.split())
@@ -593,7 +593,7 @@ def test_page_refuses_an_adapter_with_an_unlinked_import() -> None:
 
 
 @pytest.fixture
-def slow(tmp_path: Path) -> Path:
+def slow_scene_file(tmp_path: Path) -> Path:
     """Two discs that meet head-on at 0.4 m/s; Box2D as it is shipped makes impacts of up to 1 m/s inelastic."""
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(0.4, 0), radius_m=0.5),
@@ -604,29 +604,29 @@ def slow(tmp_path: Path) -> Path:
     return path
 
 
-def blocks(text: str, heading: str) -> str:
+def extract_code(text: str, heading: str) -> str:
     """Return the code below a heading of a report in Markdown."""
     below = text.partition(f"## {heading}\n")[2].partition("\n#")[0]
     return "".join(f"{line[4:]}\n" for line in below.splitlines() if line.startswith("    "))
 
 
 @pytest.mark.long
-def test_tune_finds_the_velocity_scale_of_box2d(slow: Path, tmp_path: Path) -> None:
+def test_tune_finds_the_velocity_scale_of_box2d(slow_scene_file: Path, tmp_path: Path) -> None:
     r"""`carom tune` finds that a larger velocity scale corrects a slow impact in Box2D.
 
     The printed profiles in Python and TOML contain the scale, and the printed command runs without a violation.
     """
     out = tmp_path / "out"
-    done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", out, "-j", 1)
+    done = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", out, "-j", 1)
     assert done.exit_code == 0, done.output
     text = (out / "tune.md").read_text()
-    profile = eval(f"{{{blocks(text, 'Profile in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
+    profile = eval(f"{{{extract_code(text, 'Profile in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
     settings = profile.settings(1 / 60)
     assert settings["velocity_scale"] > 1.0 / 0.4
     assert settings["positionIterations"] == 3  # as in `default`, since nothing is gained by another
-    pasted = tomllib.loads(blocks(text, "Profile in engine.toml"))["profiles"]["found"]
+    pasted = tomllib.loads(extract_code(text, "Profile in engine.toml"))["profiles"]["found"]
     assert {**pasted["settings"], "dt_s": 1 / 60} == settings
-    command = blocks(text, "Command with these settings").split()
+    command = extract_code(text, "Command with these settings").split()
     assert command[:2] == ["carom", "run"]
     assert f"velocity_scale={settings['velocity_scale']}" in command
     ran = carom_command(*command[1:], "--dt", "1/60", "--no-timing")
@@ -635,14 +635,14 @@ def test_tune_finds_the_velocity_scale_of_box2d(slow: Path, tmp_path: Path) -> N
 
 @pytest.mark.long
 def test_interrupted_tune_resumes_to_the_same_profile(
-    slow: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    slow_scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     r"""Ctrl-C prints the best settings so far, and `--resume` finds the profile of an uninterrupted search.
 
     Without `--resume`, a second search into the same folder is refused.
     """
     one, other = tmp_path / "one", tmp_path / "other"
-    assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
+    assert carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
     tried = KnobSearch.evaluate
 
     def interrupted(self: KnobSearch, point: dict[str, int]) -> Any:
@@ -652,14 +652,17 @@ def test_interrupted_tune_resumes_to_the_same_profile(
 
     with monkeypatch.context() as patched:
         patched.setattr(KnobSearch, "evaluate", interrupted)
-        done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1)
+        done = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one, "-j", 1)
     assert done.exit_code == 130
     assert "best so far (trial" in done.output
     assert "--set velocity_scale=" in done.output
     assert "--resume continues from them" in done.output
-    refused = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one)
+    refused = carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one)
     assert refused.exit_code == 2
     assert "continue from them by --resume" in refused.output
-    assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code == 0
+    assert (
+        carom_command("tune", "box2d", slow_scene_file, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code
+        == 0
+    )
     whole, resumed = ((folder / "tune.md").read_text() for folder in (other, one))
-    assert blocks(resumed, "Profile in Python") == blocks(whole, "Profile in Python")
+    assert extract_code(resumed, "Profile in Python") == extract_code(whole, "Profile in Python")

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(not SAMPLE.exists(), reason="a source distributi
 
 
 @pytest.fixture(scope="module")
-def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def sample_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Every thirtieth row of the sample report."""
     head, *rows = SAMPLE.read_text(encoding="utf-8").splitlines()
     kept = rows[::30]
@@ -27,9 +27,9 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def worse(sample: Path, tmp_path: Path) -> Path:
+def worse_results(sample_results: Path, tmp_path: Path) -> Path:
     """The same rows, of which one that was sampled is off by a thousandth more of the speed."""
-    head, *rows = (json.loads(line) for line in sample.read_text(encoding="utf-8").splitlines())
+    head, *rows = (json.loads(line) for line in sample_results.read_text(encoding="utf-8").splitlines())
     row: dict[str, Any] = next(row for row in rows if row["grade"] == "sampled" and row["total"]["velocity"])
     row["total"]["velocity"] += 1e-3
     path = tmp_path / "results.jsonl"
@@ -38,25 +38,25 @@ def worse(sample: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.long
-def test_diff_fails_only_on_grades_of_fail_on(sample: Path, worse: Path) -> None:
+def test_diff_fails_only_on_grades_of_fail_on(sample_results: Path, worse_results: Path) -> None:
     r"""A sampled cell with a larger error fails with `--fail-on sampled`, but not by default or with `never`.
 
     A sampled cell with a smaller error does not fail.
     """
-    assert carom_command("diff", sample, worse).exit_code == 0
-    assert carom_command("diff", sample.parent, worse.parent, "--fail-on", "sampled").exit_code == 1
-    assert carom_command("diff", sample, worse, "--fail-on", "never").exit_code == 0
-    assert carom_command("diff", worse, sample, "--fail-on", "sampled").exit_code == 0
+    assert carom_command("diff", sample_results, worse_results).exit_code == 0
+    assert carom_command("diff", sample_results.parent, worse_results.parent, "--fail-on", "sampled").exit_code == 1
+    assert carom_command("diff", sample_results, worse_results, "--fail-on", "never").exit_code == 0
+    assert carom_command("diff", worse_results, sample_results, "--fail-on", "sampled").exit_code == 0
 
 
-def test_crash_of_an_ungraded_cell_is_worse(worse: Path) -> None:
+def test_crash_of_an_ungraded_cell_is_worse(worse_results: Path) -> None:
     """A cell that was not graded and now crashes is worse and gives exit code 1; the reverse gives 0."""
-    head, *rows = worse.read_text(encoding="utf-8").splitlines()
+    head, *rows = worse_results.read_text(encoding="utf-8").splitlines()
     ungraded = next(json.loads(row) for row in rows if json.loads(row)["grade"] == "ungraded")
     nothing = dict.fromkeys(("grade", "float_bits", "total", "missed", "spurious", "settings"))
     crashed = {**ungraded, **nothing, "status": "crashed", "reason": "ended by signal 11", "verdicts": []}
     first = json.dumps({**json.loads(head), "rows": 1})
-    paths = worse.with_name("old.jsonl"), worse.with_name("new.jsonl")
+    paths = worse_results.with_name("old.jsonl"), worse_results.with_name("new.jsonl")
     for path, row in zip(paths, (ungraded, crashed), strict=True):
         path.write_text(f"{first}\n{json.dumps(row)}\n", encoding="utf-8")
     done = carom_command("diff", *paths, "--markdown", "-")
@@ -65,30 +65,30 @@ def test_crash_of_an_ungraded_cell_is_worse(worse: Path) -> None:
     assert carom_command("diff", *reversed(paths)).exit_code == 0
 
 
-def test_diff_writes_markdown_and_page(sample: Path, worse: Path, tmp_path: Path) -> None:
+def test_diff_writes_markdown_and_page(sample_results: Path, worse_results: Path, tmp_path: Path) -> None:
     """`--markdown` and `--page` write files with the summary that the terminal shows, and create their folder."""
     files = tmp_path / "new" / "diff.md", tmp_path / "new" / "diff.html"
-    done = carom_command("diff", sample, worse, "--markdown", files[0], "--page", files[1])
+    done = carom_command("diff", sample_results, worse_results, "--markdown", files[0], "--page", files[1])
     for text in (done.output, *(file.read_text(encoding="utf-8") for file in files)):
         assert "1 worse; " in text
 
 
-def test_markdown_to_standard_output_is_the_only_output(sample: Path, worse: Path) -> None:
+def test_markdown_to_standard_output_is_the_only_output(sample_results: Path, worse_results: Path) -> None:
     """`--markdown -` prints only the Markdown, so that it can be piped into a comment."""
-    done = carom_command("diff", sample, worse, "--markdown", "-")
+    done = carom_command("diff", sample_results, worse_results, "--markdown", "-")
     assert done.output.startswith("# Carom diff: ")
     assert done.output.count("1 worse; ") == 1
 
 
-def test_row_without_a_field_is_refused_with_its_line(sample: Path, worse: Path) -> None:
+def test_row_without_a_field_is_refused_with_its_line(sample_results: Path, worse_results: Path) -> None:
     """The error message names the file, the line of the row and the missing field."""
-    lines = worse.read_text(encoding="utf-8").splitlines()
+    lines = worse_results.read_text(encoding="utf-8").splitlines()
     row = json.loads(lines[4])
     del row["missed"]
-    worse.write_text("\n".join([*lines[:4], json.dumps(row), *lines[5:]]) + "\n", encoding="utf-8")
-    done = carom_command("diff", sample, worse)
+    worse_results.write_text("\n".join([*lines[:4], json.dumps(row), *lines[5:]]) + "\n", encoding="utf-8")
+    done = carom_command("diff", sample_results, worse_results)
     assert done.exit_code == 2
-    assert f"{worse}, line 5: " in done.output
+    assert f"{worse_results}, line 5: " in done.output
     assert "'missed'" in done.output
 
 
@@ -101,19 +101,19 @@ def test_documented_jobs_are_short_and_call_carom() -> None:
 
 
 @each("option", ["--page", "--markdown"])
-def test_diff_does_not_overwrite_other_files(sample: Path, tmp_path: Path, option: str) -> None:
+def test_diff_does_not_overwrite_other_files(sample_results: Path, tmp_path: Path, option: str) -> None:
     r"""`--page` and `--markdown` refuse to overwrite the compared results and files that Carom did not write.
 
     A comparison that Carom wrote is replaced.
     """
-    results, own = sample / "results.jsonl" if sample.is_dir() else sample, tmp_path / "own"
+    results, own = sample_results / "results.jsonl" if sample_results.is_dir() else sample_results, tmp_path / "own"
     other = tmp_path / "scene.toml"
     other.write_text("name = 'mine'")
     for path in (other, results):
         before = path.read_bytes()
-        done = carom_command("diff", sample, sample, option, path)
+        done = carom_command("diff", sample_results, sample_results, option, path)
         assert done.exit_code == 2
         assert option in done.output
         assert path.read_bytes() == before
     for _ in range(2):
-        assert carom_command("diff", sample, sample, option, own).exit_code == 0, option
+        assert carom_command("diff", sample_results, sample_results, option, own).exit_code == 0, option

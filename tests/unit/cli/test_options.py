@@ -64,7 +64,7 @@ def test_every_study_has_a_row_and_documented_options() -> None:
         assert [name for name in list_declared_options(study) if f"    {name}: " not in told] == [], study
 
 
-def optional(study: type[DeclaredOptions], name: str) -> bool:
+def is_optional(study: type[DeclaredOptions], name: str) -> bool:
     return next(field.default for field in dataclasses.fields(study) if field.name == name) is None
 
 
@@ -74,14 +74,14 @@ def test_wrong_option_value_is_refused_in_python(study: type[DeclaredOptions]) -
     for own, name, value in WRONG:
         if own is not study:
             continue
-        if value is None and optional(study, name):
+        if value is None and is_optional(study, name):
             study(**{name: None})
             continue
         with pytest.raises(InputError, match=rf"^{name}(\[0\])? must be"):
             study(**{name: value})
 
 
-def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
+def list_wrong_texts() -> list[tuple[type[DeclaredOptions], str, str]]:
     """Every option that a shell has, with each wrong value that is a number or is no number."""
     found = []
     for study, name, value in WRONG:
@@ -96,7 +96,7 @@ def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
     return found
 
 
-@each("study, name, text", release_after(1, texts()))
+@each("study, name, text", release_after(1, list_wrong_texts()))
 def test_wrong_option_value_is_refused_on_the_command_line(study: type[DeclaredOptions], name: str, text: str) -> None:
     """A wrong value ends a command with exit code 2 and the flag, the declared requirement and the value."""
     one = list_declared_options(study)[name]

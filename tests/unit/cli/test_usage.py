@@ -4,7 +4,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from tests.command import carom_command, told
+from tests.command import carom_command, printed_text
 
 ROOT = Path(__file__).resolve().parents[3]
 KEPT = ROOT / "tests" / "earlier_formats" / "results-2.jsonl"
@@ -98,6 +98,6 @@ def test_bad_usage_is_refused_with_exit_code_2(
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     result = carom_command(*shlex.split(command.format(kept=KEPT, docs=ROOT / "docs")))
     assert result.exit_code == 2, result.output
-    assert words in told(result)
+    assert words in printed_text(result)
     assert "Traceback" not in result.output
     assert [*tmp_path.iterdir()] == []

@@ -16,8 +16,8 @@ import pytest
 from docs.figures.stages import ROOT, imported_names, package_of, stages
 from numpy.typing import NDArray
 from tests.cases import each
-from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replayed
-from tests.scene_builders import altered, disc_at, staged, sure, wall_at
+from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replay_impacts
+from tests.scene_builders import alter_impact, disc_at, require_value, staged, wall_at
 
 from carom import Scene, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
@@ -42,12 +42,12 @@ def reference(scene: Scene) -> Trace:
     return trace
 
 
-def scored(reference: Trace, observed: Trace) -> Score:
+def score_with_pit(reference: Trace, observed: Trace) -> Score:
     """Compare with the reference, and with PIT at the scene's own frame rate."""
     return compare(reference, observed, sampling=solve_pit(reference.scene))
 
 
-def changed(trace: Trace, impacts: NDArray[np.void]) -> Trace:
+def replace_impacts(trace: Trace, impacts: NDArray[np.void]) -> Trace:
     return replace(trace, impacts=impacts, dt_s=1 / 60)
 
 
@@ -55,7 +55,7 @@ def test_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) -> No
     """An impact reported for another pair is one missed and one spurious impact, not one with a large error."""
     impacts = reference.impacts.copy()
     impacts["second"][0] = 2
-    score = scored(reference, changed(reference, impacts))
+    score = score_with_pit(reference, replace_impacts(reference, impacts))
     assert (score.missed, score.spurious) == ((0,), (0,))
 
 
@@ -66,7 +66,7 @@ def test_run_that_stopped_early_is_cut_short_and_wrong(reference: Trace) -> None
     """
     begun = solve_pic(reference.scene, until_s=0.3)
     cut = replace(begun, outcome=Outcome.WARNED, notes=("bad state",), end_time_s=0.3)
-    score = scored(reference, cut)
+    score = score_with_pit(reference, cut)
     assert score.verdicts == (Verdict.CUT_SHORT, Verdict.UNDECIDED)
     assert "bad state" in score.findings[0].reason
     assert score.undecided == (1,)
@@ -123,31 +123,31 @@ def test_spurious_impact_before_the_horizon_is_wrong(reference: Trace) -> None:
     assert Verdict.SPURIOUS in score.verdicts
 
 
-def replayed_at(reference: Trace, times: list[float]) -> Trace:
+def replay_at_times(reference: Trace, times: list[float]) -> Trace:
     """The run that has the reference's impacts at other instants, and goes where that leads."""
     impacts = reference.impacts.copy()
     impacts["time_s"] = times
-    return replayed(reference, impacts)
+    return replay_impacts(reference, impacts)
 
 
 def test_lateness_of_pit_does_not_excuse_earlier_lateness() -> None:
     """If PIT is three steps late at the second impact only, two steps late at the first is INACCURATE."""
     reference = solve_pic(ROW)
-    pit = replayed_at(reference, [FIRST_S, LAST_S + 3 * DT])
+    pit = replay_at_times(reference, [FIRST_S, LAST_S + 3 * DT])
     for times, grade in (
         ([FIRST_S, LAST_S + 2.5 * DT], Grade.SAMPLED),
         ([FIRST_S + DT, LAST_S + 2.5 * DT], Grade.SAMPLED),
         ([FIRST_S + 2 * DT, LAST_S], Grade.INACCURATE),
         ([FIRST_S, LAST_S + 3.5 * DT], Grade.INACCURATE),
     ):
-        assert compare(reference, replayed_at(reference, times), sampling=pit).grade is grade, times
+        assert compare(reference, replay_at_times(reference, times), sampling=pit).grade is grade, times
 
 
 def test_early_impact_is_inaccurate() -> None:
     """An impact found half a step early is EARLY and INACCURATE, however late PIT is."""
     reference = solve_pic(ROW)
-    pit = replayed_at(reference, [FIRST_S, LAST_S + 3 * DT])
-    score = compare(reference, replayed_at(reference, [FIRST_S, LAST_S - 0.5 * DT]), sampling=pit)
+    pit = replay_at_times(reference, [FIRST_S, LAST_S + 3 * DT])
+    score = compare(reference, replay_at_times(reference, [FIRST_S, LAST_S - 0.5 * DT]), sampling=pit)
     assert Verdict.EARLY in score.verdicts
     assert Verdict.LATE not in score.verdicts
     assert score.grade is Grade.INACCURATE
@@ -237,13 +237,13 @@ def test_each_stage_extends_the_result_of_the_stage_before() -> None:
 SLIDING = solve_pic(find_scenes(["spin/slide"])[0].scene)
 
 
-def with_other(**fields: Any) -> Callable[[Trace], Trace]:
+def alter_first_impact(**fields: Any) -> Callable[[Trace], Trace]:
     """Return what gives the first impact of a trace other bodies or velocities."""
-    return lambda trace: altered(trace, 0, **fields)
+    return lambda trace: alter_impact(trace, 0, **fields)
 
 
-def with_spin_of_the_wall(trace: Trace) -> Trace:
-    spins = sure(trace.spins).copy()
+def add_wall_spin(trace: Trace) -> Trace:
+    spins = require_value(trace.spins).copy()
     spins["second_after"][0] = 2.5
     return replace(trace, spins=spins)
 
@@ -251,12 +251,12 @@ def with_spin_of_the_wall(trace: Trace) -> Trace:
 @each(
     "change, words",
     [
-        (with_other(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
-        (with_other(second=9), r"second of impact 0 .* is disc 9 \(9\)"),
-        (with_other(first=-1), r"first of impact 0 .* is wall 0 \(-1\)"),
-        (with_spin_of_the_wall, "spin second_after of impact 0 .* is 2.5, but its second body is wall 0"),
+        (alter_first_impact(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
+        (alter_first_impact(second=9), r"second of impact 0 .* is disc 9 \(9\)"),
+        (alter_first_impact(first=-1), r"first of impact 0 .* is wall 0 \(-1\)"),
+        (add_wall_spin, "spin second_after of impact 0 .* is 2.5, but its second body is wall 0"),
         (
-            with_other(velocity_second_before=(0.0, -0.1)),
+            alter_first_impact(velocity_second_before=(0.0, -0.1)),
             "velocity_second_before of impact 0 .* is 0, -0.1, but its second body is wall 0",
         ),
         (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* a trace must end"),

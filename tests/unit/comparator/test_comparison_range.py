@@ -18,13 +18,13 @@ from carom.model.trace import Outcome
 WHOLE = ComparisonRange(10**6, math.inf)
 
 
-def dropped(restitution: float, height_m: float, *, duration_s: float = 3.0, tilt: float = 0.0) -> Scene:
+def build_drop_scene(restitution: float, height_m: float, *, duration_s: float = 3.0, tilt: float = 0.0) -> Scene:
     """A disc of half a metre falls with 10 m/s^2 on a floor, which is level or falls off to one side."""
     ball, floor = disc_at(0, height_m, 0.4), wall_at(0, 0, tilt, 1)
     return staged("dropped", ball, floor, wall_restitution=restitution, gravity_m_s2=(0, -10), duration_s=duration_s)
 
 
-def without(trace: Trace, row: int) -> Trace:
+def drop_impact(trace: Trace, row: int) -> Trace:
     """Return a trace that does not report one of its impacts."""
     return replace(trace, impacts=np.delete(trace.impacts, row))
 
@@ -39,7 +39,7 @@ def test_pit_of_a_disc_that_comes_to_rest_is_sampled_at_worst(
     """PIT of a bouncing disc that comes to rest is SAMPLED at worst: hops that frames cannot resolve are ignored."""
     rng = np.random.default_rng(7)
     for height_m in rng.uniform(0.65, 1.8, heights).tolist():
-        scene = dropped(restitution, height_m, tilt=tilt)
+        scene = build_drop_scene(restitution, height_m, tilt=tilt)
         reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=frame_rate_hz)
         assert reference.contact_s < scene.duration_s
         score = compare(reference, pit, sampling=pit)
@@ -49,7 +49,7 @@ def test_pit_of_a_disc_that_comes_to_rest_is_sampled_at_worst(
 
 def test_pit_of_bounces_cut_short_by_the_end_is_sampled() -> None:
     """If a scene ends before its disc rests, bounces that PIT cannot follow are ignored: PIT is SAMPLED."""
-    scene = dropped(0.7, 1.962831966843237)
+    scene = build_drop_scene(0.7, 1.962831966843237)
     reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=240)
     assert reference.outcome is Outcome.COMPLETED
     assert clip_before_rest(reference, WHOLE, pit.dt_s, pit).impacts < len(reference.impacts)
@@ -62,16 +62,16 @@ def test_bounce_that_frames_can_resolve_counts(row: int) -> None:
 
     Those bounces are 10 frames apart or more.
     """
-    scene = dropped(0.5, 1.5)
+    scene = build_drop_scene(0.5, 1.5)
     pit = solve_pit(scene, frame_rate_hz=240)
-    score = compare(solve_pic(scene), without(pit, row), sampling=pit)
+    score = compare(solve_pic(scene), drop_impact(pit, row), sampling=pit)
     assert score.grade in {Grade.INACCURATE, Grade.WRONG}
     assert score.total.time_s > 0.1 or score.missed
 
 
 def test_invented_bounce_before_rest_is_spurious() -> None:
     """A run with an extra impact half way up the first hop has one spurious impact and is WRONG."""
-    scene = dropped(0.5, 1.5)
+    scene = build_drop_scene(0.5, 1.5)
     pit = solve_pit(scene, frame_rate_hz=240)
     impacts = np.insert(pit.impacts, 1, pit.impacts[0])
     impacts["time_s"][1] += 0.2
@@ -90,7 +90,7 @@ def test_ceiling_touches_and_elastic_bounces_count_to_the_end() -> None:
         gravity_m_s2=(0, -10),
         duration_s=0.4,
     )
-    for scene in (up, dropped(1.0, 0.5001)):
+    for scene in (up, build_drop_scene(1.0, 0.5001)):
         reference = solve_pic(scene)
         assert len(reference.impacts)
         assert clip_before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) == WHOLE

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
@@ -21,14 +21,14 @@ from carom.model.trace import Vector
 from carom.model.walls import Leg
 
 
-def paddle() -> Scene:
+def build_paddle_scene() -> Scene:
     """A disc that comes at 2 m/s to a wall that comes at 1 m/s: they meet after 1 s."""
     return staged(
         "paddle", disc_at(3.5, 0.0, -2.0), wall_at(0.0, 0.0, 1.0, 0.0, velocity_m_s=(1.0, 0.0)), duration_s=2.0
     )
 
 
-def state_at(time_s: float, places: list[Vector], velocities: list[Vector]) -> States:
+def build_state(time_s: float, places: list[Vector], velocities: list[Vector]) -> States:
     """Return one state without spins."""
     return States(np.array([time_s]), np.array([places]), np.array([velocities]))
 
@@ -40,7 +40,7 @@ def test_pit_of_driven_scenes_is_sampled_or_exact_with_exceptions() -> None:
     The remaining scene, driven/piston, is PARTED.
     """
     scenes = [entry.scene for entry in find_scenes(["driven"])]
-    grades = {row.job.scene.name: row.grade for row in cross_checked(scenes, ["pit"], dts=[1 / 60]).rows}
+    grades = {row.job.scene.name: row.grade for row in run_cross_check(scenes, ["pit"], dts=[1 / 60]).rows}
     assert grades.pop("driven/swatter") is Grade.WRONG
     assert grades.pop("driven/fast-cup") is Grade.WRONG
     assert grades.pop("driven/piston") is Grade.PARTED
@@ -57,13 +57,13 @@ def test_pic_with_a_last_step_beyond_the_end_is_exact(dt_s: float) -> None:
     The final state is that after the impacts before the end.
     """
     scenes = [entry.scene for entry in find_scenes(["driven/piston", "driven/paddle-to-and-fro"])]
-    rows = cross_checked(scenes, ["pic"], dts=[dt_s], profiles=["tuned"])
+    rows = run_cross_check(scenes, ["pic"], dts=[dt_s], profiles=["tuned"])
     assert {row.grade for row in rows.rows} == {Grade.EXACT}
 
 
 def test_paddle_treated_as_fixed_has_velocity_and_energy_errors() -> None:
     """A run that treats a moving wall as fixed is off by 2 of 4 m/s, and lacks all energy that the wall gives."""
-    truth = solve_pic(paddle())
+    truth = solve_pic(build_paddle_scene())
     impacts = truth.impacts.copy()
     impacts["velocity_first_after"] = (2.0, 0.0)  # -v, where 2 V - v is right
     wrong = replace(
@@ -82,7 +82,7 @@ def test_paddle_treated_as_fixed_has_velocity_and_energy_errors() -> None:
 
 def test_energy_error_is_relative_to_the_work_of_a_driven_wall() -> None:
     """If the disc rests at the start, its energy error is relative to the work of the wall that strikes it."""
-    scene = paddle()
+    scene = build_paddle_scene()
     still = scene.model_copy(update={"discs": (scene.discs[0].model_copy(update={"velocity_m_s": (0.0, 0.0)}),)})
     still = Scene(**{**dict(still), "duration_s": 4.0})
     truth = solve_pic(still)
@@ -106,7 +106,7 @@ def test_steps_use_the_leg_of_a_wall_at_their_time(begins: float, late: float, e
     for step in range(1, 7):
         time_s = step * 0.3
         place, speed = (0.5 + 3.0 * (time_s - begins), 3.0) if time_s > begins else (0.5, 0.0)
-        watch.add(state_at(time_s, [(place, 0.0)], [(speed, 0.0)]))
+        watch.add(build_state(time_s, [(place, 0.0)], [(speed, 0.0)]))
     told = watch.finish()
     (window,) = told.windows
     assert (window["due"], window["missed"], window["velocity"]) == (1, 0, 0.0)
@@ -117,7 +117,7 @@ def test_steps_use_the_leg_of_a_wall_at_their_time(begins: float, late: float, e
 @each("edge", [False, True])
 def test_steps_are_compared_with_the_moving_wall(after: tuple[float, float], off: float, edge: bool) -> None:
     """Steps through an impact with a moving wall have no error; steps that treat it as fixed are 2 m/s off."""
-    scene, dt_s = paddle(), 0.25
+    scene, dt_s = build_paddle_scene(), 0.25
     if edge:
         edges = (Chain(points_m=((0.0, -1.0), (0.0, 1.0)), velocity_m_s=(1.0, 0.0)),)
         scene = scene.model_copy(update={"walls": edges})
@@ -126,7 +126,7 @@ def test_steps_are_compared_with_the_moving_wall(after: tuple[float, float], off
         time_s = step * dt_s
         velocity = (-2.0, 0.0) if time_s <= 1.0 else after
         place = 3.5 - 2.0 * time_s if time_s <= 1.0 else 1.5 + after[0] * (time_s - 1.0)
-        watch.add(state_at(time_s, [(place, 0.0)], [velocity]))
+        watch.add(build_state(time_s, [(place, 0.0)], [velocity]))
     (window,) = watch.finish().windows
     assert window["due"] == 1
     assert window["missed"] == 0
@@ -143,7 +143,7 @@ def test_moving_edge_that_passes_through_a_disc_is_a_miss() -> None:
     )
     watch = StepWatch(scene, 1 / 16, 64)
     for step in range(1, 9):
-        watch.add(state_at(step / 16, [(0.0, 0.0)], [(0.0, 0.0)]))
+        watch.add(build_state(step / 16, [(0.0, 0.0)], [(0.0, 0.0)]))
     told = watch.finish()
     assert [int(window["missed"]) for window in told.windows] == [1]
     assert math.isclose(float(told.meetings[0]["due_s"]), (4.0 - 0.125) / 16.0)
@@ -151,7 +151,7 @@ def test_moving_edge_that_passes_through_a_disc_is_a_miss() -> None:
 
 def test_trace_with_a_wrong_wall_velocity_is_refused() -> None:
     """A trace in which a driven wall has another velocity than in the scene raises an InputError."""
-    truth = solve_pic(paddle())
+    truth = solve_pic(build_paddle_scene())
     impacts = truth.impacts.copy()
     impacts["velocity_second_before"] = (0.0, 0.0)
     with pytest.raises(InputError, match=r"velocity_second_before of impact 0 .* this driven wall has 1, 0"):
@@ -161,13 +161,13 @@ def test_trace_with_a_wrong_wall_velocity_is_refused() -> None:
 def test_impact_after_the_end_is_ignored() -> None:
     """An impact after the scene's end, but within the last step, is neither recorded nor in the final state."""
     scene = staged("late", disc_at(1.0, 0.0, 1.0), wall_at(3.505, 0.0, -1.0, 0.0), duration_s=2.004)
-    (row,) = cross_checked([scene], ["pit"], dts=[1 / 60]).rows
-    assert len(sure(row.trace).impacts) == 0
-    assert np.allclose(sure(row.trace).final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)
-    assert sure(row.trace).final_velocity_m_s.tolist() == [[1.0, 0.0]]
+    (row,) = run_cross_check([scene], ["pit"], dts=[1 / 60]).rows
+    assert len(require_value(row.trace).impacts) == 0
+    assert np.allclose(require_value(row.trace).final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)
+    assert require_value(row.trace).final_velocity_m_s.tolist() == [[1.0, 0.0]]
 
 
-def crush() -> Scene:
+def build_crush_scene() -> Scene:
     """A disc at rest between a wall and one that comes at 1 m/s, which leaves it no room from 2 s on."""
     return staged(
         "crush",
@@ -181,7 +181,7 @@ def crush() -> Scene:
 @each("steps_per_s, expected", release_after(1, [(7.0, 1), (60.0, 4), (55.5, 4)]))
 def test_crush_is_compared_while_steps_resolve_its_impacts(steps_per_s: float, expected: int) -> None:
     """In a crush PIC is EXACT and PIT SAMPLED for impacts that steps can resolve; later ones are ignored."""
-    results = cross_checked([crush()], ["pic", "pit"], dts=[1 / steps_per_s], profiles=["tuned"])
+    results = run_cross_check([build_crush_scene()], ["pic", "pit"], dts=[1 / steps_per_s], profiles=["tuned"])
     assert [row.grade for row in results.rows] == [Grade.EXACT, Grade.SAMPLED]
     scores = [row.score for row in results.rows if row.score is not None]
     assert {score.expected for score in scores} == {expected}  # of impacts at 1.25, 1.625, 1.75, 1.8125, 1.85, ... s
@@ -223,7 +223,7 @@ def test_stepwise_comparison_runs_no_pic_after_a_crush(
 
     monkeypatch.setattr(window, "simulate_pic", asked)
     monkeypatch.setattr(window_runs, "MOST_IMPACTS", 50)  # of the window in which it is crushed
-    things = [placed(disc_at(1.25, 0.0, -0.5, r=0.25)), placed(crush().walls[0]), placed(press)]
+    things = [placed(disc_at(1.25, 0.0, -0.5, r=0.25)), placed(build_crush_scene().walls[0]), placed(press)]
     scene = staged(
         "crush",
         *[thing for thing in things if isinstance(thing, Disc)],
@@ -237,7 +237,7 @@ def test_stepwise_comparison_runs_no_pic_after_a_crush(
         place, speed = (1.25 - 0.5 * time_s, -0.5) if time_s < 2.0 else (0.25 + 0.02 * (step % 2), (-1.0) ** step)
         rows, speeds = [to(place, 0.0), to(3.0 - time_s, 0.0)], [to(speed, 0.0), to(-1.0, 0.0)]
         n = len(scene.discs)
-        watch.add(state_at(time_s, rows[:n], speeds[:n]))
+        watch.add(build_state(time_s, rows[:n], speeds[:n]))
     told = watch.finish()
     assert any(time_s < 2.0 for time_s in begun)
     assert not any(time_s > 2.0 for time_s in begun)
@@ -249,7 +249,7 @@ def test_stepwise_comparison_runs_no_pic_after_a_crush(
 
 def test_impact_missed_before_a_crush_is_wrong() -> None:
     """A run without the second of its impacts, many steps before a crush, is WRONG."""
-    truth = solve_pic(crush())
+    truth = solve_pic(build_crush_scene())
     kept = np.delete(truth.impacts, 1)
     seen = replace(truth, impacts=kept, dt_s=1 / 60)
     assert compare(truth, seen).grade is Grade.WRONG
@@ -258,7 +258,7 @@ def test_impact_missed_before_a_crush_is_wrong() -> None:
 def test_normals_after_a_crush_are_not_compared() -> None:
     """Reversed normals give WRONG_NORMAL before a crush at 2 s, and no verdict after it."""
     edges = [Chain(points_m=((0.0, -1.0), (0.0, 1.0))), _PRESSES["edge"]]
-    scene = crush().model_copy(update={"walls": tuple(edges)})
+    scene = build_crush_scene().model_copy(update={"walls": tuple(edges)})
     truth, seen = solve_pic(scene), solve_pit(scene)
     for reversed_late in (True, False):
         impacts = seen.impacts.copy()

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.planted.faults import replayed
-from tests.scene_builders import altered, disc_at, line, staged, sure, wall_at
+from tests.planted.faults import replay_impacts
+from tests.scene_builders import alter_impact, build_line_scene, disc_at, require_value, staged, wall_at
 
 import carom
 from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic
@@ -44,7 +44,7 @@ def test_pic_agrees_with_60_certified_impacts_to_1e_6(certified: CertifiedTrace,
 def test_first_deviating_impact_ends_the_horizon(certified: CertifiedTrace, pic: Trace, k: int) -> None:
     """The horizon ends before the first impact whose time or velocity is off by more than the tolerance, or NaN."""
     for values in ({"time_s": pic.impacts["time_s"][k] + 1e-3}, {"velocity_first_after": (math.nan, 0.0)}):
-        found = compute_horizon(certified, altered(pic, k, **values), tolerance=1e-6)
+        found = compute_horizon(certified, alter_impact(pic, k, **values), tolerance=1e-6)
         assert (found.agreed, found.order_differs) == (k, None)
         assert found.end_s == (certified.trace.impacts["time_s"][k - 1] if k else 0.0)
         assert not found.covers_the_scene
@@ -53,7 +53,7 @@ def test_first_deviating_impact_ends_the_horizon(certified: CertifiedTrace, pic:
 def test_horizon_ends_where_the_order_of_impacts_differs(certified: CertifiedTrace, pic: Trace) -> None:
     """An impact of other bodies than the certified one ends the horizon and is named."""
     other = 14 if pic.impacts["first"][25] != 14 else 13
-    found = compute_horizon(certified, altered(pic, 25, first=other), tolerance=1e-6)
+    found = compute_horizon(certified, alter_impact(pic, 25, first=other), tolerance=1e-6)
     assert (found.agreed, found.order_differs) == (25, 25)
     assert "differs from impact 26 on" in str(found)
 
@@ -97,21 +97,21 @@ def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
     A run that contradicts itself beyond the horizon is INACCURATE.
     """
     horizon_s = float(pic.impacts["time_s"][29])
-    gone = replayed(pic, pic.impacts[:45].copy())
+    gone = replay_impacts(pic, pic.impacts[:45].copy())
     for observed in (pic, gone):
         score = compare(pic, observed, horizon=horizon_s)
         assert score.grade is Grade.EXACT
         assert (score.expected, len(score.errors), score.missed, score.spurious) == (30, 30, (), ())
         assert score.beyond_horizon == len(pic.impacts) - 30
         assert math.isnan(score.total.final_position)
-    for broken in (altered(pic, 40, velocity_first_after=(99.0, 99.0)), dropped(pic, 45)):
+    for broken in (alter_impact(pic, 40, velocity_first_after=(99.0, 99.0)), drop_impact(pic, 45)):
         assert compare(pic, broken, horizon=horizon_s).grade is Grade.INACCURATE
-    assert compare(pic, dropped(pic, 10), horizon=horizon_s).missed == (10,)
-    assert compare(pic, dropped(pic, 45)).missed == (45,)
+    assert compare(pic, drop_impact(pic, 10), horizon=horizon_s).missed == (10,)
+    assert compare(pic, drop_impact(pic, 45)).missed == (45,)
     assert compare(pic, gone).missed[0] == 45
 
 
-def dropped(trace: Trace, at: int) -> Trace:
+def drop_impact(trace: Trace, at: int) -> Trace:
     """The trace with an impact that it does not report."""
     return dataclasses.replace(trace, impacts=np.delete(trace.impacts, at))
 
@@ -126,7 +126,7 @@ def test_horizon_at_the_end_of_the_scene_has_no_effect(pic: Trace) -> None:
 
 def test_run_with_a_missing_or_extra_impact_is_not_covered() -> None:
     """A trace without the last certified impact, or with one more, differs from the certified run there."""
-    scene = line(0.0, 3.0, 6.0, velocities=(1.0, 0.0, 0.0))
+    scene = build_line_scene(0.0, 3.0, 6.0, velocities=(1.0, 0.0, 0.0))
     certified, whole = certify(scene), solve_pic(scene)
     assert len(certified) == len(whole.impacts) == 2
     shorter = dataclasses.replace(whole, impacts=whole.impacts[:1])
@@ -145,7 +145,9 @@ def test_impact_at_the_end_of_the_scene_ends_no_horizon(k: int) -> None:
 
     One ulp later the impact would be outside of the scene.
     """
-    long = line(-1.0 - 0.1 * k, -4.3 - 0.7 * k, -9.1 - 1.7 * k, velocities=(-0.7, 0.0, 0.0), duration_s=100.0)
+    long = build_line_scene(
+        -1.0 - 0.1 * k, -4.3 - 0.7 * k, -9.1 - 1.7 * k, velocities=(-0.7, 0.0, 0.0), duration_s=100.0
+    )
     scene = long.model_copy(update={"duration_s": float(solve_pic(long).impacts["time_s"][1])})
     assert len(solve_pic(scene).impacts) == 2
     assert estimate_horizon(solve_pic(scene)) is None
@@ -163,7 +165,7 @@ def test_missed_impacts_count_only_within_the_horizon() -> None:
     """With a horizon of 20 impacts, a dropped impact 5 is missed; impacts dropped from 40 on have no effect."""
     reference = solve_pic(catalogue()["classics/gas"].scene)
     early = dataclasses.replace(reference, impacts=np.delete(reference.impacts, 5))
-    late = replayed(reference, reference.impacts[:40].copy())
+    late = replay_impacts(reference, reference.impacts[:40].copy())
     assert compare(reference, early, horizon=20).missed == (5,)
     score = compare(reference, late, horizon=20)
     assert score.verdicts == (Verdict.CONFORMS,)
@@ -204,7 +206,7 @@ def test_estimated_horizon_of_a_gas_is_between_29_and_327_impacts() -> None:
     """
     gas = catalogue()["classics/gas"].scene.model_copy(update={"duration_s": 20.0})
     reference = solve_pic(gas)
-    horizon = sure(estimate_horizon(reference))
+    horizon = require_value(estimate_horizon(reference))
     believed = int(np.searchsorted(reference.impacts["time_s"], horizon, side="right"))
     assert 29 < believed < 327
 

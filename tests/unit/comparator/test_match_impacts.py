@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.scene_builders import altered, disc_at, staged, wall_at
+from tests.scene_builders import alter_impact, disc_at, staged, wall_at
 
 from carom import compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
@@ -38,7 +38,7 @@ def test_impact_after_a_later_one_of_its_disc_does_not_match() -> None:
     """An impact of 1 s reported at 5 s, after the disc's next impact at 3 s, is missed and spurious."""
     discs = disc_at(0, 0, 0.6, 0.8), disc_at(1.2, 1.6), disc_at(3, 4)
     scene = staged("aslant", *discs, duration_s=10.0, frame_rate_hz=60.0)
-    late = altered(solve_pit(scene), 0, time_s=5.0)
+    late = alter_impact(solve_pit(scene), 0, time_s=5.0)
     found = match_impacts(solve_pic(scene), dataclasses.replace(late, impacts=late.impacts[::-1].copy()))
     assert (found.matched, found.missed, found.spurious) == (((1, 0),), (0,), (1,))
 
@@ -61,7 +61,7 @@ Pairs = list[tuple[int, int]]
 EVENTS = st.lists(st.sampled_from([(0, 1), (1, 2), (0, 2), (0, -1)]), max_size=14)
 
 
-def full_table(a: Pairs, b: Pairs) -> int:
+def compute_full_table_distance(a: Pairs, b: Pairs) -> int:
     """The textbook recurrence, every cell of it."""
     d = {(i, 0): i for i in range(len(a) + 1)} | {(0, j): j for j in range(len(b) + 1)}
     for i in range(1, len(a) + 1):
@@ -77,7 +77,7 @@ def full_table(a: Pairs, b: Pairs) -> int:
 @given(EVENTS, EVENTS)
 def test_banded_edit_distance_equals_the_full_table(a: Pairs, b: Pairs) -> None:
     """The banded edit distance equals that of the full table, for all short sequences."""
-    assert compute_edit_distance(a, b) == full_table(a, b)
+    assert compute_edit_distance(a, b) == compute_full_table_distance(a, b)
 
 
 def test_insertion_deletion_and_swap_are_one_edit_each() -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.cases import each
-from tests.planted.faults import DT, ROW, faithful
-from tests.scene_builders import altered, sure
+from tests.planted.faults import DT, ROW, replay_reference
+from tests.scene_builders import alter_impact, require_value
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
@@ -27,35 +27,35 @@ BROKEN = [math.nan, math.inf, -math.inf]
 SAMPLINGS = (None, dataclasses.replace(REFERENCE, dt_s=DT))
 
 
-def sampled(trace: Trace) -> Trace:
+def add_samples(trace: Trace) -> Trace:
     """The trace with states for drawing."""
     samples = Samples(np.array([0.0, 1.0]), np.stack([trace.final_position_m, trace.final_position_m]))
     return dataclasses.replace(trace, samples=samples)
 
 
-def array_of(trace: Trace, name: str) -> NDArray[np.void]:
+def read_array(trace: Trace, name: str) -> NDArray[np.void]:
     field, _, part = name.partition(".")
     whole = getattr(trace, field)
     return np.asarray(getattr(whole, part) if field == "samples" else whole[part] if part else whole)
 
 
-def replaced(trace: Trace, field: str, value: Any) -> Trace:
+def replace_field(trace: Trace, field: str, value: Any) -> Trace:
     return dataclasses.replace(trace, **{field: value})
 
 
-def with_array(trace: Trace, name: str, array: NDArray[np.void]) -> Trace:
+def replace_array(trace: Trace, name: str, array: NDArray[np.void]) -> Trace:
     field, _, part = name.partition(".")
     whole = getattr(trace, field)
     if field == "samples":
-        return replaced(trace, field, dataclasses.replace(whole, **{part: array}))
+        return replace_field(trace, field, dataclasses.replace(whole, **{part: array}))
     if not part:
-        return replaced(trace, field, array)
+        return replace_field(trace, field, array)
     changed = whole.copy()
     changed[part] = array
-    return replaced(trace, field, changed)
+    return replace_field(trace, field, changed)
 
 
-def fields() -> Iterator[str]:
+def list_fields() -> Iterator[str]:
     yield from (f"impacts.{name}" for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
     yield from (f"state_before.{name}" for name in STATE_DTYPE.names or ())
     yield from ("effective_time_s", "final_position_m", "final_velocity_m_s", "samples.time_s", "samples.position_m")
@@ -63,20 +63,20 @@ def fields() -> Iterator[str]:
 
 def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
     """Yield a copy for each number of a field, with that number replaced by each non-finite value in turn."""
-    whole = array_of(trace, name)
+    whole = read_array(trace, name)
     for index, value in zip(np.ndindex(whole.shape), itertools.cycle(BROKEN), strict=False):
         changed = whole.copy()
         changed[index] = value
-        yield with_array(trace, name, changed), f"{name}{index} = {value}"
+        yield replace_array(trace, name, changed), f"{name}{index} = {value}"
 
 
-@each("name", list(fields()))
+@each("name", list(list_fields()))
 def test_non_finite_number_in_any_field_is_wrong(name: str) -> None:
     r"""NaN or infinity in any field of a trace gives NOT_FINITE as first verdict, and the grade WRONG.
 
     This holds with and without a PIT run to compare with.
     """
-    trace = sampled(faithful(REFERENCE))
+    trace = add_samples(replay_reference(REFERENCE))
     assert compare(REFERENCE, trace).grade is Grade.EXACT
     broken = itertools.islice(broken_copies(trace, name), 0, None, 5)
     for sampling, (copy, what) in zip(itertools.cycle(SAMPLINGS), broken, strict=False):
@@ -108,12 +108,12 @@ def test_non_finite_number_beyond_the_horizon_is_wrong(name: str) -> None:
 def test_non_finite_end_or_step_is_wrong(field: str) -> None:
     """A run whose end time or step is NaN or infinite is WRONG."""
     for value in BROKEN:
-        assert compare(REFERENCE, replaced(faithful(REFERENCE), field, value)).grade is Grade.WRONG
+        assert compare(REFERENCE, replace_field(replay_reference(REFERENCE), field, value)).grade is Grade.WRONG
 
 
 def test_reason_names_the_non_finite_field_impact_and_value() -> None:
     """The reason of NOT_FINITE names the field, the impact and the value; the total error is infinite."""
-    score = compare(REFERENCE, altered(faithful(REFERENCE), 1, velocity_first_after=(math.nan, 0.0)))
+    score = compare(REFERENCE, alter_impact(replay_reference(REFERENCE), 1, velocity_first_after=(math.nan, 0.0)))
     assert score.findings[0].reason == "velocity_first_after of impact 1 is nan, 0"
     assert score.total.velocity == math.inf
     assert score.errors[0].velocity == 0
@@ -121,8 +121,8 @@ def test_reason_names_the_non_finite_field_impact_and_value() -> None:
 
 def test_nan_for_an_unknown_state_is_accepted() -> None:
     """NaN for a whole unknown state and its effective time is no error; NaN for the time alone is one."""
-    trace = faithful(REFERENCE)
-    states, effective = sure(trace.state_before).copy(), sure(trace.effective_time_s).copy()
+    trace = replay_reference(REFERENCE)
+    states, effective = require_value(trace.state_before).copy(), require_value(trace.effective_time_s).copy()
     effective[1] = math.nan
     assert (
         find_non_finite(dataclasses.replace(trace, effective_time_s=effective)) == "effective_time_s of impact 1 is nan"

@@ -41,12 +41,12 @@ def reference(request: pytest.FixtureRequest) -> Trace:
     return build_reference(request.param)
 
 
-def scored(reference: Trace, observed: Trace) -> Score:
+def score_against_perfect_pit(reference: Trace, observed: Trace) -> Score:
     """Compare with the reference as a PIT without error, so that sampling explains no error."""
     return compare(reference, observed, sampling=dataclasses.replace(reference, dt_s=DT))
 
 
-def fault_size(a: float) -> float:
+def compute_rounding_tolerance(a: float) -> float:
     """What rounding can make of a planted fault of size `a`: sums and quotients of a few numbers about that size."""
     return 64 * 2.0**-52 * max(1.0, abs(a))
 
@@ -60,7 +60,7 @@ def test_normal_turned_by_one_degree_is_measured_exactly(reference: Trace) -> No
     angle = math.radians(1.0)
     impacts = reference.impacts.copy()
     row = impacts[-1]
-    normal = faults.turned(row["normal"], angle)
+    normal = faults.rotate(row["normal"], angle)
     scene = reference.scene
     w1 = 1 / scene.discs[int(row["first"])].mass_kg
     w2 = 1 / scene.discs[int(row["second"])].mass_kg if row["second"] >= 0 else 0.0
@@ -70,14 +70,14 @@ def test_normal_turned_by_one_degree_is_measured_exactly(reference: Trace) -> No
     row["normal"] = normal
     row["velocity_first_after"] = row["velocity_first_before"] - push * w1 * normal
     row["velocity_second_after"] = row["velocity_second_before"] + push * w2 * normal
-    score = scored(reference, faults.replayed(reference, impacts))
-    wrong = [error for error in score.errors if error.normal_rad > fault_size(1)]
+    score = score_against_perfect_pit(reference, faults.replay_impacts(reference, impacts))
+    wrong = [error for error in score.errors if error.normal_rad > compute_rounding_tolerance(1)]
     at = len(impacts) - 1
     assert [error.reference for error in wrong] == [at]
-    assert wrong[0].normal_rad == pytest.approx(angle, abs=fault_size(1))
+    assert wrong[0].normal_rad == pytest.approx(angle, abs=compute_rounding_tolerance(1))
     across = push * math.sin(angle) * max(w1, w2) / score.scales.speed_m_s
-    assert wrong[0].across_normal == pytest.approx(across, abs=fault_size(1))
-    assert wrong[0].restitution_error == pytest.approx(0.0, abs=fault_size(1))
+    assert wrong[0].across_normal == pytest.approx(across, abs=compute_rounding_tolerance(1))
+    assert wrong[0].restitution_error == pytest.approx(0.0, abs=compute_rounding_tolerance(1))
     assert score.verdicts[0] is Verdict.WRONG_VELOCITY
     also = {Verdict.WRONG_DIRECTION, Verdict.MISPLACED, Verdict.WRONG_END}
     if row["second"] < 0:  # a wall's normal is known
@@ -88,7 +88,7 @@ def test_normal_turned_by_one_degree_is_measured_exactly(reference: Trace) -> No
     assert "normal is wrong by 1 degrees" in score.findings[0].reason
     assert (score.missed, score.spurious, score.edits) == ((), (), 0)
     if np.isfinite(score.local.velocity[at]):  # not the second impact of a disc in one step
-        assert score.local.velocity[at] == pytest.approx(wrong[0].velocity, abs=fault_size(1))
+        assert score.local.velocity[at] == pytest.approx(wrong[0].velocity, abs=compute_rounding_tolerance(1))
         assert int(np.nanargmax(score.local.velocity)) == at
 
 
@@ -102,12 +102,12 @@ def test_restitution_lowered_by_a_tenth_is_measured_exactly(reference: Trace) ->
     less = 0.1 * closing / (w1 + w2)
     row["velocity_first_after"] += less * w1 * row["normal"]
     row["velocity_second_after"] -= less * w2 * row["normal"]
-    score = scored(reference, faults.replayed(reference, impacts))
+    score = score_against_perfect_pit(reference, faults.replay_impacts(reference, impacts))
     assert score.verdicts[0] is Verdict.WRONG_VELOCITY
-    assert score.total.restitution == pytest.approx(-0.1, abs=fault_size(1))
-    assert score.total.across_normal == pytest.approx(0.0, abs=fault_size(1))
+    assert score.total.restitution == pytest.approx(-0.1, abs=compute_rounding_tolerance(1))
+    assert score.total.across_normal == pytest.approx(0.0, abs=compute_rounding_tolerance(1))
     along = less * max(w1, w2) / score.scales.speed_m_s
-    assert score.total.along_normal == pytest.approx(along, abs=fault_size(1))
+    assert score.total.along_normal == pytest.approx(along, abs=compute_rounding_tolerance(1))
     if np.isfinite(score.local.restitution[at]):  # not the second impact of a disc in one step
         assert score.local.restitution[at] == pytest.approx(-0.1, abs=1e-9)
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.planted.faults import LENGTH, ROW, SPEED, faithful, replayed
-from tests.scene_builders import disc_at, staged, sure
+from tests.planted.faults import LENGTH, ROW, SPEED, replay_impacts, replay_reference
+from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
@@ -23,28 +23,28 @@ BESIDE = {
 }
 
 
-def pair_beside(name: str) -> Scene:
+def build_pair_beside(name: str) -> Scene:
     """A disc at 1 m/s that strikes another, and a third that has nothing to do with them."""
     friction = {"friction": 0.3} if name == "a fast spinner" else {}
     return staged("beside", disc_at(0, 0, 1, 0), disc_at(3, 0.3), BESIDE[name], duration_s=5, **friction)
 
 
-def velocity_off(reference: Trace, size: float) -> Trace:
+def plant_velocity_error(reference: Trace, size: float) -> Trace:
     impacts = reference.impacts.copy()
     impacts["velocity_first_after"] += [0, size]
     impacts["velocity_second_after"] -= [0, size]
-    return replayed(reference, impacts)
+    return replay_impacts(reference, impacts)
 
 
-def place_off(reference: Trace, size: float) -> Trace:
-    trace = faithful(reference)
+def plant_position_error(reference: Trace, size: float) -> Trace:
+    trace = replay_reference(reference)
     return dataclasses.replace(trace, final_position_m=trace.final_position_m + np.array([[size, 0], [0, 0], [0, 0]]))
 
 
-def spin_off(reference: Trace, size: float) -> Trace:
-    trace = faithful(reference)
+def plant_spin_error(reference: Trace, size: float) -> Trace:
+    trace = replay_reference(reference)
     assert reference.final_spin_rad_s is not None
-    spins = sure(reference.spins).copy()
+    spins = require_value(reference.spins).copy()
     spins["first_after"] += size
     return dataclasses.replace(trace, spins=spins, final_spin_rad_s=reference.final_spin_rad_s + np.array([size, 0, 0]))
 
@@ -52,9 +52,9 @@ def spin_off(reference: Trace, size: float) -> Trace:
 @each(
     "name, plant, verdict",
     [
-        ("a flyer", velocity_off, Verdict.WRONG_VELOCITY),
-        ("a far disc", place_off, Verdict.MISPLACED),
-        ("a fast spinner", spin_off, Verdict.WRONG_SPIN),
+        ("a flyer", plant_velocity_error, Verdict.WRONG_VELOCITY),
+        ("a far disc", plant_position_error, Verdict.MISPLACED),
+        ("a fast spinner", plant_spin_error, Verdict.WRONG_SPIN),
     ],
 )
 def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float], Trace], verdict: Verdict) -> None:
@@ -62,7 +62,7 @@ def test_unrelated_body_hides_no_error(name: str, plant: Callable[[Trace, float]
 
     Errors from 1e-9 on are not EXACT, and large ones are INACCURATE.
     """
-    reference = solve_pic(pair_beside(name))
+    reference = solve_pic(build_pair_beside(name))
     sampling = solve_pit(reference.scene)
     assert compare(reference, plant(reference, 0.0), sampling=sampling).grade is Grade.EXACT
     for size in (1e-9, 1e-6, 5e-4):
@@ -94,7 +94,7 @@ def test_32_bit_run_is_exact_up_to_1_percent_of_a_steps_travel(rate_hz: int) -> 
     The travel is that of the greatest speed that led to the disc, 1 m/s here.
     """
     reference = solve_pic(staged("long", disc_at(0, 0, 1, 0), disc_at(40, 0.2), duration_s=60))
-    run = dataclasses.replace(faithful(reference), float_bits=32, dt_s=1 / rate_hz, state_before=None)
+    run = dataclasses.replace(replay_reference(reference), float_bits=32, dt_s=1 / rate_hz, state_before=None)
     sampling = solve_pit(reference.scene, frame_rate_hz=rate_hz)
     for part, exact in ((0.0, True), (0.0099, True), (0.0101, False), (1.0, False)):
         off = dataclasses.replace(run, final_position_m=run.final_position_m + np.array([[part / rate_hz, 0], [0, 0]]))
@@ -125,9 +125,9 @@ def test_errors_before_a_tie_decide_the_grade() -> None:
     slow["velocity_second_after"][0] *= 0.5
     slow["velocity_first_after"][0] = slow["velocity_first_before"][0] - slow["velocity_second_after"][0]
     for trace, grade, word in (
-        (faithful(reference), Grade.UNGRADED, "exact"),
-        (replayed(reference, reference.impacts[1:].copy()), Grade.WRONG, "wrong"),
-        (replayed(reference, slow), Grade.INACCURATE, "inaccurate"),
+        (replay_reference(reference), Grade.UNGRADED, "exact"),
+        (replay_impacts(reference, reference.impacts[1:].copy()), Grade.WRONG, "wrong"),
+        (replay_impacts(reference, slow), Grade.INACCURATE, "inaccurate"),
     ):
         score = compare(reference, trace, sampling=sampling)
         assert score.grade is grade
@@ -138,7 +138,7 @@ def test_errors_before_a_tie_decide_the_grade() -> None:
 def test_tie_at_the_first_impact_gives_no_grade_until_then() -> None:
     """If the first impact is a tie, the run is UNGRADED, and the reason has no grade until then."""
     reference = solve_pic(staged("first", *TIE.discs[2:], duration_s=12))
-    score = compare(reference, faithful(reference), sampling=solve_pit(reference.scene))
+    score = compare(reference, replay_reference(reference), sampling=solve_pit(reference.scene))
     assert score.grade is Grade.UNGRADED
     assert "until then" not in score.findings[0].reason
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.random_scenes import slowing
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.random_scenes import draw_table_friction_scene
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
 from carom.catalogue import find_scenes
@@ -77,20 +77,20 @@ class Silent(PicAdapter):
 
 
 @cache
-def own(scene: Scene, dt_s: float) -> tuple[Trace, Trace]:
+def run_pic_and_pit(scene: Scene, dt_s: float) -> tuple[Trace, Trace]:
     """PIC's and PIT's traces."""
     return solve_pic(scene), observe_run(load_adapter("pit"), scene, "tuned", dt_s)
 
 
-def judged(scene: Scene, adapter: Adapter) -> Score:
+def score_adapter(scene: Scene, adapter: Adapter) -> Score:
     dt_s = DT_S if scene.damping_per_s else TABLE_DT_S
-    reference, sampling = own(scene, dt_s)
+    reference, sampling = run_pic_and_pit(scene, dt_s)
     return compare(reference, observe_run(adapter, scene, "tuned", dt_s), sampling=sampling)
 
 
-def fastest_rim(scene: Scene) -> float:
+def compute_rim_speed_ratio(scene: Scene) -> float:
     """Return how much faster than the disc its rim is, or 1: step errors are relative to the disc's speed."""
-    disc, trace = scene.discs[0], own(scene, DT_S)[0]
+    disc, trace = scene.discs[0], run_pic_and_pit(scene, DT_S)[0]
     ratios = [abs(disc.spin_rad_s) * disc.radius_m / math.hypot(*disc.velocity_m_s)]
     if trace.spins is not None:
         after = trace.impacts["velocity_first_after"]
@@ -101,7 +101,7 @@ def fastest_rim(scene: Scene) -> float:
 @each_damped
 def test_pic_of_a_damped_scene_is_exact(scene: Scene) -> None:
     """PIC of a damped scene is graded EXACT, and CONFORMS is its only verdict."""
-    score = judged(scene, PicAdapter())
+    score = score_adapter(scene, PicAdapter())
     assert score.grade is Grade.EXACT
     assert score.verdicts == (Verdict.CONFORMS,)
 
@@ -113,13 +113,13 @@ def test_wrong_damping_rate_is_inaccurate_or_worse(scene: Scene, factor: float) 
 
     The measured slip per step is the difference between the two decay factors, to 1e-6.
     """
-    score = judged(scene, Otherwise(damping_per_s=factor))
+    score = score_adapter(scene, Otherwise(damping_per_s=factor))
     assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
     assert Verdict.TURNS in score.verdicts
     # A step keeps exp(-factor c dt) of a velocity instead of exp(-c dt), of the larger of its two ends.
     rate = scene.damping_per_s * DT_S
-    slipped = abs(math.exp(-factor * rate) - math.exp(-rate)) * fastest_rim(scene)
-    assert sure(score.local_truth).slipped == pytest.approx(slipped, rel=1e-6)
+    slipped = abs(math.exp(-factor * rate) - math.exp(-rate)) * compute_rim_speed_ratio(scene)
+    assert require_value(score.local_truth).slipped == pytest.approx(slipped, rel=1e-6)
 
 
 @each("factor", release_after(1, [1.01, 0.0, 0.99, 2.0]))
@@ -129,19 +129,21 @@ def test_wrong_table_deceleration_is_inaccurate_or_worse(scene: Scene, factor: f
 
     A slip of over 1e-3 per step is measured, or invented impacts.
     """
-    score = judged(scene, Otherwise(table_deceleration_m_s2=factor))
+    score = score_adapter(scene, Otherwise(table_deceleration_m_s2=factor))
     assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
     # At full speed a dt / v is 1.7e-3, and near the stop half of the part; what changes by over 1 % turns by itself.
-    assert sure(score.local_truth).slipped > 1e-3 or sure(score.local_truth).invented > 0
+    assert require_value(score.local_truth).slipped > 1e-3 or require_value(score.local_truth).invented > 0
 
 
 @each_damped
 def test_first_order_damping_is_inaccurate(scene: Scene) -> None:
     """Damping by 1 - c dt per step, as in many engines, is INACCURATE, with a slip of (c dt)^2 / 2 per step."""
     rate = scene.damping_per_s * DT_S
-    score = judged(scene, Otherwise(damping_per_s=-math.log1p(-rate) / rate))
+    score = score_adapter(scene, Otherwise(damping_per_s=-math.log1p(-rate) / rate))
     assert score.grade is Grade.INACCURATE
-    assert sure(score.local_truth).slipped == pytest.approx(rate**2 / 2 * fastest_rim(scene), rel=rate)
+    assert require_value(score.local_truth).slipped == pytest.approx(
+        rate**2 / 2 * compute_rim_speed_ratio(scene), rel=rate
+    )
 
 
 @pytest.mark.long
@@ -151,7 +153,10 @@ def test_pit_on_a_decelerating_table_is_never_inaccurate(seed: int) -> None:
 
     It is compared with PIT at all phases of its step.
     """
-    assert judged(slowing(seed), load_adapter("pit")).grade not in {Grade.INACCURATE, Grade.PARTED_INACCURATE}
+    assert score_adapter(draw_table_friction_scene(seed), load_adapter("pit")).grade not in {
+        Grade.INACCURATE,
+        Grade.PARTED_INACCURATE,
+    }
 
 
 @each("scene", [PAIR, *release_after(2, reversed(DAMPED))])
@@ -160,11 +165,13 @@ def test_wrong_restitution_of_a_slowed_run_is_measured(scene: Scene) -> None:
 
     Restitution is not measured in impacts with friction.
     """
-    score = judged(scene, Otherwise(restitution=0.9, wall_restitution=0.9))
-    assert sure(score.local_truth).grade in {Grade.INACCURATE} | ({Grade.WRONG} if scene is not PAIR else set())
+    score = score_adapter(scene, Otherwise(restitution=0.9, wall_restitution=0.9))
+    assert require_value(score.local_truth).grade in {Grade.INACCURATE} | (
+        {Grade.WRONG} if scene is not PAIR else set()
+    )
     if scene.name != "contact/damped-slide":  # of rubbing impacts no restitution is worked out
         e = scene.wall_restitution if scene.walls else scene.restitution
-        assert sure(score.local_truth).restitution[1] == pytest.approx(0.1 * e, rel=1e-9)
+        assert require_value(score.local_truth).restitution[1] == pytest.approx(0.1 * e, rel=1e-9)
 
 
 @each_damped
@@ -173,11 +180,11 @@ def test_pit_lateness_in_damped_scenes_is_the_rest_of_the_frame(scene: Scene) ->
 
     That impact is due at PIC's time, and the lateness of the run is within one step.
     """
-    reference, found = own(scene, DT_S)
-    score = score_steps(sure(found.local_truth), compute_scales(scene, solve_pic(scene, max_impacts=2000)), 64)
+    reference, found = run_pic_and_pit(scene, DT_S)
+    score = score_steps(require_value(found.local_truth), compute_scales(scene, solve_pic(scene, max_impacts=2000)), 64)
     first = reference.impacts["time_s"][0]
-    assert sure(found.local_truth).meetings[0]["due_s"] == pytest.approx(first, rel=1e-12)
-    assert sure(found.local_truth).windows["late_steps"][0] == pytest.approx(-first / DT_S % 1.0, abs=1e-7)
+    assert require_value(found.local_truth).meetings[0]["due_s"] == pytest.approx(first, rel=1e-12)
+    assert require_value(found.local_truth).windows["late_steps"][0] == pytest.approx(-first / DT_S % 1.0, abs=1e-7)
     assert 0.0 <= score.late_steps[1] <= 1.0
 
 
@@ -187,7 +194,7 @@ def test_pit_lateness_in_damped_scenes_is_the_rest_of_the_frame(scene: Scene) ->
 )
 def test_effective_times_are_recovered_from_states_alone(scene: Scene, dt_s: float, off: float) -> None:
     """Impact times and velocities of PIC are recovered from its states alone, in damped and table scenes."""
-    trace, truth = observe_run(Silent(dt_s), scene, "tuned", dt_s), own(scene, dt_s)[0]
+    trace, truth = observe_run(Silent(dt_s), scene, "tuned", dt_s), run_pic_and_pit(scene, dt_s)[0]
     assert trace.effective_time_s == pytest.approx(truth.impacts["time_s"], rel=off)
     for name in ("velocity_first_before", "velocity_second_before", "velocity_first_after", "velocity_second_after"):
         assert trace.impacts[name] == pytest.approx(truth.impacts[name], rel=10 * off, abs=1e-13)
@@ -198,8 +205,8 @@ def test_positions_at_a_wall_impact_on_a_table_are_consistent() -> None:
     bodies = disc_at(0.0, 0.0, 2.0, 2.0**-10, r=0.25), wall_at(1.25, 0.0, -1.0, 0.0)
     scene = staged("table", *bodies, table_deceleration_m_s2=0.8, duration_s=1.0)
     score = compare(solve_pic(scene), observe_run(PicAdapter(), scene, "tuned", TABLE_DT_S))
-    assert sure(score.consistency).position.size < 1e-12
-    assert sure(score.consistency).unchecked == 0
+    assert require_value(score.consistency).position.size < 1e-12
+    assert require_value(score.consistency).unchecked == 0
 
 
 def test_disc_that_stops_after_the_end_still_moves_at_the_end() -> None:

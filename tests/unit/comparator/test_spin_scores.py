@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import all_scenes
@@ -18,14 +18,14 @@ from carom.errors import InputError
 DT = 1 / 60
 
 
-def scene_named(name: str) -> Scene:
+def find_scene(name: str) -> Scene:
     return all_scenes()[f"spin/{name}"].scene
 
 
-def outcome_of_one_impact(name: str, velocity: tuple[float, float], spin: float, dt_s: float = DT) -> Trace:
+def build_one_impact_run(name: str, velocity: tuple[float, float], spin: float, dt_s: float = DT) -> Trace:
     """The run of a disc that hits the floor once and leaves it like this, seen by a method with steps."""
-    truth = solve_pic(scene_named(name))
-    impacts, spins = truth.impacts.copy(), sure(truth.spins).copy()
+    truth = solve_pic(find_scene(name))
+    impacts, spins = truth.impacts.copy(), require_value(truth.spins).copy()
     impacts["velocity_first_after"], spins["first_after"] = velocity, spin
     left = truth.end_time_s - float(truth.impacts["time_s"][0])
     return dataclasses.replace(
@@ -40,17 +40,17 @@ def outcome_of_one_impact(name: str, velocity: tuple[float, float], spin: float,
     )
 
 
-def score(name: str, observed: Trace) -> Score:
-    scene = scene_named(name)
+def score_run(name: str, observed: Trace) -> Score:
+    scene = find_scene(name)
     pit = solve_pit(scene, frame_rate_hz=1.0 / observed.dt_s if observed.dt_s else None)
     return compare(solve_pic(scene), observed, sampling=pit)
 
 
-def found(result: Score) -> set[Verdict]:
+def collect_verdicts(result: Score) -> set[Verdict]:
     return set(result.verdicts)
 
 
-def reason(result: Score, verdict: Verdict) -> str:
+def find_reason(result: Score, verdict: Verdict) -> str:
     return next(finding.reason for finding in result.findings if finding.verdict is verdict)
 
 
@@ -61,15 +61,15 @@ def test_wrong_spin_is_measured_and_inaccurate(spin: float, error: float, arm: s
     The disc comes at 5 m/s and leaves at (2, 2) with -2 rad/s. ANGULAR reports the arm at which friction seems to
     act.
     """
-    result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
+    result = score_run("grip", build_one_impact_run("grip", (2.0, 2.0), spin))
     assert result.grade is Grade.INACCURATE
     assert result.total.velocity <= 1e-15
     assert result.total.spin == pytest.approx(error / 5.0, rel=1e-12)
     assert result.total.final_spin == pytest.approx(error / 5.0, rel=1e-12)
     assert result.total.energy == pytest.approx(0.25 * (spin**2 - 4.0) / 12.5, abs=1e-14)
-    assert {Verdict.WRONG_SPIN, Verdict.WRONG_LAST_SPIN, Verdict.ANGULAR} <= found(result)
-    assert not found(result) & {Verdict.WRONG_VELOCITY, Verdict.SLID, Verdict.STUCK}
-    assert f"as if it acted at {arm} times its radius" in reason(result, Verdict.ANGULAR)
+    assert {Verdict.WRONG_SPIN, Verdict.WRONG_LAST_SPIN, Verdict.ANGULAR} <= collect_verdicts(result)
+    assert not collect_verdicts(result) & {Verdict.WRONG_VELOCITY, Verdict.SLID, Verdict.STUCK}
+    assert f"as if it acted at {arm} times its radius" in find_reason(result, Verdict.ANGULAR)
     assert result.price_paid == math.inf  # on a wall sampling costs PIT nothing
     assert f", spin {error / 5:.3g}" in str(result)
 
@@ -80,14 +80,14 @@ def test_friction_arm_close_to_the_radius_is_shown_as_difference(spin: float, sa
 
     Friction turns the disc of 'grip' by -2 rad/s.
     """
-    result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
-    assert f"as if it acted at {said} its rim" in reason(result, Verdict.ANGULAR)
+    result = score_run("grip", build_one_impact_run("grip", (2.0, 2.0), spin))
+    assert f"as if it acted at {said} its rim" in find_reason(result, Verdict.ANGULAR)
 
 
 @each("part", [0.9, 0.95, 1.05])
 def test_spin_error_that_sampling_does_not_explain_is_inaccurate(part: float) -> None:
     """A run with a wrong tangential restitution is INACCURATE, although its velocity error is below PIT's."""
-    scene = scene_named("superball-table")
+    scene = find_scene("superball-table")
     truth = solve_pic(scene)
     other = scene.model_copy(update={"wall_tangential_restitution": part * scene.wall_tangential_restitution})
     observed = dataclasses.replace(solve_pic(other), scene=scene, method="planted", dt_s=DT)
@@ -95,8 +95,8 @@ def test_spin_error_that_sampling_does_not_explain_is_inaccurate(part: float) ->
     impacts["velocity_first_after"] += 0.5
     pit = dataclasses.replace(truth, impacts=impacts, final_velocity_m_s=truth.final_velocity_m_s + 0.5)
     result = compare(truth, observed, sampling=pit)
-    assert result.total.velocity < sure(result.sampling).velocity
-    assert result.total.spin > sure(result.sampling).spin == 0.0
+    assert result.total.velocity < require_value(result.sampling).velocity
+    assert result.total.spin > require_value(result.sampling).spin == 0.0
     assert result.grade is Grade.INACCURATE
 
 
@@ -105,10 +105,10 @@ def test_sliding_where_friction_would_hold_is_reported() -> None:
 
     With f = 2 and a push of 6 friction can take 12 m/s, and 1 is enough to hold.
     """
-    result = score("grip", outcome_of_one_impact("grip", (3.0 - 12.0, 2.0), -24.0))
-    assert Verdict.SLID in found(result)
-    assert Verdict.STUCK not in found(result)
-    assert Verdict.ANGULAR not in found(result)  # as wrong as it is, it keeps that
+    result = score_run("grip", build_one_impact_run("grip", (3.0 - 12.0, 2.0), -24.0))
+    assert Verdict.SLID in collect_verdicts(result)
+    assert Verdict.STUCK not in collect_verdicts(result)
+    assert Verdict.ANGULAR not in collect_verdicts(result)  # as wrong as it is, it keeps that
     assert result.grade is Grade.INACCURATE
 
 
@@ -117,25 +117,25 @@ def test_sticking_where_friction_is_too_weak_is_reported() -> None:
 
     With f = 0.1 and a push of 3 friction takes 0.3 m/s, and 1 would be needed to hold.
     """
-    result = score("slide", outcome_of_one_impact("slide", (2.0, 1.0), -2.0))
-    assert Verdict.STUCK in found(result)
-    assert not found(result) & {Verdict.SLID, Verdict.ANGULAR}
+    result = score_run("slide", build_one_impact_run("slide", (2.0, 1.0), -2.0))
+    assert Verdict.STUCK in collect_verdicts(result)
+    assert not collect_verdicts(result) & {Verdict.SLID, Verdict.ANGULAR}
     assert result.grade is Grade.INACCURATE
 
 
 @each("name", ["edge", "throw-stick"])
 def test_pic_and_pit_take_the_right_branch_of_friction(name: str) -> None:
     """PIC and PIT have no verdict on friction or spin, also exactly between sticking and sliding."""
-    for trace in (solve_pic(scene_named(name)), solve_pit(scene_named(name))):
-        result = score(name, trace)
-        assert not found(result) & {Verdict.SLID, Verdict.STUCK, Verdict.ANGULAR, Verdict.SPINS}
+    for trace in (solve_pic(find_scene(name)), solve_pit(find_scene(name))):
+        result = score_run(name, trace)
+        assert not collect_verdicts(result) & {Verdict.SLID, Verdict.STUCK, Verdict.ANGULAR, Verdict.SPINS}
 
 
 def test_correct_run_of_slide_is_exact() -> None:
     """The correct run of 'slide' is EXACT, and CONFORMS is its only verdict."""
-    result = score("slide", outcome_of_one_impact("slide", (2.7, 1.0), -0.6))
+    result = score_run("slide", build_one_impact_run("slide", (2.7, 1.0), -0.6))
     assert result.grade is Grade.EXACT
-    assert found(result) == {Verdict.CONFORMS}
+    assert collect_verdicts(result) == {Verdict.CONFORMS}
 
 
 def test_friction_arm_shortened_by_the_overlap_is_explained() -> None:
@@ -144,45 +144,45 @@ def test_friction_arm_shortened_by_the_overlap_is_explained() -> None:
     The disc comes at 13**0.5 m/s: a step of 1/60 s explains an arm shorter by 0.06, one of 1/600 s by 0.006. The
     run is INACCURATE because PIT, with full arms, has no such error on a wall.
     """
-    run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98)
-    result = score("slide", run)
-    assert "as if it acted at 0.98 times its radius" in reason(result, Verdict.ANGULAR)
-    assert "more than the overlap gained" not in reason(result, Verdict.ANGULAR)
-    assert sure(result.consistency).arm == pytest.approx(0.98, rel=1e-12)
-    assert sure(result.consistency).angular_excess == 0.0
+    run = build_one_impact_run("slide", (2.7, 1.0), -0.6 * 0.98)
+    result = score_run("slide", run)
+    assert "as if it acted at 0.98 times its radius" in find_reason(result, Verdict.ANGULAR)
+    assert "more than the overlap gained" not in find_reason(result, Verdict.ANGULAR)
+    assert require_value(result.consistency).arm == pytest.approx(0.98, rel=1e-12)
+    assert require_value(result.consistency).angular_excess == 0.0
     assert result.grade is Grade.INACCURATE  # PIT, with full arms, has no such error on a wall
-    shorter = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98, dt_s=1 / 600)
-    assert "more than the overlap gained" in reason(score("slide", shorter), Verdict.ANGULAR)
+    shorter = build_one_impact_run("slide", (2.7, 1.0), -0.6 * 0.98, dt_s=1 / 600)
+    assert "more than the overlap gained" in find_reason(score_run("slide", shorter), Verdict.ANGULAR)
 
 
 def test_spin_that_changes_in_flight_is_reported() -> None:
     """A final spin that differs from that after the last impact gives SPINS, WRONG_LAST_SPIN and ENERGY_LOST."""
-    run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
-    result = score("slide", dataclasses.replace(run, final_spin_rad_s=np.array([-0.5])))
-    assert found(result) == {Verdict.SPINS, Verdict.WRONG_LAST_SPIN, Verdict.ENERGY_LOST}
-    assert sure(result.consistency).spin.size == pytest.approx(0.1 / math.hypot(3, 2), rel=1e-12)
+    run = build_one_impact_run("slide", (2.7, 1.0), -0.6)
+    result = score_run("slide", dataclasses.replace(run, final_spin_rad_s=np.array([-0.5])))
+    assert collect_verdicts(result) == {Verdict.SPINS, Verdict.WRONG_LAST_SPIN, Verdict.ENERGY_LOST}
+    assert require_value(result.consistency).spin.size == pytest.approx(0.1 / math.hypot(3, 2), rel=1e-12)
     assert result.grade is Grade.INACCURATE
 
 
 def test_nan_spin_is_wrong() -> None:
     """NaN in a spin gives the verdict NOT_FINITE with its field, and the grade WRONG."""
-    run = outcome_of_one_impact("slide", (2.7, 1.0), math.nan)
-    result = score("slide", run)
+    run = build_one_impact_run("slide", (2.7, 1.0), math.nan)
+    result = score_run("slide", run)
     assert result.grade is Grade.WRONG
-    assert "spin first_after of impact 0" in reason(result, Verdict.NOT_FINITE)
+    assert "spin first_after of impact 0" in find_reason(result, Verdict.NOT_FINITE)
     assert result.total.spin == math.inf
 
 
 def test_trace_without_spins_of_turning_discs_is_refused() -> None:
     """A trace without the spins of discs that turn raises an InputError."""
-    run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
+    run = build_one_impact_run("slide", (2.7, 1.0), -0.6)
     with pytest.raises(InputError, match=r"the trace of 'planted' .* has no spins"):
-        score("slide", dataclasses.replace(run, spins=None, final_spin_rad_s=None))
+        score_run("slide", dataclasses.replace(run, spins=None, final_spin_rad_s=None))
 
 
 def test_method_without_friction_is_inaccurate() -> None:
     """A frictionless bounce off a rough floor is INACCURATE; velocity and spin are off by friction's effect."""
-    result = score("slide", outcome_of_one_impact("slide", (3.0, 1.0), 0.0))
+    result = score_run("slide", build_one_impact_run("slide", (3.0, 1.0), 0.0))
     assert result.grade is Grade.INACCURATE
     assert result.total.velocity == pytest.approx(0.3 / math.hypot(3, 2), rel=1e-12)
     assert result.total.spin == pytest.approx(0.6 / math.hypot(3, 2), rel=1e-12)
@@ -196,7 +196,7 @@ def test_velocity_error_is_relative_to_the_disc_not_its_rim() -> None:
     truth = solve_pic(scene)
     # f (1 + e) w_n = 0.4, and the floor drives a disc that spins counterclockwise backwards.
     np.testing.assert_allclose(truth.final_velocity_m_s[0], (2.6, 2.0), rtol=1e-15)
-    assert sure(truth.final_spin_rad_s)[0] == 1e6 - 0.8
+    assert require_value(truth.final_spin_rad_s)[0] == 1e6 - 0.8
     impacts = truth.impacts.copy()
     impacts["velocity_first_after"][0, 0] += 1e-9
     result = compare(truth, dataclasses.replace(truth, impacts=impacts))
@@ -209,16 +209,16 @@ def test_rough_corner_has_two_admissible_outcomes() -> None:
 
     A run with reversed spins matches neither.
     """
-    trace = solve_pic(scene_named("corner"))
-    group = sure(find_first_group(trace))
+    trace = solve_pic(find_scene("corner"))
+    group = require_value(find_first_group(trace))
     outcomes = find_admissible_outcomes(trace.scene, group, math.sqrt(13))
     motions = sorted(outcome.motion_m_s[0].tolist() for outcome in outcomes)
     np.testing.assert_allclose(motions, [(2.0, 2.0, 2.0), (22 / 9, 4 / 3, -22 / 9)], rtol=1e-15)
     result = compare(trace, trace)
-    assert sure(result.convention).matches
-    turned = sure(trace.spins).copy()
+    assert require_value(result.convention).matches
+    turned = require_value(trace.spins).copy()
     turned["first_after"] *= -1.0
-    wrong = sure(compare(trace, dataclasses.replace(trace, spins=turned)).convention)
+    wrong = require_value(compare(trace, dataclasses.replace(trace, spins=turned)).convention)
     assert not wrong.matches
 
 
@@ -235,7 +235,7 @@ def test_pit_has_no_spin_error_without_friction() -> None:
 
 def test_rough_gas_has_an_estimated_horizon() -> None:
     """A rough gas has an estimated horizon within 60 s; a scene of one rough bounce has none."""
-    assert estimate_horizon(solve_pic(scene_named("slide"))) is None
+    assert estimate_horizon(solve_pic(find_scene("slide"))) is None
     rng = np.random.default_rng(1)
     discs = [
         disc_at(2.0 * x, 2.0 * y, velocity_m_s=tuple(rng.normal(size=2)), spin_rad_s=float(rng.normal()))
@@ -245,7 +245,7 @@ def test_rough_gas_has_an_estimated_horizon() -> None:
     walls = [wall_at(-1, -1, 1, 0), wall_at(-1, -1, 0, 1), wall_at(7, 7, -1, 0), wall_at(7, 7, 0, -1)]
     rough = {"friction": 10.0, "wall_friction": 10.0, "tangential_restitution": 1.0, "wall_tangential_restitution": 1.0}
     gas = Scene(name="gas", discs=discs, walls=walls, duration_s=60.0, **rough)
-    horizon = sure(estimate_horizon(solve_pic(gas)))
+    horizon = require_value(estimate_horizon(solve_pic(gas)))
     assert 0.0 < horizon < 60.0
 
 
@@ -275,7 +275,7 @@ def test_spin_without_friction_changes_no_other_score(name: str) -> None:
 def test_pit_with_friction_compared_with_itself_is_sampled() -> None:
     """PIT of spinning discs with friction, compared with itself, is SAMPLED."""
     for name in ("throw-slide", "throw-stick", "gearing"):
-        scene = scene_named(name)
+        scene = find_scene(name)
         trace = solve_pit(scene)
         score = compare(solve_pic(scene), trace, sampling=trace)
         assert score.grade is Grade.SAMPLED, name

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.random_scenes import drawn, slowing
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.random_scenes import draw_scene, draw_table_friction_scene
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Scene
 from carom.catalogue.find_scenes import all_scenes
@@ -34,7 +34,7 @@ from carom.studies.bench.gas import build_gas_scene
 NOT_DAMPED = {Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.DRIVEN_WALLS, Need.DRIVEN_DISCS, Need.BELTS}
 
 
-def damped(times: float, scenes: list[Scene]) -> list[Scene]:
+def damp_scenes(times: float, scenes: list[Scene]) -> list[Scene]:
     """Return those that can be damped, of few enough discs and frames, damped to exp(-times) over their durations."""
     return [
         scene.model_copy(update={"damping_per_s": times / scene.duration_s})
@@ -43,7 +43,7 @@ def damped(times: float, scenes: list[Scene]) -> list[Scene]:
     ]
 
 
-def named() -> Iterator[Any]:
+def list_named_scenes() -> Iterator[Any]:
     """Yield scenes that have a name, by group: as they are, and damped. Seven of eight of the classics are long."""
     for group, found in groupby(all_scenes().values(), lambda entry: entry.group):
         scenes = [entry.scene for entry in found]
@@ -53,19 +53,19 @@ def named() -> Iterator[Any]:
                 yield pytest.param(lambda some=some: some, id=f"{len(some)} of {group}", marks=marks)
     every = [entry.scene for entry in all_scenes().values()]
     some = [entry.scene for entry in all_scenes().values() if entry.group == "classics"]
-    yield pytest.param(partial(damped, 1.0, some[::6]), id="classics, damped")
+    yield pytest.param(partial(damp_scenes, 1.0, some[::6]), id="classics, damped")
     for times in (1.0, 5.0):
-        yield pytest.param(partial(damped, times, every), id=f"damped {times}", marks=pytest.mark.long)
+        yield pytest.param(partial(damp_scenes, times, every), id=f"damped {times}", marks=pytest.mark.long)
 
 
-def by_number(law: str, numbers: Iterable[int]) -> list[Scene]:
+def draw_scenes(law: str, numbers: Iterable[int]) -> list[Scene]:
     """Return scenes drawn: rough ones and damped ones up to a tenth a step, or on tables that slow discs down."""
     if law == "slowing":
-        return [slowing(number) for number in numbers]
+        return [draw_table_friction_scene(number) for number in numbers]
     return [
         Scene(
             **{
-                **dict(drawn("anywhere", number, rough=number % 2 == 1)),
+                **dict(draw_scene("anywhere", number, rough=number % 2 == 1)),
                 "damping_per_s": (0.1, 1.0, 6.0)[number % 3],
                 "duration_s": 3.0,
             }
@@ -74,19 +74,19 @@ def by_number(law: str, numbers: Iterable[int]) -> list[Scene]:
     ]
 
 
-def at_random() -> Iterator[Any]:
+def list_random_scenes() -> Iterator[Any]:
     """Yield what to draw of each law, in numbers: a few and, with `-m long`, many."""
     # Two of 24 and 38 come deep into a wall in a last step of 1.4 s, or meet at what damping has left of their speed.
     for law, short, more, most in (("damped", 3, (24, 38), 40), ("slowing", 2, (), 150)):
-        yield pytest.param(partial(by_number, law, (*range(short), *more)), id=law)
-        yield pytest.param(partial(by_number, law, range(short, most)), id=f"more {law}", marks=pytest.mark.long)
+        yield pytest.param(partial(draw_scenes, law, (*range(short), *more)), id=law)
+        yield pytest.param(partial(draw_scenes, law, range(short, most)), id=f"more {law}", marks=pytest.mark.long)
 
 
-def steps_of(scene: Scene, name: str) -> LocalTruth:
-    return sure(observe_run(load_adapter(name), scene, "tuned", 1.0 / scene.frame_rate_hz).local_truth)
+def compute_steps(scene: Scene, name: str) -> LocalTruth:
+    return require_value(observe_run(load_adapter(name), scene, "tuned", 1.0 / scene.frame_rate_hz).local_truth)
 
 
-def states_of(scene: Scene, dt_s: float) -> States:
+def compute_states(scene: Scene, dt_s: float) -> States:
     """PIC's states at every step boundary, by its solver."""
     run, count = start_pic_run(scene), scene.step_count(dt_s)
     times = np.arange(count + 1, dtype=np.float64) * dt_s
@@ -98,7 +98,7 @@ def states_of(scene: Scene, dt_s: float) -> States:
     return States(times, np.array(place), np.array(velocity), None)
 
 
-@each("scenes_of", [*named(), *at_random()])
+@each("scenes_of", [*list_named_scenes(), *list_random_scenes()])
 def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(scenes_of: Callable[[], list[Scene]]) -> None:
     r"""Every step of PIC is exact; steps of PIT miss only what PIT misses there, with errors of at most PIT's.
 
@@ -108,10 +108,10 @@ def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(scenes_of: Callab
         reference = solve_pic(scene, max_impacts=2000)
         if reference.outcome is Outcome.GLIDES:  # of infinitely many hops
             continue
-        scales, steps = compute_scales(scene, reference), steps_of(scene, "pic")
+        scales, steps = compute_scales(scene, reference), compute_steps(scene, "pic")
         if reference.outcome is Outcome.CRUSHED:  # in the step in which that comes impacts have no end
             steps = replace(steps, windows=steps.windows[steps.windows["end_s"] <= reference.end_time_s])
-        exact, sampled = score_steps(steps, scales, 64), score_steps(steps_of(scene, "pit"), scales, 64)
+        exact, sampled = score_steps(steps, scales, 64), score_steps(compute_steps(scene, "pit"), scales, 64)
         assert (exact.missed, exact.invented, exact.early, exact.ahead, exact.drifts) == (0, 0, 0, 0, 0), scene.name
         # At a tie PIC from a state that is an ulp away may take the other admissible order.
         tied = reference.ambiguous and (exact.grade is Grade.SAMPLED or exact.agrees_alone)
@@ -124,7 +124,7 @@ def test_steps_of_pic_are_exact_and_steps_of_pit_pay_its_price(scenes_of: Callab
 def test_stepwise_results_do_not_depend_on_the_block_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """Windows, meetings and slips of a run are the same, whether it is processed in one block or in many."""
     scene = all_scenes()["classics/gas"].scene
-    states = states_of(scene, 1 / 60)
+    states = compute_states(scene, 1 / 60)
     whole = compute_local_truth(scene, states, dt_s=1 / 60)
     monkeypatch.setattr(step_watch, "_NUMBERS", 1)
     pieces = compute_local_truth(scene, states, dt_s=1 / 60)
@@ -149,7 +149,7 @@ def test_states_of_a_crowd_are_processed_less_than_twice(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(step_watch, "_NUMBERS", 1)
     monkeypatch.setattr(step_watch, "find_activity", counted)
-    found = steps_of(scene.model_copy(update={"frame_rate_hz": 60.0}), "pit")
+    found = compute_steps(scene.model_copy(update={"frame_rate_hz": 60.0}), "pit")
     begins, ends = found.windows["begin_s"], found.windows["end_s"]
     middle_s = np.arange(10, 390) / 60
     assert np.mean([np.any((begins < t) & (ends > t)) for t in middle_s]) > 0.9
@@ -174,7 +174,7 @@ def test_sinking_depth_does_not_depend_on_the_block_size(monkeypatch: pytest.Mon
 def test_steps_of_pit_with_a_late_impact_are_sampled() -> None:
     """The stepwise grade of PIT with one late impact is SAMPLED."""
     scene = all_scenes()["paper/late"].scene
-    assert score_steps(steps_of(scene, "pit"), compute_scales(scene, solve_pic(scene)), 64).grade is Grade.SAMPLED
+    assert score_steps(compute_steps(scene, "pit"), compute_scales(scene, solve_pic(scene)), 64).grade is Grade.SAMPLED
 
 
 def test_slow_fall_onto_a_fixed_disc_is_due_at_contact() -> None:
@@ -184,7 +184,7 @@ def test_slow_fall_onto_a_fixed_disc_is_due_at_contact() -> None:
     """
     bodies = disc_at(0.0, 2.0), disc_at(0.0, 0.0, m=math.inf)
     scene = staged("slow", *bodies, gravity_m_s2=(0.0, -0.5), duration_s=3.0, frame_rate_hz=8.0)
-    assert steps_of(scene, "pic").meetings["due_s"].tolist() == [2.0]
+    assert compute_steps(scene, "pic").meetings["due_s"].tolist() == [2.0]
 
 
 def test_push_on_leaving_a_floor_is_an_invented_impact() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from tests.installed_adapters import write_distribution
-from tests.processes import ran
+from tests.processes import run_command
 
 TOYS = """
 import time
@@ -50,7 +50,7 @@ def run_pytest(project: Path) -> Pytest:
 
     def run(*arguments: str, before: str = "") -> subprocess.CompletedProcess[str]:
         code = f"import sys\n{before}\nimport pytest\nsys.exit(pytest.main(sys.argv[1:]))"
-        return ran(
+        return run_command(
             [sys.executable, "-c", code, *arguments],
             cwd=project,
             check=False,

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.unit.engines.protocol.programs import manifest_of
+from tests.unit.engines.protocol.programs import write_manifest
 
 from carom.conformance.known_failures import FILE_NAME
 from carom.conformance.suite import make_suite, select_engines
@@ -106,7 +106,7 @@ def test_hanging_case_fails_and_known_failure_is_counted(project: Path, run_pyte
 @pytest.mark.long
 def test_summary_of_manifest_engine_names_engine_and_version(run_pytest: Pytest, tmp_path: Path) -> None:
     """The summary of an engine with a manifest contains its name and version, and no distribution."""
-    done = run_pytest("--carom-engine", str(manifest_of(tmp_path, version="2.5")), "-k", "declares-capabilities")
+    done = run_pytest("--carom-engine", str(write_manifest(tmp_path, version="2.5")), "-k", "declares-capabilities")
     assert "toy: toy 2.5: 1 passed, 0 failed" in done.stdout
 
 

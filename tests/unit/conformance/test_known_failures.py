@@ -158,7 +158,7 @@ cases = ["a::times[default-x]"]
 VERSIONS, HERE = {"a": "7.3.1"}, "linux-x86_64"
 
 
-def written(file: Path, failed: dict[str, str], passed: set[str]) -> WrittenFailures:
+def update_file(file: Path, failed: dict[str, str], passed: set[str]) -> WrittenFailures:
     entries = load_known_failures(file) if file.exists() else ()
     return write_known_failures(file, entries, failed, passed, VERSIONS, HERE)
 
@@ -167,7 +167,7 @@ def test_unchanged_results_leave_the_file_unchanged(tmp_path: Path) -> None:
     """If no new case failed and no listed case passed, the file keeps its exact text."""
     file = tmp_path / "known.toml"
     file.write_text(FILE)
-    assert written(file, {}, set()) == WrittenFailures((), (), ())
+    assert update_file(file, {}, set()) == WrittenFailures((), (), ())
     assert file.read_text() == FILE
 
 
@@ -178,7 +178,7 @@ def test_passing_case_is_removed_and_other_entries_stay(tmp_path: Path) -> None:
     """
     file = tmp_path / "known.toml"
     file.write_text(FILE)
-    assert written(file, {}, {"a::energy[tuned]"}).dropped == ("a::energy[tuned]",)
+    assert update_file(file, {}, {"a::energy[tuned]"}).dropped == ("a::energy[tuned]",)
     text = file.read_text()
     assert text.startswith("# What the engine can't do.\n\n# Issue 12.\n[[known_failure]]\n")
     assert FILE[FILE.index("# Slow") :] in text
@@ -186,7 +186,7 @@ def test_passing_case_is_removed_and_other_entries_stay(tmp_path: Path) -> None:
         ("it leaks", ("a::energy[default]",)),
         ("slow", ("a::times[default-x]",)),
     ]
-    written(file, {}, {"a::energy[default]"})
+    update_file(file, {}, {"a::energy[default]"})
     assert [one.reason for one in load_known_failures(file)] == ["slow"]
 
 
@@ -195,7 +195,7 @@ def test_new_failures_are_grouped_by_message(tmp_path: Path) -> None:
     file = tmp_path / "known.toml"
     file.write_text("# Nothing is known yet.\n")
     failed = {"a::hits[default-x]": "2 missed", "a::hits[tuned-x]": "3 missed", "a::start[tuned]": "moves by 1e-3 m"}
-    done = written(file, failed, set())
+    done = update_file(file, failed, set())
     assert done.added == done.without_reason == tuple(failed)
     assert file.read_text().startswith("# Nothing is known yet.\n\n[[known_failure]]\n")
     assert [(one.reason, one.cases, one.versions) for one in load_known_failures(file)] == [
@@ -208,7 +208,7 @@ def test_case_listed_for_other_platform_gets_entry_for_this_one(tmp_path: Path) 
     """A failing case that is listed for another platform gets an entry for this release and platform only."""
     file = tmp_path / "known.toml"
     file.write_text(FILE)
-    written(file, {"a::times[default-x]": "late"}, set())
+    update_file(file, {"a::times[default-x]": "late"}, set())
     entry = load_known_failures(file)[-1]
     assert (entry.versions, entry.platform, entry.cases) == ("7.3.1", HERE, ("a::times[default-x]",))
 
@@ -226,7 +226,7 @@ def test_any_toml_spelling_of_entries_is_rewritten(text: str, tmp_path: Path) ->
     file = tmp_path / "known.toml"
     file.write_text(text)
     before = {name: one.reason for one in load_known_failures(file) for name in one.cases}
-    written(file, {"a::d": "new"}, {"a::b"})
+    update_file(file, {"a::d": "new"}, {"a::b"})
     after = {name: one.reason for one in load_known_failures(file) for name in one.cases}
     assert after == {"a::c": before["a::c"], "a::d": f"{TO_BE_WRITTEN}; new"}
 

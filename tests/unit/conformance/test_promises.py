@@ -51,7 +51,7 @@ class Here(Subject):
 
 
 @pytest.fixture
-def held(monkeypatch: pytest.MonkeyPatch) -> Held:
+def run_case(monkeypatch: pytest.MonkeyPatch) -> Held:
     """The cases of an adapter that no entry point leads to."""
     subjects = dict[int, Here]()
 
@@ -76,48 +76,54 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
     return found
 
 
-def narrowed(value: Setting) -> Setting:
+def round_to_float32(value: Setting) -> Setting:
     """Return a setting as an engine of 32-bit floats has it."""
     return float(np.float32(value)) if isinstance(value, float) else value
 
 
-def off(units: float) -> Callable[[Setting], Setting]:
+def build_inexact_reader(units: float) -> Callable[[Setting], Setting]:
     """Return an engine that is off by a number of units in the last place of 32 bits."""
     return lambda value: value * (1 + units * 2.0**-23) if isinstance(value, float) else value
 
 
 @each(
-    "read, bits, passes", [(narrowed, 32, True), (narrowed, 64, False), (off(3), 32, False), (off(2.0**-29), 64, False)]
+    "read, bits, passes",
+    [
+        (round_to_float32, 32, True),
+        (round_to_float32, 64, False),
+        (build_inexact_reader(3), 32, False),
+        (build_inexact_reader(2.0**-29), 64, False),
+    ],
 )
 def test_settings_must_be_exact_to_declared_float_width(
-    read: Callable[[Setting], Setting], bits: int, passes: bool, held: Held
+    read: Callable[[Setting], Setting], bits: int, passes: bool, run_case: Held
 ) -> None:
     r"""Settings that an engine reads back must equal the requested ones to rounding in its declared float width.
 
     Settings rounded to 32 bits pass with 32 bits and fail with 64 bits.
     """
-    said = held(Bouncer(read=read, capabilities=Capabilities(float_bits=bits)), "settings[tuned]")
+    said = run_case(Bouncer(read=read, capabilities=Capabilities(float_bits=bits)), "settings[tuned]")
     assert (said == "") is passes
     assert passes or "differs from the requested one" in said
 
 
 @each("unit", [1.0, 100.0, 1 / 3])
-def test_start_rounded_by_unit_conversion_passes(unit: float, held: Held) -> None:
+def test_start_rounded_by_unit_conversion_passes(unit: float, run_case: Held) -> None:
     """A start that is off only by the rounding of a conversion of units passes."""
-    assert held(Bouncer(unit=unit), "start[tuned]") == ""
+    assert run_case(Bouncer(unit=unit), "start[tuned]") == ""
 
 
-def test_start_off_by_three_roundings_fails(held: Held) -> None:
+def test_start_off_by_three_roundings_fails(run_case: Held) -> None:
     """A start whose coordinates are off by three roundings (3 · 2^-53) fails."""
-    assert "starts differently from the scene" in held(Bouncer(nudge=3 * 2.0**-53), "start[tuned]")
+    assert "starts differently from the scene" in run_case(Bouncer(nudge=3 * 2.0**-53), "start[tuned]")
 
 
 @each("bits, shove, passes", [(32, 3e-4, False), (32, 3e-6, True), (64, 3e-6, False)])
-def test_velocity_error_above_rounding_fails(bits: int, shove: float, passes: bool, held: Held) -> None:
+def test_velocity_error_above_rounding_fails(bits: int, shove: float, passes: bool, run_case: Held) -> None:
     """A velocity error of 3e-4 fails with 32 bits; 3e-6 passes with 32 bits and fails with 64 bits."""
     engine = Bouncer(shove=shove, capabilities=Capabilities(restitution=(0.0, 1.0), float_bits=bits))
     for case in ("restitution[greatest-greatest]", "velocities[tuned-classics/head-on]"):
-        said = held(engine, case)
+        said = run_case(engine, case)
         assert (said == "") is passes
         assert passes or "wrong velocit" in said
 
@@ -132,7 +138,7 @@ def test_suite_and_reports_use_the_same_rounding_threshold(bits: int) -> None:
 ONE = Capabilities(restitution=(0.0, 1.0), restitution_combine="one")
 
 
-def test_single_restitution_for_discs_and_walls_must_be_declared(held: Held) -> None:
+def test_single_restitution_for_discs_and_walls_must_be_declared(run_case: Held) -> None:
     r"""An engine that uses the discs' restitution for walls passes only if its adapter declares this.
 
     Cases with two coefficients are then skipped, and an adapter that runs such a scene instead of refusing it
@@ -143,18 +149,18 @@ def test_single_restitution_for_discs_and_walls_must_be_declared(held: Held) -> 
         "restitution[middle-middle]",
         "refuses[restitution-of-walls]",
     )
-    assert "ends with a wrong velocity" in held(Bouncer(one_coefficient=True), unlike)
+    assert "ends with a wrong velocity" in run_case(Bouncer(one_coefficient=True), unlike)
     honest = Bouncer(one_coefficient=True, capabilities=ONE)
-    assert "combines coefficients by 'one'" in held(honest, unlike)
-    assert held(honest, unlike).startswith("skipped: wall_restitution is 1 with a restitution of 0")
-    assert held(honest, alike) == ""
-    assert held(honest, refused) == ""
-    assert "is run" in held(replace(honest, refuses=False), refused)
-    assert held(Bouncer(), refused).startswith("skipped")
+    assert "combines coefficients by 'one'" in run_case(honest, unlike)
+    assert run_case(honest, unlike).startswith("skipped: wall_restitution is 1 with a restitution of 0")
+    assert run_case(honest, alike) == ""
+    assert run_case(honest, refused) == ""
+    assert "is run" in run_case(replace(honest, refuses=False), refused)
+    assert run_case(Bouncer(), refused).startswith("skipped")
 
 
 @pytest.mark.long
-def test_declared_margin_allows_errors_of_a_contact_margin(held: Held) -> None:
+def test_declared_margin_allows_errors_of_a_contact_margin(run_case: Held) -> None:
     r"""With its contact margin declared, a speculative engine passes all cases; with half of it, some cases fail.
 
     Without a declared margin, more than ten cases fail.
@@ -163,21 +169,23 @@ def test_declared_margin_allows_errors_of_a_contact_margin(held: Held) -> None:
     failed = {}
     for promised in (0.0, MARGIN / 2, MARGIN):
         bouncer = Bouncer(margin_m=MARGIN, accuracy=Accuracy(margin_m=promised))
-        failed[promised] = [name for name in names if (said := held(bouncer, name)) and not said.startswith("skipped")]
+        failed[promised] = [
+            name for name in names if (said := run_case(bouncer, name)) and not said.startswith("skipped")
+        ]
     assert "hits[tuned-classics/miss]" in failed[0.0]
     assert len(failed[0.0]) > 10
     assert failed[MARGIN / 2]
     assert failed[MARGIN] == []
 
 
-def test_declared_margin_allows_no_wrong_restitution(held: Held) -> None:
+def test_declared_margin_allows_no_wrong_restitution(run_case: Held) -> None:
     """A declared contact margin does not allow wrong velocities after an impact with the wrong restitution."""
 
     class Dull(Bouncer):
         def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> BouncerWorld:
             return super().prepare(scene.model_copy(update={"restitution": 0.5}), settings)
 
-    said = held(Dull(accuracy=Accuracy(margin_m=MARGIN)), "velocities[tuned-classics/oblique-3-4-5]")
+    said = run_case(Dull(accuracy=Accuracy(margin_m=MARGIN)), "velocities[tuned-classics/oblique-3-4-5]")
     assert "leaves wrong velocities" in said
 
 
@@ -246,7 +254,7 @@ LIES_ABOUT_WALLS: dict[str, tuple[str, Callable[[Scene], Scene], str]] = {
 
 
 @each("lie", LIES_ABOUT_WALLS)
-def test_false_statement_about_walls_fails_its_case(lie: str, held: Held) -> None:
+def test_false_statement_about_walls_fails_its_case(lie: str, run_case: Held) -> None:
     """PIT passes each case about walls; with walls other than declared it fails, with the expected message."""
     pit = load_adapter("pit")
     case, staged, words = LIES_ABOUT_WALLS[lie]
@@ -258,8 +266,8 @@ def test_false_statement_about_walls_fails_its_case(lie: str, held: Held) -> Non
         def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
             return pit.prepare(staged(scene), settings)
 
-    assert held(pit, case) == ""
-    assert words in held(Lying(), case)
+    assert run_case(pit, case) == ""
+    assert words in run_case(Lying(), case)
 
 
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]

@@ -79,7 +79,7 @@ class BouncerWorld:
 ENGINE, NO_ERROR = Engine("Bouncer"), Accuracy()
 
 
-def as_it_is(value: Setting) -> Setting:
+def return_unchanged(value: Setting) -> Setting:
     """Return a setting as it was asked for."""
     return value
 
@@ -104,7 +104,7 @@ class Bouncer:
     nudge: float = 0.0
     shove: float = 0.0
     one_coefficient: bool = False
-    read: Callable[[Setting], Setting] = as_it_is
+    read: Callable[[Setting], Setting] = return_unchanged
     accuracy: Accuracy = NO_ERROR
     refuses: bool = True
     capabilities: Capabilities = field(default_factory=lambda: Capabilities(restitution=(0.0, 1.0)))

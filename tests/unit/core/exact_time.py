@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 PRECISION = 600
 
 
-def exact_time(row: NDArray[np.float64], precision: int = PRECISION) -> arb | None:
+def compute_exact_time(row: NDArray[np.float64], precision: int = PRECISION) -> arb | None:
     """Return a ball around the exact time of impact; 0 for overlapping and approaching, None for never."""
     ctx.prec = precision
     x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = (arb(float(value)) for value in row)
@@ -24,7 +24,7 @@ def exact_time(row: NDArray[np.float64], precision: int = PRECISION) -> arb | No
     return c / (d.sqrt() - b) if d > 0 else None
 
 
-def ulps(found: float, exact: arb) -> float:
+def compute_ulp_error(found: float, exact: arb) -> float:
     """Return the distance of a float from the exact value in units of its last place."""
     ctx.prec = PRECISION
     return float(abs(arb(found) - exact)) / math.ulp(float(exact.mid()))

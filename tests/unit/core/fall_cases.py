@@ -65,19 +65,19 @@ def _passing(rnd: random.Random, miss: float | None) -> Encounter:
     return Encounter((x + place[0], y + place[1], *velocity, radius), (x, y, fixed_radius), acceleration)
 
 
-def free(rnd: random.Random) -> Encounter:
+def draw_free(rnd: random.Random) -> Encounter:
     return _passing(rnd, None)
 
 
-def aimed(rnd: random.Random) -> Encounter:
+def draw_aimed(rnd: random.Random) -> Encounter:
     return _passing(rnd, rnd.uniform(0, 1.1))
 
 
-def near_miss(rnd: random.Random) -> Encounter:
+def draw_near_miss(rnd: random.Random) -> Encounter:
     return _passing(rnd, 1 + rnd.choice([-1, 1]) * 10 ** rnd.uniform(-16, -6))
 
 
-def graze(rnd: random.Random) -> Encounter:
+def draw_graze(rnd: random.Random) -> Encounter:
     """Return a disc whose apex is above a fixed one, and touches it or misses it by little."""
     radius, fixed_radius, g = rnd.uniform(0.1, 1), rnd.uniform(0.05, 1), 9.81
     reach, time = radius + fixed_radius, rnd.uniform(0.3, 1.5)
@@ -88,7 +88,7 @@ def graze(rnd: random.Random) -> Encounter:
     )
 
 
-def contact(rnd: random.Random) -> Encounter:
+def draw_contact(rnd: random.Random) -> Encounter:
     """Return a disc on the rim of a fixed one, up to rounding, that leaves it, slides along it or rests."""
     size = 10 ** rnd.uniform(-3, 3)
     acceleration = _gravity(rnd, size)
@@ -104,7 +104,7 @@ def contact(rnd: random.Random) -> Encounter:
     return Encounter((nx * distance, ny * distance, *velocity, radius), (0.0, 0.0, fixed_radius), acceleration, leaving)
 
 
-def whole_numbers(rnd: random.Random) -> Encounter:
+def draw_whole_numbers(rnd: random.Random) -> Encounter:
     """Return a case of whole numbers over 1, 2 or 4, with double roots and roots that are floats."""
     unit = rnd.choice([1, 2, 4])
     x, y, vx, vy, ay = (rnd.randint(-12, 12) / unit for _ in range(5))
@@ -114,7 +114,7 @@ def whole_numbers(rnd: random.Random) -> Encounter:
     return Encounter((x, y, vx, vy, radius), (0.0, 0.0, fixed_radius), (ax, ay), leaving)
 
 
-def on_table(rnd: random.Random) -> Encounter:
+def draw_on_table(rnd: random.Random) -> Encounter:
     """Return a disc as seen from another, each of which a table slows down: they may be slowed almost alike."""
     deceleration = 10 ** rnd.uniform(-2, 1)
     first = rnd.gauss(0, 3), rnd.gauss(0, 3)
@@ -133,7 +133,7 @@ def on_table(rnd: random.Random) -> Encounter:
     return Encounter((x * distance, y * distance, vx, vy, radius), (0.0, 0.0, fixed_radius), acceleration, leaving)
 
 
-def any_size(rnd: random.Random) -> Encounter:
+def draw_any_size(rnd: random.Random) -> Encounter:
     """Return a case whose lengths, speeds and accelerations are from 1e-100 to 1e100."""
     size, speed, pull = (10 ** rnd.uniform(-100, 100) for _ in range(3))
     if rnd.random() < 0.6:  # comparable: what falls by its own size has about this speed
@@ -149,14 +149,14 @@ def any_size(rnd: random.Random) -> Encounter:
 
 
 ENCOUNTERS: tuple[Callable[[random.Random], Encounter], ...] = (
-    free,
-    aimed,
-    near_miss,
-    graze,
-    contact,
-    whole_numbers,
-    on_table,
-    any_size,
+    draw_free,
+    draw_aimed,
+    draw_near_miss,
+    draw_graze,
+    draw_contact,
+    draw_whole_numbers,
+    draw_on_table,
+    draw_any_size,
 )
 
 
@@ -181,7 +181,7 @@ def _feature(rnd: random.Random, kind: str, size: float, thick: float, middle: P
     return arc.build_stop(circle, (Fraction(b[0]) - circle.x, Fraction(b[1]) - circle.y)) if kind == "stop" else arc
 
 
-def fall(rnd: random.Random, kind: str) -> Fall:
+def draw_fall(rnd: random.Random, kind: str) -> Fall:
     """Return a disc and a feature of a kind: often almost in contact, aimed at an end, or past it."""
     size = 10 ** rnd.uniform(-3, 3)
     far = rnd.choice([0.0, 0.0, 1e2, 1e5]) * size
@@ -234,7 +234,7 @@ def _place(rnd: random.Random, feature: Feature, radius: float, size: float) -> 
     return (x, y), (sign * nx, sign * ny), away
 
 
-def past_an_end(rnd: random.Random) -> Fall:
+def draw_past_an_end(rnd: random.Random) -> Fall:
     """Return a disc that is in contact with the inner side of an arc's circle next to one of its ends."""
     a, b = (0.0, 0.0), rnd.choice([(4.0, 0.0), (4.0, 1.0), (rnd.gauss(3, 1), rnd.gauss(0, 1))])
     arc = Arc.on(
@@ -254,7 +254,7 @@ def past_an_end(rnd: random.Random) -> Fall:
     return Fall(Mover.at(place, velocity, radius), arc, pull, rnd.choice([None, None, 0.0]))
 
 
-def whole_number_arc(rnd: random.Random) -> Fall:
+def draw_whole_number_arc(rnd: random.Random) -> Fall:
     """Return a disc and an arc whose places, ends and sizes are whole numbers over 1, 2, 4 or 8."""
     inside, half_width = rnd.choice([True, False]), rnd.choice([0.0, 0.25])
     a, b, bulge = rnd.choice(

@@ -37,7 +37,7 @@ def value(pair: Pair) -> Fraction:
     return Fraction(pair[0]) + Fraction(pair[1])
 
 
-def closings(gap: Polynomial) -> list[float]:
+def find_closing_times(gap: Polynomial) -> list[float]:
     """Return the times at which a gap closes, except those larger than the largest float."""
     found = list[float]()
     with contextlib.suppress(OverflowError):
@@ -45,19 +45,21 @@ def closings(gap: Polynomial) -> list[float]:
     return found
 
 
-def disc_time(case: Encounter) -> float:
+def compute_disc_time(case: Encounter) -> float:
     """Return the seconds until a falling disc touches a fixed one, infinity for never."""
     x, y, ux, uy, radius, fixed_x, fixed_y, fixed_radius, ax, ay = map(
         Fraction, (*case.disc, *case.fixed, *case.acceleration)
     )
-    gap = squared_gap((x - fixed_x, y - fixed_y), (ux, uy), (ax, ay), radius + fixed_radius, case.leaving)
+    gap = build_squared_gap((x - fixed_x, y - fixed_y), (ux, uy), (ax, ay), radius + fixed_radius, case.leaving)
     try:
         return next(find_closings([max(gap[0], Fraction(0)), *gap[1:]]), NEVER)
     except OverflowError:
         return NEVER
 
 
-def squared_gap(place: Vector, velocity: Vector, pull: Vector, reach: Fraction, leaving: float | None) -> Polynomial:
+def build_squared_gap(
+    place: Vector, velocity: Vector, pull: Vector, reach: Fraction, leaving: float | None
+) -> Polynomial:
     """Return the squared distance from the origin less that of contact; with a speed of leaving the two touch now."""
     (px, py), (ux, uy), (ax, ay) = place, velocity, pull
     gap, opening = px * px + py * py - reach * reach, 2 * (px * ux + py * uy)
@@ -94,12 +96,12 @@ def cross(a: Vector, b: Vector) -> Fraction:
     return a[0] * b[1] - a[1] * b[0]
 
 
-def possible_signs(number: Fraction, error: Fraction) -> set[bool]:
+def find_possible_signs(number: Fraction, error: Fraction) -> set[bool]:
     """Return whether a number is 0 or more: one answer, or both where it is within an error below 0."""
     return {True} if number >= 0 else {False} if number < -error else {True, False}
 
 
-def in_sector(sector: Sector | None, path: Path, time: float) -> set[bool]:
+def check_sector(sector: Sector | None, path: Path, time: float) -> set[bool]:
     """Return whether a disc is in a sector at a time, both answers where rounding decides."""
     if sector is None:
         return {True}
@@ -108,16 +110,16 @@ def in_sector(sector: Sector | None, path: Path, time: float) -> set[bool]:
     for end, sense in ((sector.first, 1), (sector.last, -1)):
         direction = value(end[0]), value(end[1])
         error = abs(direction[0]) * error_y + abs(direction[1]) * error_x
-        sides.append(possible_signs(sense * cross(direction, place), error))
+        sides.append(find_possible_signs(sense * cross(direction, place), error))
     begun, not_ended = sides
     return {(a or b) if sector.reflex else (a and b) for a in begun for b in not_ended}
 
 
-def first_times(times: Iterable[float], path: Path, sector: Sector | None) -> set[float]:
+def find_first_times(times: Iterable[float], path: Path, sector: Sector | None) -> set[float]:
     """Return the first of some times at which a disc is in a sector, and earlier ones at which rounding decides."""
     right = set[float]()
     for time in sorted(times):
-        answers = in_sector(sector, path, time)
+        answers = check_sector(sector, path, time)
         if True in answers:
             right.add(time)
         if answers == {True}:
@@ -125,29 +127,29 @@ def first_times(times: Iterable[float], path: Path, sector: Sector | None) -> se
     return right | {NEVER}
 
 
-def arc_times(case: Fall, arc: Arc) -> set[float]:
+def find_arc_times(case: Fall, arc: Arc) -> set[float]:
     """Return the right times at which a falling disc touches an arc or a vertex."""
     disc = case.disc
     if (disc.radius < arc.fits_below) is not arc.inside:
         return {NEVER}
     path, thick = Path(disc, arc.centre, case.acceleration), Fraction(disc.radius) + Fraction(arc.half_width)
     reach = value(arc.radius) + (-thick if arc.inside else thick)
-    gap = squared_gap(path.place, path.velocity, path.pull, reach, case.leaving)
+    gap = build_squared_gap(path.place, path.velocity, path.pull, reach, case.leaving)
     if arc.inside:
         gap = [-gap[0], gap[1] if case.leaving is not None else -gap[1], *(-power for power in gap[2:])]
     beyond = sum(p * p for p in path.place) - value(arc.radius) ** 2
     is_in_front = beyond < 0 if arc.inside else beyond > 0
     right = set[float]()
-    for in_contact in in_sector(arc.sector, path, 0.0) if gap[0] <= 0 and is_in_front else {False}:
+    for in_contact in check_sector(arc.sector, path, 0.0) if gap[0] <= 0 and is_in_front else {False}:
         now = [Fraction(0), *gap[1:]] if in_contact else gap
-        times = closings(now)
+        times = find_closing_times(now)
         if arc.inside and arc.sector is not None and now[0] <= 0:
-            times += coming_in(arc, arc.sector, path, now)
-        right |= first_times(times, path, arc.sector)
+            times += find_sector_entries(arc, arc.sector, path, now)
+        right |= find_first_times(times, path, arc.sector)
     return right
 
 
-def arc_time_error(case: Fall, arc: Arc, time: float) -> float:
+def estimate_arc_time_error(case: Fall, arc: Arc, time: float) -> float:
     """Return how far a time of contact may be off since place and reach are sums that are rounded to pairs."""
     path = Path(case.disc, arc.centre, case.acceleration)
     (x, y), _ = path.at(time)
@@ -158,20 +160,20 @@ def arc_time_error(case: Fall, arc: Arc, time: float) -> float:
     return float(rounded * Fraction(distance) / closing) if closing else 0.0
 
 
-def coming_in(arc: Arc, sector: Sector, path: Path, gap: Polynomial) -> list[float]:
+def find_sector_entries(arc: Arc, sector: Sector, path: Path, gap: Polynomial) -> list[float]:
     """Return when a disc that overlaps the circle of contact next to an arc touches the arc, after it reaches it."""
     found, (xs, ys) = list[float](), path.powers()
     for end, sense in ((sector.first, 1), (sector.last, -1)):
         fx, fy = value(end[0]), value(end[1])
-        for time in closings([sense * (fy * x - fx * y) for x, y in zip(xs, ys, strict=True)]):
+        for time in find_closing_times([sense * (fy * x - fx * y) for x, y in zip(xs, ys, strict=True)]):
             (x, y), _ = path.at(time)
-            overlap, *rest = shifted(gap, time)
+            overlap, *rest = shift_polynomial(gap, time)
             if overlap <= 0 and fx * x + fy * y > 0 and x * x + y * y < value(arc.radius) ** 2:
-                found += [time + wait for wait in closings([Fraction(0), *rest])]
+                found += [time + wait for wait in find_closing_times([Fraction(0), *rest])]
     return found
 
 
-def shifted(powers: Sequence[Fraction], time: float) -> Polynomial:
+def shift_polynomial(powers: Sequence[Fraction], time: float) -> Polynomial:
     """Return a polynomial in time as one in the time from an instant on."""
     t, found = Fraction(time), [Fraction(0)] * len(powers)
     for k, power in enumerate(powers):
@@ -180,7 +182,7 @@ def shifted(powers: Sequence[Fraction], time: float) -> Polynomial:
     return found
 
 
-def quadratic_time(gap: Fraction, speed: Fraction, pull: Fraction) -> float:
+def solve_quadratic_time(gap: Fraction, speed: Fraction, pull: Fraction) -> float:
     """Return when a gap to a straight wall closes; one below 0, by rounding, is contact."""
     if gap < 0 and speed <= 0:
         gap = Fraction(0)
@@ -200,7 +202,7 @@ def length_of(vector: Vector) -> Fraction:
     return Fraction(math.isqrt(math.floor((vector[0] ** 2 + vector[1] ** 2) * shift))) / (1 << _ROOT_BITS)
 
 
-def face_times(case: Fall, face: Face) -> set[float]:
+def find_face_times(case: Fall, face: Face) -> set[float]:
     """Return the right times, to some ulp, at which a falling disc touches a face; none where they are not known."""
     begin, end = (Path(case.disc, ((p[0], 0.0), (p[1], 0.0)), case.acceleration) for p in (face.a, face.b))
     along = value(face.along[0]), value(face.along[1])
@@ -216,21 +218,21 @@ def face_times(case: Fall, face: Face) -> set[float]:
     if is_doubtful(gap, speed, pull):
         return set()
     right = set[float]()
-    on_edge = foot_on(along, begin, end, 0.0) if on_face and case.leaving is None and gap <= 0 else {False}
+    on_edge = check_foot(along, begin, end, 0.0) if on_face and case.leaving is None and gap <= 0 else {False}
     for in_contact in on_edge:
         if in_contact:
-            right.add(quadratic_time(gap, speed, pull))
+            right.add(solve_quadratic_time(gap, speed, pull))
             continue
         if case.leaving is None and gap <= 0 and not speed > 0:
             right.add(NEVER)
             continue
         time = next(find_closings([gap, speed, pull / 2]), NEVER)
-        answers = foot_on(along, begin, end, time) if time < NEVER else {False}
+        answers = check_foot(along, begin, end, time) if time < NEVER else {False}
         right |= {time if answer else NEVER for answer in answers}
     return right
 
 
-def foot_on(along: Vector, begin: Path, end: Path, time: float) -> set[bool]:
+def check_foot(along: Vector, begin: Path, end: Path, time: float) -> set[bool]:
     """Return whether a disc's foot is on an edge at a time, both answers where rounding decides."""
     sides = []
     for path, sense in ((begin, 1), (end, -1)):
@@ -241,7 +243,7 @@ def foot_on(along: Vector, begin: Path, end: Path, time: float) -> set[bool]:
     return {a and b for a in sides[0] for b in sides[1]}
 
 
-def feature_times(case: Fall) -> set[float]:
+def find_feature_times(case: Fall) -> set[float]:
     """Return the right times at which a falling disc touches a feature of a wall."""
     feature = case.feature
-    return face_times(case, feature) if isinstance(feature, Face) else arc_times(case, feature)
+    return find_face_times(case, feature) if isinstance(feature, Face) else find_arc_times(case, feature)

@@ -24,12 +24,12 @@ class Press(NamedTuple):
     rolling_resistance: float = 0.0
 
 
-def rates(press: Press, slip: float, rim: float = 0.0) -> tuple[float, float, bool, bool]:
+def compute_rates(press: Press, slip: float, rim: float = 0.0) -> tuple[float, float, bool, bool]:
     found = core_functions.contact_rates(press, slip, rim)
     return found["along"], found["rim"], bool(found["sticks"]), bool(found["blocks"])
 
 
-def admitted(
+def find_admitted_solutions(
     s1: Fraction, q1: Fraction, most: tuple[Fraction, Fraction], y: Fraction, signs: tuple[int, int]
 ) -> set[tuple[Fraction, Fraction]]:
     """Return every s and q that the inclusion of two frictions admits: each of nine branches is tried, in fractions."""
@@ -53,7 +53,9 @@ def admitted(
     return found
 
 
-def problems(count: int) -> Iterator[tuple[Fraction, Fraction, tuple[Fraction, Fraction], Fraction, tuple[int, int]]]:
+def draw_problems(
+    count: int,
+) -> Iterator[tuple[Fraction, Fraction, tuple[Fraction, Fraction], Fraction, tuple[int, int]]]:
     """Draw problems in small numbers that floats hold exactly, so that equality is as common as the rest."""
     rng = random.Random(1)
 
@@ -72,8 +74,8 @@ def test_share_frictions_returns_the_unique_exact_solution(count: int) -> None:
 
     Exact fractions show that there is only one. A quantity reported as held is exactly 0.
     """
-    for s1, q1, most, y, signs in problems(count):
-        ((slip, rim),) = admitted(s1, q1, most, y, signs)
+    for s1, q1, most, y, signs in draw_problems(count):
+        ((slip, rim),) = find_admitted_solutions(s1, q1, most, y, signs)
         by = core_functions.share_frictions(float(s1), float(q1), tuple(map(float, most)), float(y), signs)
         f, turning = Fraction(by["friction"]), Fraction(by["turning"])
         found = float(s1 - f - turning * y), float(q1 - turning * y)
@@ -88,10 +90,10 @@ def test_contact_rates_match_the_exact_friction_laws(count: int) -> None:
 
     Sticking or blocking is reported only if the speed and its exact rate are 0.
     """
-    for a, _, most, y, signs in problems(count):
-        ((slip, rim),) = admitted(a, Fraction(0), most, y, signs if most[1] else (signs[0], 0))
+    for a, _, most, y, signs in draw_problems(count):
+        ((slip, rim),) = find_admitted_solutions(a, Fraction(0), most, y, signs if most[1] else (signs[0], 0))
         press = Press(1.0, float(a), float(most[0]), float(y), float(most[1]))
-        along, turning, sticks, blocks = rates(press, float(signs[0]), float(signs[1]))
+        along, turning, sticks, blocks = compute_rates(press, float(signs[0]), float(signs[1]))
         assert (along + turning, turning) == pytest.approx((float(slip), float(rim)), rel=1e-14, abs=1e-14)
         assert not sticks or (signs[0] == 0 and slip == 0)
         assert not blocks or (signs[1] == 0 and rim == 0)
@@ -99,14 +101,14 @@ def test_contact_rates_match_the_exact_friction_laws(count: int) -> None:
 
 def test_non_rotating_disc_sticks_up_to_the_friction_limit() -> None:
     """A disc that cannot rotate (1/k = 0) sticks up to the friction limit; rolling resistance has no effect."""
-    assert rates(Press(10.0, 3.0, 0.3, 0.0, 5.0), 0.0) == (0.0, 0.0, True, False)
-    assert rates(Press(10.0, 4.0, 0.3, 0.0, 5.0), 0.0) == (1.0, 0.0, False, False)
+    assert compute_rates(Press(10.0, 3.0, 0.3, 0.0, 5.0), 0.0) == (0.0, 0.0, True, False)
+    assert compute_rates(Press(10.0, 4.0, 0.3, 0.0, 5.0), 0.0) == (1.0, 0.0, False, False)
 
 
 def test_rolling_and_slipping_agree_at_the_steepest_rolling_slope() -> None:
     """At the limit a = f P (1 + 1/k), rolling and slipping have the same rates."""
     press = Press(8.0, 6.0, 0.25, 2.0)
-    assert rates(press, 0.0)[:2] == rates(press, 1e-300)[:2] == (4.0, -4.0)
+    assert compute_rates(press, 0.0)[:2] == compute_rates(press, 1e-300)[:2] == (4.0, -4.0)
 
 
 def test_time_to_zero_is_speed_over_deceleration() -> None:
@@ -115,7 +117,7 @@ def test_time_to_zero_is_speed_over_deceleration() -> None:
     assert {core_functions.time_to_zero(*row) for row in ((3.0, 6.0), (0.0, -6.0), (3.0, 0.0))} == {math.inf}
 
 
-def slip_after_stepping(press: Press, slip: float, approach: float, restitution: float) -> mpf:
+def compute_slip_by_stepping(press: Press, slip: float, approach: float, restitution: float) -> mpf:
     """Bounce until nothing is left at 50 digits; return the slip then."""
     with mp.workdps(50):
         s, w, e = mpf(slip), mpf(approach), mpf(restitution)
@@ -138,7 +140,7 @@ def test_slip_after_bounces_matches_stepping_at_50_digits(landings: int) -> None
     for _ in range(landings):
         press = Press(rng.uniform(1, 10), rng.uniform(-5, 5), rng.uniform(0, 0.8), rng.choice([0.0, 1.0, 2.0, 2.5]))
         slip, approach, e = rng.uniform(-4, 4), 10 ** rng.uniform(-3, 0.5), rng.uniform(0.05, 0.9)
-        exact = slip_after_stepping(press, slip, approach, e)
+        exact = compute_slip_by_stepping(press, slip, approach, e)
         found = core_functions.slip_after_bounces(press, slip, approach, e)
         if found:
             slid += 1

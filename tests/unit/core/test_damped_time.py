@@ -15,7 +15,7 @@ DECAYS = st.floats(-708.0, -(2.0**-54))
 ABOVE = st.floats(-1.0, -(2.0**-54), exclude_min=True) | st.floats(-1.0 + 2.0**-53, -1.0 + 2.0**-40)
 
 
-def _float(name: str, x: float) -> float:
+def _compute_nearest_float(name: str, x: float) -> float:
     with mpmath.workprec(400):
         return float(getattr(mpmath, name)(mpmath.mpf(x)))
 
@@ -23,14 +23,14 @@ def _float(name: str, x: float) -> float:
 @given(DECAYS | st.floats(-1.0, -(2.0**-54)) | st.floats(2.0**-54, 709.0))
 def test_exp_and_expm1_are_correctly_rounded(x: float) -> None:
     """`exp` and `expm1` return the float nearest to mpmath's value at 400 bits."""
-    assert exp(x) == _float("exp", x)
-    assert expm1(x) == _float("expm1", x)
+    assert exp(x) == _compute_nearest_float("exp", x)
+    assert expm1(x) == _compute_nearest_float("expm1", x)
 
 
 @given(ABOVE)
 def test_logs1p_is_correctly_rounded(x: float) -> None:
     """`logs1p` returns the float nearest to log(1 + x), also for x just above -1 and close to 0."""
-    assert logs1p([x]) == [_float("log1p", x)]
+    assert logs1p([x]) == [_compute_nearest_float("log1p", x)]
 
 
 @given(ABOVE, st.lists(st.floats(0.0, 1.0).map(lambda part: part**16), max_size=20))
@@ -40,7 +40,7 @@ def test_logs1p_of_close_numbers_is_correctly_rounded(x: float, parts: list[floa
     for part in parts:
         numbers.append(numbers[-1] - part * (1.0 + numbers[-1]))
     numbers = [number for number in numbers if -1.0 < number <= -(2.0**-54)]
-    assert logs1p(numbers) == [_float("log1p", number) for number in numbers]
+    assert logs1p(numbers) == [_compute_nearest_float("log1p", number) for number in numbers]
 
 
 def test_exp_and_expm1_of_extreme_arguments() -> None:

@@ -17,21 +17,21 @@ core_functions = pytest.importorskip("tests.core_functions")
 DIGITS = 80
 
 
-def pair(value: float) -> tuple[float, float]:
+def to_pair(value: float) -> tuple[float, float]:
     return (value, 0.0)
 
 
-def descent(gap: float, speed: float, pull: float) -> float:
-    time: float = core_functions.descent_time(pair(gap), pair(speed), pair(pull))
+def compute_descent_time(gap: float, speed: float, pull: float) -> float:
+    time: float = core_functions.descent_time(to_pair(gap), to_pair(speed), to_pair(pull))
     return time
 
 
-def units_off(found: float, exact: Any) -> float:
+def compute_ulp_error(found: float, exact: Any) -> float:
     """Return the distance from the exact value in units of its last place."""
     return float(abs(mpf(found) - exact)) / math.ulp(float(exact))
 
 
-def exact_descent(gap: Any, speed: Any, pull: Any) -> Any:
+def compute_exact_descent_time(gap: Any, speed: Any, pull: Any) -> Any:
     """Return the earliest t > 0 at which ``gap + speed t + pull t^2/2`` closes, gap > 0; None where it never does."""
     if pull == 0:
         return -gap / speed if speed < 0 else None
@@ -54,11 +54,11 @@ def test_descent_time_distinguishes_a_hit_from_a_near_miss(pull: float, speed: f
     gap = apex * (1 + Fraction(nudge, 2**80))
     high = float(gap)
     low = float(gap - Fraction(high))
-    found = core_functions.descent_time((high, low), pair(-speed), pair(pull))
-    exact = exact_descent(mpf(high) + mpf(low), -mpf(speed), mpf(pull))
+    found = core_functions.descent_time((high, low), to_pair(-speed), to_pair(pull))
+    exact = compute_exact_descent_time(mpf(high) + mpf(low), -mpf(speed), mpf(pull))
     assert (found == math.inf) == (exact is None)
     if exact is not None:
-        assert units_off(found, exact) <= 8
+        assert compute_ulp_error(found, exact) <= 8
 
 
 @each(
@@ -83,7 +83,7 @@ def test_descent_time_distinguishes_a_hit_from_a_near_miss(pull: float, speed: f
 )
 def test_descent_time_is_exact_in_degenerate_cases(gap: float, speed: float, pull: float, time: float) -> None:
     """Touching, leaving, grazing and resting paths each have one exact time, without any tolerance."""
-    assert descent(gap, speed, pull) == time
+    assert compute_descent_time(gap, speed, pull) == time
 
 
 # An immovable disc ----------------------------------------------------------------------------------------------------

@@ -45,7 +45,7 @@ def test_sum_of_products_is_exact_under_cancellation() -> None:
 # The exact solver of quartics: falls are distinguished from rises and grazes, and the powers are those given ----------
 
 
-def polynomial(*roots: int) -> list[int]:
+def expand_roots(*roots: int) -> list[int]:
     """Return the coefficients of the product of ``t - root``, the lowest power first."""
     p = [1]
     for root in roots:
@@ -75,7 +75,7 @@ def test_find_falls_ignores_rises_and_grazes(roots: tuple[int, ...], times: list
 
     Only roots of odd multiplicity are crossings.
     """
-    assert list(find_falls(polynomial(*roots))) == times
+    assert list(find_falls(expand_roots(*roots))) == times
 
 
 def test_solve_quartic_counts_closings_from_begin() -> None:
@@ -83,7 +83,7 @@ def test_solve_quartic_counts_closings_from_begin() -> None:
 
     With index -1 it returns the sign of the gap at `begin`.
     """
-    powers = [[(float(power), 1.0)] for power in polynomial(1, 2, 3, 4)]
+    powers = [[(float(power), 1.0)] for power in expand_roots(1, 2, 3, 4)]
     assert [solve_quartic(powers, 0.5, False, index) for index in range(3)] == [0.5, 2.5, math.inf]
     assert [solve_quartic(powers, begin, False, -1) for begin in (0.5, 1.0, 1.5)] == [1.0, 0.0, -1.0]
 
@@ -93,6 +93,6 @@ def test_solve_quartic_returns_zero_for_a_closed_gap_that_does_not_open() -> Non
 
     At 1.25 s the gap falls and at 2.5 s it is at a maximum, so the time is 0. At 1.75 s it rises.
     """
-    powers = [[(float(power), 1.0)] for power in polynomial(1, 2, 3, 4)]
+    powers = [[(float(power), 1.0)] for power in expand_roots(1, 2, 3, 4)]
     assert solve_quartic(powers, 2.5, True, 0) == solve_quartic(powers, 1.25, True, 0) == 0.0
     assert solve_quartic(powers, 1.75, True, 0) > 0.0

@@ -13,12 +13,12 @@ from tests.unit.core.fall_cases import (
     FEATURES,
     Encounter,
     Fall,
-    fall,
-    free,
-    graze,
-    near_miss,
-    past_an_end,
-    whole_number_arc,
+    draw_fall,
+    draw_free,
+    draw_graze,
+    draw_near_miss,
+    draw_past_an_end,
+    draw_whole_number_arc,
 )
 
 from carom.core.exact_quartic import find_closings
@@ -30,12 +30,12 @@ core = pytest.importorskip("tests.core_fall_functions")
 NEVER = math.inf
 
 
-def disc_time(case: Encounter) -> float:
+def compute_disc_time(case: Encounter) -> float:
     found: float = core.disc_fall_time(case.disc, case.fixed, case.acceleration, case.leaving)
     return found
 
 
-def feature_time(case: Fall) -> float:
+def compute_feature_time(case: Fall) -> float:
     numbers = build_feature_row(case.feature, 0)
     found: float = core.feature_fall_time(numbers, case.disc, case.acceleration, case.leaving)
     return found
@@ -49,8 +49,8 @@ def assert_exact(make: Callable[[random.Random], Encounter], count: int, seed: i
     rnd, hits = random.Random(seed), 0
     for _ in range(count):
         case = make(rnd)
-        exact = oracle.disc_time(case)
-        assert disc_time(case) == exact, case
+        exact = oracle.compute_disc_time(case)
+        assert compute_disc_time(case) == exact, case
         hits += exact < NEVER
     assert hits > count // 20
 
@@ -76,23 +76,25 @@ def assert_exact_at_features(make: Callable[[random.Random], Fall], count: int, 
 
     def error_s(exact: float) -> float:
         return (
-            oracle.arc_time_error(case, case.feature, exact) if isinstance(case.feature, Arc) and exact < NEVER else 0.0
+            oracle.estimate_arc_time_error(case, case.feature, exact)
+            if isinstance(case.feature, Arc) and exact < NEVER
+            else 0.0
         )
 
     rnd = random.Random(seed)
     for _ in range(count):
         case = make(rnd)
-        found = feature_time(case)
-        right = oracle.feature_times(case)
+        found = compute_feature_time(case)
+        right = oracle.find_feature_times(case)
         comes_in = isinstance(case.feature, Arc) and case.feature.inside and case.feature.sector is not None
         ulps = 4 if comes_in or isinstance(case.feature, Face) else 0
         assert not right or any(is_near(found, exact, ulps, error_s(exact)) for exact in right), (case, found, right)
 
 
 MAKERS: list[Callable[[random.Random], Fall]] = [
-    *(lambda rnd, kind=kind: fall(rnd, kind) for kind in FEATURES),
-    past_an_end,
-    whole_number_arc,
+    *(lambda rnd, kind=kind: draw_fall(rnd, kind) for kind in FEATURES),
+    draw_past_an_end,
+    draw_whole_number_arc,
 ]
 
 
@@ -125,7 +127,7 @@ def test_fall_time_onto_a_half_plane_is_exact_to_4_ulp() -> None:
         gap -= Fraction(0.5)
         if leaving is not None:
             gap, speed = Fraction(0), Fraction(leaving)
-        exact = oracle.quadratic_time(gap, speed, pull) if leaving is None or pull < 0 else NEVER
+        exact = oracle.solve_quadratic_time(gap, speed, pull) if leaving is None or pull < 0 else NEVER
         numbers, disc = build_feature_row((0.0, 0.0, nx, ny), 0), Mover.at(place, velocity, 0.5)
         found = core.feature_fall_time(numbers, disc, acceleration, leaving)
         assert is_near(found, exact, 4) or oracle.is_doubtful(gap, speed, pull)
@@ -136,31 +138,31 @@ def test_fall_time_onto_a_half_plane_is_exact_to_4_ulp() -> None:
 # The stages -----------------------------------------------------------------------------------------------------------
 
 
-def decided(make: Callable[[random.Random], Encounter], count: int) -> tuple[int, int, int]:
+def count_decisions(make: Callable[[random.Random], Encounter], count: int) -> tuple[int, int, int]:
     rnd = random.Random(6)
     core.decided()
     for _ in range(count):
-        disc_time(make(rnd))
+        compute_disc_time(make(rnd))
     counts: tuple[int, int, int] = core.decided()
     return counts
 
 
 def test_floats_decide_most_random_misses() -> None:
     """Floats decide over 80% of randomly moving discs; pairs decide the rest, and the exact solver none."""
-    floats, pairs, exact = decided(free, 1000)
+    floats, pairs, exact = count_decisions(draw_free, 1000)
     assert floats > 800
     assert floats + pairs == 1000
     assert exact == 0
 
 
-@each("make", [near_miss, graze])
+@each("make", [draw_near_miss, draw_graze])
 def test_near_grazes_rarely_need_the_exact_solver(make: Callable[[random.Random], Encounter]) -> None:
     """No near miss, and less than 40% of the grazes, need the exact solver."""
-    _, _, exact = decided(make, 1000)
-    assert exact < 400 if make is graze else exact == 0
+    _, _, exact = count_decisions(make, 1000)
+    assert exact < 400 if make is draw_graze else exact == 0
 
 
-def product(*factors: list[Fraction]) -> list[Fraction]:
+def multiply_polynomials(*factors: list[Fraction]) -> list[Fraction]:
     """Return the product of polynomials, lowest power first."""
     found = [Fraction(1)]
     for factor in factors:
@@ -172,12 +174,12 @@ def product(*factors: list[Fraction]) -> list[Fraction]:
     return found
 
 
-def pairs_of(powers: list[Fraction]) -> list[Pair]:
+def to_pairs(powers: list[Fraction]) -> list[Pair]:
     powers = [*powers, *[Fraction(0)] * (5 - len(powers))]
     return [(high := float(power), float(power - Fraction(high))) for power in powers]
 
 
-def random_root(rnd: random.Random, kind: str) -> Fraction:
+def draw_root(rnd: random.Random, kind: str) -> Fraction:
     if kind == "wide":
         return Fraction(rnd.choice([1, 1, 1, -1]) * 10 ** rnd.uniform(-8, 8))
     return Fraction(rnd.randint(-40, 80), 2 ** rnd.randint(0, 6)) if kind == "dyadic" else Fraction(rnd.uniform(-1, 3))
@@ -188,13 +190,13 @@ def test_falls_of_a_polynomial_match_the_exact_solver_to_the_bit(kind: str) -> N
     """`falls` returns every closing of random polynomials with the bits of the exact solver."""
     rnd = random.Random(7)
     for _ in range(40):
-        roots = [random_root(rnd, kind) for _ in range(4)]
+        roots = [draw_root(rnd, kind) for _ in range(4)]
         if kind == "near":
             roots[1] = roots[0] + Fraction(10 ** rnd.uniform(-13, -3))
         factors = [[-root, Fraction(rnd.choice([1, -1]))] for root in roots]
         if kind == "complex":
             factors[:2] = [[roots[0] ** 2 + Fraction(10 ** rnd.uniform(-18, 1)), -2 * roots[0], Fraction(1)]]
-        powers = pairs_of(product(*factors[: rnd.choice([3, 4, 4])]))
+        powers = to_pairs(multiply_polynomials(*factors[: rnd.choice([3, 4, 4])]))
         assert core.falls(powers) == list(find_closings([Fraction(high) + Fraction(low) for high, low in powers]))
 
 
@@ -207,7 +209,7 @@ def test_lower_bound_is_not_later_than_the_impact(make: Callable[[random.Random]
     rnd = random.Random(9)
     for _ in range(300):
         case = make(rnd)._replace(leaving=None)
-        assert core.pair_lower_bound(case.disc, case.fixed, case.acceleration) <= disc_time(case)
+        assert core.pair_lower_bound(case.disc, case.fixed, case.acceleration) <= compute_disc_time(case)
 
 
 @each("kind", FEATURES)
@@ -215,8 +217,8 @@ def test_ruled_out_feature_is_not_met_before_the_bound(kind: str) -> None:
     """A feature that `misses_feature` rules out within a time is not met before that time."""
     rnd, ruled_out = random.Random(10), 0
     for _ in range(100):
-        case = fall(rnd, kind)._replace(leaving=None)
-        numbers, time = build_feature_row(case.feature, 0), feature_time(case)
+        case = draw_fall(rnd, kind)._replace(leaving=None)
+        numbers, time = build_feature_row(case.feature, 0), compute_feature_time(case)
         for within in (0.01, 1.0, NEVER, time * (1 + 2.0**-40), time * 0.5):
             if core.misses_feature(numbers, case.disc, case.acceleration, within):
                 assert time >= within

@@ -12,7 +12,7 @@ import pytest
 from flint import acb, acb_poly, ctx, fmpq
 from mpmath import atan2, mp, mpf, sqrt
 from tests.cases import each, release_after
-from tests.unit.core.feature_times import feature_fall_time, feature_time, in_core
+from tests.unit.core.feature_times import build_wall_features, compute_feature_fall_time, compute_feature_time
 
 from carom.core import primitives
 from carom.core.input_rows import build_feature_row
@@ -25,7 +25,7 @@ NEAREST = 50
 NEVER = math.inf
 
 
-def exact(value: float | Fraction | Pair) -> Any:
+def to_exact(value: float | Fraction | Pair) -> Any:
     """Return a number, or the value of a pair, to 80 digits."""
     number = sum(map(Fraction, value)) if isinstance(value, tuple) else Fraction(value)
     return mpf(number.numerator) / mpf(number.denominator)
@@ -46,7 +46,7 @@ class Found:
             self.wrong += 1
         elif true is not None:
             self.hits += 1
-            self.ulps = max(self.ulps, float(abs(exact(found) - true) / math.ulp(float(true))))
+            self.ulps = max(self.ulps, float(abs(to_exact(found) - true) / math.ulp(float(true))))
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Geometry:
     def gap(self, x: Any, y: Any) -> Any:
         """Return the distance of a rim from a face's line; of a circle, the difference of the squared distances."""
         if isinstance(self.feature, Face):
-            (ax, ay), (bx, by) = ((exact(x), exact(y)) for x, y in self.ends)
+            (ax, ay), (bx, by) = ((to_exact(x), to_exact(y)) for x, y in self.ends)
             nx, ny = ay - by, bx - ax
             return ((x - ax) * nx + (y - ay) * ny) / sqrt(nx * nx + ny * ny) - self.reach
         px, py = x - self.centre[0], y - self.centre[1]
@@ -75,23 +75,23 @@ class Geometry:
     @cached_property
     def reach(self) -> Any:
         if self.bulge == 0.0:
-            return exact(self.thickness)
+            return to_exact(self.thickness)
         circle = compute_circle(Edge(*self.ends, self.bulge))
-        radius = sqrt(exact(circle.radius2))
-        return radius - exact(self.thickness) if self.inside else radius + exact(self.thickness)
+        radius = sqrt(to_exact(circle.radius2))
+        return radius - to_exact(self.thickness) if self.inside else radius + to_exact(self.thickness)
 
     @cached_property
     def centre(self) -> tuple[Any, Any]:
         if self.bulge == 0.0:
-            return exact(self.ends[0][0]), exact(self.ends[0][1])
+            return to_exact(self.ends[0][0]), to_exact(self.ends[0][1])
         circle = compute_circle(Edge(*self.ends, self.bulge))
-        return exact(circle.x), exact(circle.y)
+        return to_exact(circle.x), to_exact(circle.y)
 
     def holds(self, x: Any, y: Any) -> bool:
         """Whether the foot of a place is between the ends: by projection, or by angles."""
         if self.name == "vertex":
             return True
-        (ax, ay), (bx, by) = ((exact(x), exact(y)) for x, y in self.ends)
+        (ax, ay), (bx, by) = ((to_exact(x), to_exact(y)) for x, y in self.ends)
         if isinstance(self.feature, Face):
             ex, ey = bx - ax, by - ay
             return bool(0 <= ((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey) <= 1)
@@ -101,7 +101,7 @@ class Geometry:
         return bool((here - first) % turn <= (last - first) % turn)
 
 
-def geometries(rnd: random.Random, size: float, radius: float) -> Iterator[Geometry]:
+def draw_geometries(rnd: random.Random, size: float, radius: float) -> Iterator[Geometry]:
     """Yield one feature of each kind, with the same ends."""
     ends = (rnd.gauss(0, size), rnd.gauss(0, size)), (rnd.gauss(0, size), rnd.gauss(0, size))
     half_width = rnd.choice((0.0, radius / 4, radius * rnd.random()))
@@ -114,7 +114,7 @@ def geometries(rnd: random.Random, size: float, radius: float) -> Iterator[Geome
         yield Geometry(name, Arc.on(circle, ends, half_width, inside=inside), ends, thickness, bulge)
 
 
-def movers(
+def draw_movers(
     rnd: random.Random, geometry: Geometry, size: float, radius: float
 ) -> Iterator[tuple[Mover, tuple[Any, ...]]]:
     """Yield discs far away and almost in contact, half of them before a driven wall; and their exact numbers."""
@@ -122,23 +122,25 @@ def movers(
     for _ in range(2):
         place = rnd.gauss(0, size), rnd.gauss(0, size)
         if rnd.random() < 0.5:
-            place = _near(rnd, geometry, largest(geometry, place) * 2.0 ** -rnd.uniform(0, NEAREST))
+            place = _place_near_contact(
+                rnd, geometry, find_largest_length(geometry, place) * 2.0 ** -rnd.uniform(0, NEAREST)
+            )
         velocity = rnd.gauss(0, speed), rnd.gauss(0, speed)
         driven = (rnd.gauss(0, speed), rnd.gauss(0, speed)) if rnd.random() < 0.5 else (0.0, 0.0)
         disc = Mover.at(place, velocity, radius, driven)
         if driven != (0.0, 0.0):  # whose place is a pair
             x, y = ((value, value * 2.0**-54 * rnd.random()) for value in place)
             disc = disc._replace(x=x, y=y)
-        yield disc, tuple(map(exact, disc[:4]))
+        yield disc, tuple(map(to_exact, disc[:4]))
 
 
-def largest(geometry: Geometry, place: tuple[Any, Any]) -> float:
+def find_largest_length(geometry: Geometry, place: tuple[Any, Any]) -> float:
     """Return the largest length of a case: what pairs leave open of place, centre and radius is 2^-106 of it."""
     circle = (0,) if isinstance(geometry.feature, Face) else (*geometry.centre, geometry.reach)
     return float(max(map(abs, (*sum(geometry.ends, ()), *place, *circle))))
 
 
-def _near(rnd: random.Random, geometry: Geometry, away: float) -> Point:
+def _place_near_contact(rnd: random.Random, geometry: Geometry, away: float) -> Point:
     """Return a place this far from contact, as well as floats have it."""
     if isinstance(geometry.feature, Face):
         (ax, ay), (bx, by), (nx, ny), part = *geometry.ends, geometry.feature.normal, rnd.random()
@@ -149,7 +151,7 @@ def _near(rnd: random.Random, geometry: Geometry, away: float) -> Point:
     return cx + distance * math.cos(turn), cy + distance * math.sin(turn)
 
 
-def true_time(geometry: Geometry, x: Any, y: Any, ux: Any, uy: Any) -> Any:
+def compute_exact_time(geometry: Geometry, x: Any, y: Any, ux: Any, uy: Any) -> Any:
     """Return the exact time of a disc that is apart; None for never."""
     if isinstance(geometry.feature, Face):
         now = geometry.gap(x, y)
@@ -165,9 +167,9 @@ def true_time(geometry: Geometry, x: Any, y: Any, ux: Any, uy: Any) -> Any:
     return time if time is not None and geometry.holds(x + time * ux, y + time * uy) else None
 
 
-def true_time_falling(geometry: Geometry, gravity: Point, x: Any, y: Any, ux: Any, uy: Any) -> Any:
+def compute_exact_fall_time(geometry: Geometry, gravity: Point, x: Any, y: Any, ux: Any, uy: Any) -> Any:
     """Return the exact time under gravity: the first root of the gap, found by ball arithmetic, at which it falls."""
-    gx, gy = map(exact, gravity)
+    gx, gy = map(to_exact, gravity)
     if isinstance(geometry.feature, Face):
         now = geometry.gap(x, y)
         pull = geometry.gap(x + gx, y + gy) - now
@@ -185,21 +187,21 @@ def true_time_falling(geometry: Geometry, gravity: Point, x: Any, y: Any, ux: An
                 (gx * gx + gy * gy) / 4,
             )
         ]
-    for time in sorted(_real_roots(powers)):
+    for time in sorted(_find_real_roots(powers)):
         falls = sum(k * power * time ** (k - 1) for k, power in enumerate(powers) if k) < 0
         if time > 0 and falls and geometry.holds(x + time * (ux + gx * time / 2), y + time * (uy + gy * time / 2)):
             return time
     return None
 
 
-def _real_roots(powers: list[Any]) -> list[Any]:
+def _find_real_roots(powers: list[Any]) -> list[Any]:
     ctx.prec = 400
-    balls = [acb(fmpq(*_ratio(power))) for power in powers]
+    balls = [acb(fmpq(*_to_ratio(power))) for power in powers]
     found = acb_poly(balls).roots(tol=1e-70)
     return [mpf(root.real.str(DIGITS, radius=False)) for root in found if root.imag.contains(0)]
 
 
-def _ratio(number: Any) -> tuple[int, int]:
+def _to_ratio(number: Any) -> tuple[int, int]:
     """Return a number of mpmath, a binary fraction, as numerator and denominator."""
     sign, mantissa, exponent, _ = number._mpf_
     mantissa = int(-mantissa if sign else mantissa)
@@ -211,7 +213,7 @@ def gap_unit(geometry: Geometry) -> Any:
     return 1 if isinstance(geometry.feature, Face) else 2 * geometry.reach
 
 
-def measured(seed: int, rounds: int, *, falling: bool) -> dict[str, Found]:
+def measure_accuracy(seed: int, rounds: int, *, falling: bool) -> dict[str, Found]:
     """Return the accuracy of each form in rounds of random cases, without those that touch or overlap at the start."""
     mp.dps, rnd = DIGITS, random.Random(seed)
     found: dict[str, Found] = {}
@@ -219,17 +221,19 @@ def measured(seed: int, rounds: int, *, falling: bool) -> dict[str, Found]:
         size = 10.0 ** rnd.uniform(-3, 3)
         radius = size * 10.0 ** rnd.uniform(-3, 0)
         gravity = rnd.gauss(0, 1) * size, -9.81 * size
-        for geometry in geometries(rnd, size, radius):
+        for geometry in draw_geometries(rnd, size, radius):
             if geometry.reach <= 0:
                 continue
-            for disc, numbers in movers(rnd, geometry, size, radius):
-                if geometry.gap(*numbers[:2]) <= largest(geometry, numbers[:2]) * 2.0**-NEAREST * gap_unit(geometry):
+            for disc, numbers in draw_movers(rnd, geometry, size, radius):
+                if geometry.gap(*numbers[:2]) <= find_largest_length(geometry, numbers[:2]) * 2.0**-NEAREST * gap_unit(
+                    geometry
+                ):
                     continue
                 if falling:
-                    time = feature_fall_time(disc, geometry.feature, gravity)
-                    true = true_time_falling(geometry, gravity, *numbers)
+                    time = compute_feature_fall_time(disc, geometry.feature, gravity)
+                    true = compute_exact_fall_time(geometry, gravity, *numbers)
                 else:
-                    time, true = feature_time(disc, geometry.feature)[0], true_time(geometry, *numbers)
+                    time, true = compute_feature_time(disc, geometry.feature)[0], compute_exact_time(geometry, *numbers)
                 found.setdefault(geometry.name, Found()).add(time, true)
     return found
 
@@ -249,7 +253,7 @@ def test_feature_times_match_80_digit_arithmetic(count: int) -> None:
 
     Discs start far away or as near as 2^-50 of the largest length; walls are resting or driven.
     """
-    assert_right(measured(7, count, falling=False))
+    assert_right(measure_accuracy(7, count, falling=False))
 
 
 @each("count", release_after(1, [30, 800]))
@@ -258,7 +262,7 @@ def test_feature_fall_times_match_80_digit_arithmetic(count: int) -> None:
 
     The exact roots come from ball arithmetic.
     """
-    assert_right(measured(11, count, falling=True))
+    assert_right(measure_accuracy(11, count, falling=True))
 
 
 # Touching, and next to
@@ -303,7 +307,7 @@ def test_feature_time_of_representable_cases_is_exact(
 
     The cases cover touches, ends, grazes and approaches from behind.
     """
-    assert feature_time(Mover.at(place, velocity, 0.25), feature) == (time, False)
+    assert compute_feature_time(Mover.at(place, velocity, 0.25), feature) == (time, False)
 
 
 @each(
@@ -326,7 +330,7 @@ def test_tangential_contact_inside_an_arc_is_gliding(place: Point, velocity: Poi
 
     Contact without approach is neither an impact nor an exit at the arc's end.
     """
-    assert feature_time(Mover.at(place, velocity, 0.25), CAP) == (time, time < NEVER)
+    assert compute_feature_time(Mover.at(place, velocity, 0.25), CAP) == (time, time < NEVER)
 
 
 def test_just_left_feature_is_met_again_only_inside_an_arc() -> None:
@@ -335,10 +339,10 @@ def test_just_left_feature_is_met_again_only_inside_an_arc() -> None:
     It does not meet again a face, a vertex or the outside of an arc that it just left.
     """
     disc = Mover.at((2.25 + 1e-15, 0.0), (-1.0, 0.0), 0.25)
-    assert feature_time(disc, RING, just_left=True) == (2 * (2.25 + 1e-15), False)
-    assert feature_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)
+    assert compute_feature_time(disc, RING, just_left=True) == (2 * (2.25 + 1e-15), False)
+    assert compute_feature_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)
     for feature in (FLOOR, Arc.vertex((0.0, 0.0)), RIM):
-        assert feature_time(Mover.at((1.0, 0.5), (0.0, -1.0), 0.25), feature, just_left=True)[0] == NEVER
+        assert compute_feature_time(Mover.at((1.0, 0.5), (0.0, -1.0), 0.25), feature, just_left=True)[0] == NEVER
 
 
 def test_disc_does_not_slip_through_a_smooth_joint() -> None:
@@ -361,7 +365,7 @@ def test_disc_does_not_slip_through_a_smooth_joint() -> None:
         )
         velocity = touch[0] - place[0], touch[1] - place[1]
         disc = Mover.at(place, velocity, 0.25 * math.hypot(*step))
-        assert min(feature_time(disc, feature)[0] for feature in wall) == pytest.approx(1.0, abs=1e-12)
+        assert min(compute_feature_time(disc, feature)[0] for feature in wall) == pytest.approx(1.0, abs=1e-12)
 
 
 @each(
@@ -391,17 +395,17 @@ def test_fall_time_onto_a_feature_matches_free_fall(
     feature: Feature, place: Point, velocity: Point, leaving: float | None, time: float
 ) -> None:
     """Falls at 8 m/s^2 onto faces, vertices and arcs take the time that v^2 = 2 g h gives, to 1e-15."""
-    found = feature_fall_time(Mover.at(place, velocity, 0.25), feature, (0.0, -8.0), leaving)
+    found = compute_feature_fall_time(Mover.at(place, velocity, 0.25), feature, (0.0, -8.0), leaving)
     assert found == pytest.approx(time, rel=1e-15)
 
 
 def test_normal_points_from_the_wall_to_the_disc() -> None:
     """The normal of a face points to its left; that of an arc is the line through its centre to the disc."""
     disc = Mover.at((3.0, 4.0), (0.0, 0.0), 0.25)
-    assert in_core(FLOOR).normal(0, disc) == (0.0, 1.0)
-    assert in_core(Arc.vertex((0.0, 0.0))).normal(0, disc) == (0.6, 0.8)
-    assert in_core(RING).normal(0, disc) == (-0.6, -0.8)
-    assert in_core(RIM).normal(0, Mover.at((2.0, -3.0), (0.0, 0.0), 0.25)) == (0.0, -1.0)
+    assert build_wall_features(FLOOR).normal(0, disc) == (0.0, 1.0)
+    assert build_wall_features(Arc.vertex((0.0, 0.0))).normal(0, disc) == (0.6, 0.8)
+    assert build_wall_features(RING).normal(0, disc) == (-0.6, -0.8)
+    assert build_wall_features(RIM).normal(0, Mover.at((2.0, -3.0), (0.0, 0.0), 0.25)) == (0.0, -1.0)
 
 
 def test_face_gap_has_its_exact_sign() -> None:
@@ -409,9 +413,9 @@ def test_face_gap_has_its_exact_sign() -> None:
     face = Face.between((0.0, 0.0), (8.0, 6.0))
     for y, sign in ((5.0, 0), (math.nextafter(5.0, 6.0), 1), (math.nextafter(5.0, 4.0), -1)):
         disc = Mover.at((0.0, y), (0.0, -1.0), 4.0)
-        gap = in_core(face).gap(0, disc)
+        gap = build_wall_features(face).gap(0, disc)
         assert (gap > 0) - (gap < 0) == sign
-        assert feature_time(disc, face) == (0.0 if sign <= 0 else 2.0**-50, False)
+        assert compute_feature_time(disc, face) == (0.0 if sign <= 0 else 2.0**-50, False)
 
 
 def test_first_listed_feature_wins_at_one_instant() -> None:
@@ -425,7 +429,7 @@ def test_first_listed_feature_wins_at_one_instant() -> None:
 
 def test_unmet_wall_has_no_first_feature() -> None:
     """A wall without features, or one that a disc moves away from, returns feature -1 and an infinite time."""
-    for wall in (primitives.WallFeatures([]), in_core(FLOOR)):
+    for wall in (primitives.WallFeatures([]), build_wall_features(FLOOR)):
         assert wall.first_touch(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), -1) == (NEVER, -1, False)
         assert wall.first_fall(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), 0.0, 1.0, -1, 0.0) == (NEVER, -1)
 
@@ -435,4 +439,4 @@ def test_feature_number_out_of_range_raises_index_error() -> None:
     disc = Mover.at((1.0, 3.0), (0.0, 1.0), 0.25)
     for number in (-1, 1):
         with pytest.raises(IndexError):
-            in_core(FLOOR).normal(number, disc)
+            build_wall_features(FLOOR).normal(number, disc)

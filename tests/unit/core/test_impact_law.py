@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.cases import each
-from tests.validation.exact_impact import Body, Law, after_impact
+from tests.validation.exact_impact import Body, Law, resolve_exact_impact
 
 from carom.core import primitives
 from carom.core.impact_law import resolve_impact
@@ -52,12 +52,12 @@ class Impact(NamedTuple):
 impacts = st.builds(Impact, velocities, masses, velocities, second_masses, normals, coefficients)
 
 
-def exact(vector: NDArray[np.float64] | Vector) -> Exact:
+def to_exact(vector: NDArray[np.float64] | Vector) -> Exact:
     """Return the vector in rational numbers."""
     return Fraction(float(vector[0])), Fraction(float(vector[1]))
 
 
-def span(*vectors: Vector) -> Fraction:
+def sum_lengths(*vectors: Vector) -> Fraction:
     """Sum of the lengths, rounded up: the S of the tolerances."""
     return Fraction(sum(math.hypot(*vector) for vector in vectors)) * Fraction(101, 100) + Fraction(1, 10**300)
 
@@ -102,16 +102,18 @@ def test_velocities_after_impact_match_the_exact_law(impact: Impact) -> None:
     v1, m1, v2, m2, normal, e = impact
     found = resolve_impact(v1, m1, v2, m2, normal, e)
     smooth = Law(e, 0, 0)
-    one, two, _ = after_impact(Body(v1, 0, m1, math.inf, (0, 0)), Body(v2, 0, m2, math.inf, (0, 0)), normal, smooth)
+    one, two, _ = resolve_exact_impact(
+        Body(v1, 0, m1, math.inf, (0, 0)), Body(v2, 0, m2, math.inf, (0, 0)), normal, smooth
+    )
     approaches = one.velocity != v1 or two.velocity != v2
     for after, before, mass, body in zip(found, (v1, v2), (m1, m2), (one, two), strict=True):
         if not approaches or mass == math.inf:
             np.testing.assert_array_equal(after, before)
         # A new velocity, 3 S at most, is rounded once more.
         tolerance = (
-            U * span(v1, v2) * (ROUNDINGS * Fraction(min(m1, m2)) / Fraction(mass) + 3) if mass < math.inf else 0
+            U * sum_lengths(v1, v2) * (ROUNDINGS * Fraction(min(m1, m2)) / Fraction(mass) + 3) if mass < math.inf else 0
         )
-        assert all(abs(exact(after)[axis] - Fraction(body.velocity[axis])) <= tolerance for axis in (0, 1))
+        assert all(abs(to_exact(after)[axis] - Fraction(body.velocity[axis])) <= tolerance for axis in (0, 1))
     mirrored = resolve_impact(v2, m2, v1, m1, (-normal[0], -normal[1]), e)
     np.testing.assert_array_equal(mirrored[::-1], found)
 

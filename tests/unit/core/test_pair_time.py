@@ -8,7 +8,7 @@ import pytest
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 from flint import arb, ctx
 from tests.cases import each, release_after
-from tests.unit.core.exact_time import exact_time, ulps
+from tests.unit.core.exact_time import compute_exact_time, compute_ulp_error
 
 from carom.core import primitives
 
@@ -16,13 +16,13 @@ CASES = 500
 
 
 def assert_right(row: np.ndarray, found: float) -> None:
-    exact = exact_time(row)
+    exact = compute_exact_time(row)
     if exact is None:
         assert found == math.inf
     elif exact == 0:
         assert found == 0.0
     else:
-        assert ulps(found, exact) <= 2.0
+        assert compute_ulp_error(found, exact) <= 2.0
 
 
 @each("name, larger", [*((name, 1.0) for name in CLASSES), ("random", 8.0)])
@@ -72,7 +72,7 @@ def test_array_position_does_not_change_a_time() -> None:
     assert carom_form(np.asfortranarray(columns)).tolist() == scalar
 
 
-def sign_of(row: list[float]) -> tuple[int, int, int]:
+def compute_signs(row: list[float]) -> tuple[int, int, int]:
     """Return the signs of b, c and D in rational arithmetic."""
     x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = (Fraction(value) for value in row)
     dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
@@ -81,7 +81,7 @@ def sign_of(row: list[float]) -> tuple[int, int, int]:
     return (b > 0) - (b < 0), (c > 0) - (c < 0), (d > 0) - (d < 0)
 
 
-def ties(kind: str, count: int) -> list[list[float]]:
+def build_ties(kind: str, count: int) -> list[list[float]]:
     """Return pairs of which b, c or D is exactly 0, and as many with one number off by a unit in its last place.
 
     They are oblique, on a Pythagorean triple, so that all is rational. The first disc has 2^-60 or less of what the
@@ -109,8 +109,8 @@ def ties(kind: str, count: int) -> list[list[float]]:
 def test_ties_are_decided_as_in_rational_arithmetic(kind: str, rows: int) -> None:
     """Where b, c or D is exactly 0 or one rounding from it, hit or miss is that of rational arithmetic."""
     seen = set()
-    for row in ties(kind, rows):
-        b, c, d = signs = sign_of(row)
+    for row in build_ties(kind, rows):
+        b, c, d = signs = compute_signs(row)
         seen.add(signs)
         found = primitives.pair_time(*row)
         if b >= 0 or (c > 0 and d <= 0):
@@ -159,4 +159,4 @@ def test_wall_time_is_right_to_2_ulp(gap: str, tilted: bool) -> None:
         elif not distance > 0:
             assert found == 0.0
         else:
-            assert ulps(found, -distance / closing) <= 2.0
+            assert compute_ulp_error(found, -distance / closing) <= 2.0

@@ -9,7 +9,7 @@ from benchmarks.time_of_impact import CLASSES, pairs_of_class
 from flint import arb
 from numpy.typing import NDArray
 from tests.cases import each, release_after
-from tests.unit.core.exact_time import exact_time, ulps
+from tests.unit.core.exact_time import compute_exact_time, compute_ulp_error
 
 from carom import time_of_impact
 from carom.core import time_of_impact as any_size
@@ -22,14 +22,14 @@ EXACT = 20_000
 LENGTHS, SPEEDS = [0, 1, 4, 5, 6, 9], [2, 3, 7, 8]
 
 
-def times_of(columns: Array) -> Array:
+def compute_times(columns: Array) -> Array:
     """Return the times of ten columns, in the order of `pair_time`'s arguments."""
     x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = columns
     pairs = [np.stack(pair, axis=-1) for pair in ((x1, y1), (vx1, vy1), (x2, y2), (vx2, vy2))]
     return np.asarray(time_of_impact(pairs[0], pairs[1], r1, pairs[2], pairs[3], r2))
 
 
-def pairs_of_any_size(count: int, seed: int, least: float, most: float) -> Array:
+def draw_pairs_of_any_size(count: int, seed: int, least: float, most: float) -> Array:
     """Return columns of pairs, each number drawn from all magnitudes between two powers of ten.
 
     Numbers drawn blindly seldom make a hit, so four of five second discs aim at the first, more or less.
@@ -57,16 +57,16 @@ def pairs_of_any_size(count: int, seed: int, least: float, most: float) -> Array
 
 def assert_right(row: Array, found: float) -> bool:
     """Assert that a time is the exact one to 2 units in the last place; return whether there is an impact."""
-    exact = exact_time(row, EXACT)
+    exact = compute_exact_time(row, EXACT)
     if exact is None or exact >= arb(2) ** 1024:
         assert found == math.inf
         return False
-    assert found == 0.0 if exact == 0 else ulps(found, exact) <= 2.0
+    assert found == 0.0 if exact == 0 else compute_ulp_error(found, exact) <= 2.0
     return True
 
 
 def assert_all_right(columns: Array) -> None:
-    found = times_of(columns)
+    found = compute_times(columns)
     hits = sum(assert_right(row, time) for row, time in zip(columns.T, found.tolist(), strict=True))
     assert hits >= len(found) // 10  # or the classes would try nothing
     scalar = [time_of_impact(row[:2], row[2:4], row[4], row[5:7], row[7:9], row[9]) for row in columns.T]
@@ -84,7 +84,7 @@ def test_time_is_right_for_numbers_of_any_size(least: float, most: float, seeds:
     The scalar and the array form agree to the bit.
     """
     for seed in range(1, 1 + seeds):
-        assert_all_right(pairs_of_any_size(80, seed, least, most))
+        assert_all_right(draw_pairs_of_any_size(80, seed, least, most))
 
 
 @each("name", CLASSES)
@@ -92,10 +92,10 @@ def test_time_is_right_for_numbers_of_any_size(least: float, most: float, seeds:
 def test_scaling_by_powers_of_two_scales_times_exactly(name: str, length: int, speed: int) -> None:
     """Scaling lengths or speeds by powers of two scales each time by exactly the same power."""
     columns = pairs_of_class(name, 60, 3)
-    plain = times_of(columns)
+    plain = compute_times(columns)
     columns[LENGTHS] = np.ldexp(columns[LENGTHS], length)
     columns[SPEEDS] = np.ldexp(columns[SPEEDS], speed)
-    assert np.array_equal(times_of(columns), np.ldexp(plain, length - speed))
+    assert np.array_equal(compute_times(columns), np.ldexp(plain, length - speed))
     assert np.isfinite(plain).any()
 
 
@@ -122,12 +122,12 @@ def test_rational_solution_is_within_five_eighths_of_an_ulp(monkeypatch: pytest.
     rational = any_size._solve_rational  # noqa: SLF001 - only here is it known which pairs come to it
     monkeypatch.setattr(any_size, "_solve_rational", counted)
     worst, tried = 0.0, 0
-    for row in pairs_of_any_size(600, 5, -150.0, 150.0).T:
+    for row in draw_pairs_of_any_size(600, 5, -150.0, 150.0).T:
         solved.clear()
-        found, exact = any_size.compute_scaled_pair_time(*row.tolist()), exact_time(row, EXACT)
+        found, exact = any_size.compute_scaled_pair_time(*row.tolist()), compute_exact_time(row, EXACT)
         if solved and 0.0 < found < math.inf and exact is not None:
             tried += 1
-            worst = max(worst, ulps(found, exact))
+            worst = max(worst, compute_ulp_error(found, exact))
     assert tried > 40
     assert 0.0 < worst <= 0.625
 

@@ -18,7 +18,7 @@ from carom.errors import InputError
 U = 2.0**-53
 
 
-def array_form(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> float:
+def compute_by_array(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> float:
     """Return what `time_of_impact` says of the same relative motion; halving and zero cost no rounding."""
     half = contact_distance / 2
     time = time_of_impact((0.0, 0.0), (0.0, 0.0), half, (dx, dy), (ux, uy), half)
@@ -26,18 +26,18 @@ def array_form(dx: float, dy: float, ux: float, uy: float, contact_distance: flo
     return time
 
 
-def pair_time(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> float:
+def compute_by_scalar(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> float:
     """The scalar form, of relative position and velocity."""
     half = contact_distance / 2
     return primitives.pair_time(0.0, 0.0, 0.0, 0.0, half, dx, dy, ux, uy, half)
 
 
-def wall_time(gap: float, velocity: float) -> float:
+def compute_wall_time(gap: float, velocity: float) -> float:
     """The scalar form, of a disc of radius 1 above a wall at height -1."""
     return primitives.wall_time(0.0, gap, 0.0, velocity, 1.0, (0.0, -1.0, 0.0, 1.0))
 
 
-FORMS = [pytest.param(pair_time, id="scalar"), pytest.param(array_form, id="array")]
+FORMS = [pytest.param(compute_by_scalar, id="scalar"), pytest.param(compute_by_array, id="array")]
 PairTime = Callable[[float, float, float, float, float], float]
 
 
@@ -129,14 +129,14 @@ radii = st.floats(1e-3, 1e3)
 @given(coordinates, coordinates, coordinates, coordinates, radii)
 def test_exchanging_the_discs_changes_no_bit_of_the_time(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
     """Reversing the relative position and velocity changes no bit of the time."""
-    assert pair_time(-dx, -dy, -ux, -uy, r) == pair_time(dx, dy, ux, uy, r)
+    assert compute_by_scalar(-dx, -dy, -ux, -uy, r) == compute_by_scalar(dx, dy, ux, uy, r)
 
 
 @given(coordinates, coordinates, coordinates, coordinates, radii)
 def test_time_is_never_negative_or_nan(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
     """The scalar and the array form return a time of 0 or more, or infinity, for any motion."""
-    assert pair_time(dx, dy, ux, uy, r) >= 0.0
-    assert array_form(dx, dy, ux, uy, r) >= 0.0
+    assert compute_by_scalar(dx, dy, ux, uy, r) >= 0.0
+    assert compute_by_array(dx, dy, ux, uy, r) >= 0.0
 
 
 # Walls ----------------------------------------------------------------------------------------------------------------
@@ -158,7 +158,7 @@ def test_time_is_never_negative_or_nan(dx: float, dy: float, ux: float, uy: floa
 )
 def test_wall_time_is_gap_over_speed_for_approaching_discs(gap: float, velocity: float, time: float) -> None:
     """A wall is met after gap over speed, at 0 s if touched or overlapped, and never if not approached."""
-    assert wall_time(gap, velocity) == time
+    assert compute_wall_time(gap, velocity) == time
 
 
 # Arrays ---------------------------------------------------------------------------------------------------------------

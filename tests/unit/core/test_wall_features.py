@@ -13,7 +13,7 @@ from carom.model.chain_geometry import Edge, ExactCircle, Outline, compute_circl
 from carom.model.trace import EdgeKind
 
 
-def kinds(outline: Outline) -> dict[EdgeKind, list[tuple[int, ...]]]:
+def list_edges_by_kind(outline: Outline) -> dict[EdgeKind, list[tuple[int, ...]]]:
     """Return the edges of the features of an outline that a point meets, by kind, one side of each."""
     found: dict[EdgeKind, list[tuple[int, ...]]] = {}
     for part in build_features(outline, widest_m=0.0):
@@ -22,7 +22,7 @@ def kinds(outline: Outline) -> dict[EdgeKind, list[tuple[int, ...]]]:
     return found
 
 
-def chain(*points: tuple[float, float], bulges: tuple[float, ...] = (), closed: bool = False) -> Outline:
+def build_chain(*points: tuple[float, float], bulges: tuple[float, ...] = (), closed: bool = False) -> Outline:
     """Return a chain without width."""
     edges = len(points) - (not closed)
     return Outline(points, bulges or (0.0,) * edges, 0.0, closed)
@@ -30,43 +30,48 @@ def chain(*points: tuple[float, float], bulges: tuple[float, ...] = (), closed: 
 
 def test_collinear_edges_are_merged_into_one_face() -> None:
     """Three collinear edges become one face per side and two vertices; a bend of 1 ulp keeps them apart."""
-    straight = chain((0.0, 0.0), (1.0, 0.5), (3.0, 1.5), (4.0, 2.0))
-    assert kinds(straight) == {EdgeKind.FACE: [(0, 1, 2)], EdgeKind.VERTEX: [(0,), (2,)]}
-    bent = chain((0.0, 0.0), (1.0, math.nextafter(0.5, 1.0)), (3.0, 1.5))
-    assert kinds(bent) == {EdgeKind.FACE: [(0,), (1,)], EdgeKind.VERTEX: [(0,), (1,)]}
+    straight = build_chain((0.0, 0.0), (1.0, 0.5), (3.0, 1.5), (4.0, 2.0))
+    assert list_edges_by_kind(straight) == {EdgeKind.FACE: [(0, 1, 2)], EdgeKind.VERTEX: [(0,), (2,)]}
+    bent = build_chain((0.0, 0.0), (1.0, math.nextafter(0.5, 1.0)), (3.0, 1.5))
+    assert list_edges_by_kind(bent) == {EdgeKind.FACE: [(0,), (1,)], EdgeKind.VERTEX: [(0,), (1,)]}
     assert len(build_features(bent)) == 7
 
 
 def test_smooth_joint_has_no_vertex() -> None:
     """A stadium has two straight sides, two half circles and no vertex."""
-    stadium = chain((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0), bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
-    assert kinds(stadium) == {EdgeKind.FACE: [(0,), (2,)], EdgeKind.ARC: [(1,), (3,)]}
+    stadium = build_chain((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0), bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
+    assert list_edges_by_kind(stadium) == {EdgeKind.FACE: [(0,), (2,)], EdgeKind.ARC: [(1,), (3,)]}
 
 
 def test_arcs_of_the_same_circle_are_merged() -> None:
     """Consecutive arcs of exactly the same circle become one arc; a bulge that differs by 1 ulp prevents it."""
-    assert kinds(chain((-1.0, 0.0), (1.0, 0.0), bulges=(1.0, 1.0), closed=True)) == {EdgeKind.ARC: [(0, 1)]}
+    assert list_edges_by_kind(build_chain((-1.0, 0.0), (1.0, 0.0), bulges=(1.0, 1.0), closed=True)) == {
+        EdgeKind.ARC: [(0, 1)]
+    }
     # A bulge of 1/2 turns by (2 + i)^4 / 25 = (-7 + 24 i) / 25, which keeps these on one circle of radius 625.
     points = (625.0, 0.0), (-175.0, 600.0), (-527.0, -336.0)
-    assert kinds(chain(*points, bulges=(0.5, 0.5)))[EdgeKind.ARC] == [(0, 1)]
-    assert kinds(chain(*points, bulges=(0.5, math.nextafter(0.5, 1.0))))[EdgeKind.ARC] == [(0,), (1,)]
+    assert list_edges_by_kind(build_chain(*points, bulges=(0.5, 0.5)))[EdgeKind.ARC] == [(0, 1)]
+    assert list_edges_by_kind(build_chain(*points, bulges=(0.5, math.nextafter(0.5, 1.0))))[EdgeKind.ARC] == [
+        (0,),
+        (1,),
+    ]
 
 
 def test_first_and_last_edge_of_a_closed_chain_are_merged() -> None:
     """A square that starts in the middle of a side has four faces and four vertices."""
-    square = chain((2.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0), closed=True)
-    found = kinds(square)
+    square = build_chain((2.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.0, 0.0), closed=True)
+    found = list_edges_by_kind(square)
     assert found[EdgeKind.FACE] == [(4, 0), (1,), (2,), (3,)]
     assert found[EdgeKind.VERTEX] == [(0,), (1,), (2,), (3,)]
 
 
 def test_features_are_ordered_faces_arcs_vertices() -> None:
     """Features are ordered so that a face comes before the vertex at its end, which is met at the same instant."""
-    order = [part.kind for part in build_features(chain((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))]
+    order = [part.kind for part in build_features(build_chain((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))]
     assert order == sorted(order, key=[EdgeKind.FACE, EdgeKind.ARC, EdgeKind.VERTEX].index)
 
 
-def face(a: tuple[float, float], b: tuple[float, float]) -> Face:
+def build_face(a: tuple[float, float], b: tuple[float, float]) -> Face:
     """Return the left side of an edge."""
     return Face.between(a, b)
 
@@ -83,7 +88,7 @@ def face(a: tuple[float, float], b: tuple[float, float]) -> Face:
 )
 def test_decidable_corners_are_recognised(second: tuple[float, float], smooth: bool, elastic: bool) -> None:
     """A right angle is decidable, 45 degrees only without energy loss, and the other corners are not."""
-    floor, slope = face((0.0, 0.0), (9.0, 0.0)), face(second, (0.0, 0.0))
+    floor, slope = build_face((0.0, 0.0), (9.0, 0.0)), build_face(second, (0.0, 0.0))
     assert are_decidable(floor, slope, elastic=False) is smooth
     assert are_decidable(floor, slope, elastic=True) is (smooth or elastic)
     assert are_decidable(floor, floor, elastic=False)
@@ -96,7 +101,7 @@ points = st.tuples(coordinates, coordinates)
 bulges = st.floats(1e-6, 1e6).flatmap(lambda value: st.sampled_from((value, -value)))
 
 
-def exact(pair: Pair) -> Fraction:
+def to_exact(pair: Pair) -> Fraction:
     return Fraction(pair[0]) + Fraction(pair[1])
 
 
@@ -132,10 +137,10 @@ def test_face_normal_points_to_the_left(a: tuple[float, float], b: tuple[float, 
     """A face has an exact direction, a length to 104 bits and a normal to the left within 2 ulp."""
     assume(a != b)
     face = Face.between(a, b)
-    ex, ey = exact(face.along[0]), exact(face.along[1])
+    ex, ey = to_exact(face.along[0]), to_exact(face.along[1])
     assert (ex, ey) == (Fraction(b[0]) - Fraction(a[0]), Fraction(b[1]) - Fraction(a[1]))
     length2 = ex * ex + ey * ey
-    assert abs(exact(face.length) ** 2 / length2 - 1) <= Fraction(2) ** -104
+    assert abs(to_exact(face.length) ** 2 / length2 - 1) <= Fraction(2) ** -104
     for component, part in zip(face.normal, (-ey, ex), strict=True):
         assert abs(Fraction(component) ** 2 - part * part / length2) <= 2 * abs(component) * Fraction(
             math.ulp(component)
@@ -158,7 +163,7 @@ def test_pairs_of_rationals_and_roots_are_right_to_100_bits(number: Fraction) ->
 
     The first float of a pair is the nearest one.
     """
-    assert abs(exact(to_pair(number)) / number - 1) <= Fraction(2) ** -104
-    assert abs(exact(compute_root(number)) ** 2 / number - 1) <= Fraction(2) ** -103
+    assert abs(to_exact(to_pair(number)) / number - 1) <= Fraction(2) ** -104
+    assert abs(to_exact(compute_root(number)) ** 2 / number - 1) <= Fraction(2) ** -103
     assert compute_root(number * number)[0] == to_pair(number)[0] == float(number)
     assert compute_root(Fraction(0)) == (0.0, 0.0)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from tests.cases import each
 from tests.installed_adapters import write_distribution
-from tests.processes import ran
+from tests.processes import run_command
 
 from carom.engines.api import Adapter, Engine
 from carom.engines.registry import (
@@ -40,30 +40,30 @@ adapter = Good()
 """
 
 
-def python(program: str, *extra_path: Path) -> str:
+def run_python(program: str, *extra_path: Path) -> str:
     """Run a program in a fresh interpreter, with directories ahead on its path, and return what it prints."""
     path = os.pathsep.join([*map(str, extra_path), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
     environment = {**os.environ, "PYTHONPATH": path}
-    result = ran([sys.executable, "-W", "error", "-c", program], check=False, env=environment)
+    result = run_command([sys.executable, "-W", "error", "-c", program], check=False, env=environment)
     assert result.returncode == 0, result.stderr
     return result.stdout
 
 
-def install(directory: Path, modules: dict[str, str], entry_points: dict[str, str]) -> None:
+def install_distribution(directory: Path, modules: dict[str, str], entry_points: dict[str, str]) -> None:
     """Make a distribution in a directory, with its modules."""
     write_distribution(directory, "thirdparty", entry_points, "3.2.1")
     for name, source in modules.items():
         (directory / f"{name}.py").write_text(source, encoding="utf-8")
 
 
-def listed(directory: Path) -> dict[str, dict[str, Any]]:
+def list_engines(directory: Path) -> dict[str, dict[str, Any]]:
     """Return what `engines()` says in an interpreter that sees the distribution in this directory."""
     program = (
         "import json, carom; print(json.dumps({e.name: dict(engine=e.engine, version=e.version, "
         "unavailable=e.unavailable, available=e.available, profiles=dict(e.profiles), "
         "distribution=e.distribution) for e in carom.engines()}))"
     )
-    found: dict[str, dict[str, Any]] = json.loads(python(program, directory))
+    found: dict[str, dict[str, Any]] = json.loads(run_python(program, directory))
     return found
 
 
@@ -173,8 +173,8 @@ def test_adapter_reports_its_version_and_availability() -> None:
 @pytest.mark.long
 def test_third_party_adapter_has_its_distributions_version(tmp_path: Path) -> None:
     """An adapter of another installed distribution is listed with that distribution's name and version."""
-    install(tmp_path, {"good_adapter": GOOD_ADAPTER}, {"good": "good_adapter:adapter"})
-    assert listed(tmp_path)["good"] == {
+    install_distribution(tmp_path, {"good_adapter": GOOD_ADAPTER}, {"good": "good_adapter:adapter"})
+    assert list_engines(tmp_path)["good"] == {
         "engine": "Good engine",
         "version": "3.2.1",
         "unavailable": "",
@@ -191,7 +191,7 @@ def test_broken_adapter_is_listed_as_unavailable_with_the_reason(tmp_path: Path)
         "    capabilities = Capabilities()",
         "    @property\n    def capabilities(self):\n        raise OSError('no licence file')",
     )
-    install(
+    install_distribution(
         tmp_path,
         {
             "good_adapter": GOOD_ADAPTER,
@@ -216,7 +216,7 @@ def test_broken_adapter_is_listed_as_unavailable_with_the_reason(tmp_path: Path)
             "b-old": "old:adapter",
         },
     )
-    found = listed(tmp_path)
+    found = list_engines(tmp_path)
     assert found["good"]["available"]
     assert found["pic"]["available"]
     for name, reason in {
@@ -250,7 +250,7 @@ def test_invalid_metadata_makes_only_its_own_entry_unavailable(tmp_path: Path) -
         if name == "unnamed":
             (info / "METADATA").write_bytes(b"\xff")
     path = os.pathsep.join(str(folder) for folder in tmp_path.iterdir())
-    done = ran(
+    done = run_command(
         [sys.executable, "-m", "carom", "engines"],
         check=False,
         env={**os.environ, "PYTHONPATH": path, "COLUMNS": "500"},

@@ -32,12 +32,12 @@ WRONG: tuple[Any, ...] = (
 )  # fmt: skip
 
 
-def spoilt(value: Any) -> Iterator[Any]:
+def alter_value(value: Any) -> Iterator[Any]:
     """Yield copies of a value of JSON with one thing in it replaced, or taken away."""
     yield from WRONG
     items: Any = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, held in items:
-        for other in spoilt(held):
+        for other in alter_value(held):
             copy = value.copy()
             copy[key] = other
             yield copy
@@ -61,7 +61,9 @@ def test_altered_answer_is_a_value_or_a_validation_error() -> None:
     sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
     trace = json.loads(sound[1]["value"])
     refused = 0
-    for line in [*spoilt(sound), *([0, {**sound[1], "value": json.dumps(one)}] for one in spoilt(trace))][::4]:
+    for line in [*alter_value(sound), *([0, {**sound[1], "value": json.dumps(one)}] for one in alter_value(trace))][
+        ::4
+    ]:
         try:
             codec.loads(json.dumps(line).encode())
         except ValidationError:
@@ -88,7 +90,7 @@ def journal_lines(tmp_path: Path) -> tuple[Path, list[Any]]:
     return path, [json.loads(line) for line in path.read_text().splitlines()]
 
 
-def reopened(path: Path, lines: list[Any]) -> Journal[JobKey, Trace]:
+def reopen_journal(path: Path, lines: list[Any]) -> Journal[JobKey, Trace]:
     path.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
     return observed_journal(path, Options().stamp, resume=True)
 
@@ -100,7 +102,7 @@ def test_journal_line_with_a_wrong_type_is_refused(journal_lines: tuple[Path, li
     for field in trace:
         value = json.dumps(trace | {field: [[1], 5]})
         with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*; remove the line"):
-            reopened(path, [head, {**entry, "answer": {**entry["answer"], "value": value}}])
+            reopen_journal(path, [head, {**entry, "answer": {**entry["answer"], "value": value}}])
 
 
 @each("extra", [None, "absent", 5, {}])
@@ -108,4 +110,4 @@ def test_journal_header_with_an_unknown_field_is_refused(journal_lines: tuple[Pa
     """A header with an additional field belongs to another study and is refused, even if the value is null."""
     path, (head, entry) = journal_lines
     with pytest.raises(InputError, match=r"its more is .*, but this study's is absent; name another folder"):
-        reopened(path, [head | {"more": extra}, entry])
+        reopen_journal(path, [head | {"more": extra}, entry])

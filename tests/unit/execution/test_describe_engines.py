@@ -93,7 +93,7 @@ DECLARED = {
 
 
 @pytest.fixture
-def loading(install: Install) -> None:
+def importing_adapters(install: Install) -> None:
     """Adapters that do something at their import: as attributes that are made when they are asked for."""
     acts = {name.replace("-", "_"): act for name, (act, _) in LOADING.items()}
     source = f"{ADAPTER}\nACTS = {acts!r}\ndef __getattr__(name):\n    return exec(ACTS[name], globals())\n"
@@ -101,13 +101,13 @@ def loading(install: Install) -> None:
 
 
 @pytest.fixture
-def declared(install: Install) -> None:
+def misdeclared_adapters(install: Install) -> None:
     """Adapters that declare what can't be."""
     made = "".join(f"{name.replace('-', '_')} = made({fields})\n" for name, (fields, _) in DECLARED.items())
     install(ADAPTER + made + "sound = made()\n", {name: name.replace("-", "_") for name in (*DECLARED, "sound")})
 
 
-@pytest.mark.usefixtures("loading")
+@pytest.mark.usefixtures("importing_adapters")
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "exits-0")) for name in LOADING]
 )
@@ -123,7 +123,7 @@ def test_adapter_that_fails_on_import_is_unavailable(name: str, monkeypatch: pyt
     assert not line.profiles
 
 
-@pytest.mark.usefixtures("declared")
+@pytest.mark.usefixtures("misdeclared_adapters")
 def test_invalid_declarations_make_an_adapter_unavailable() -> None:
     """The reason names the wrong field and its value; a sound adapter of the same distribution is available."""
     with InProcessPool() as pool:

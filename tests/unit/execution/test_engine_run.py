@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.unit.execution.stubs import Makes, Still
 
 from carom import solve_pic
@@ -51,7 +51,7 @@ class Delegating(Still):
         raise AttributeError(name)
 
 
-def observed(world: Any) -> Mapping[str, int]:
+def observe_counts(world: Any) -> Mapping[str, int]:
     scene = staged("rest", disc_at(0.0, 0.0), duration_s=1.0)
     return observe_run(Makes(world), scene, "default", DT).counts
 
@@ -60,20 +60,20 @@ def observed(world: Any) -> Mapping[str, int]:
 def test_missing_engine_attribute_is_reported(world: Still, lacked: str) -> None:
     """An AttributeError inside a property of a world is raised unchanged, and the world is closed."""
     with pytest.raises(AttributeError, match=lacked):
-        observed(world)
+        observe_counts(world)
     assert world.closed
 
 
 def test_incomplete_world_is_refused_with_its_missing_parts() -> None:
     """A world without `settings` and `observe` is refused, and the message names both."""
     with pytest.raises(AdapterError, match="a SimpleNamespace has no settings, observe"):
-        observed(SimpleNamespace(advance=print, close=print))
+        observe_counts(SimpleNamespace(advance=print, close=print))
 
 
 def test_counts_of_a_world_are_optional() -> None:
     """A world may have no counts, and counts provided by `__getattr__` are read."""
-    assert "solved" not in observed(Still())
-    assert observed(Delegating())["solved"] == 3
+    assert "solved" not in observe_counts(Still())
+    assert observe_counts(Delegating())["solved"] == 3
 
 
 @each("name", ["contact/drop", "contact/rolling-resistance", "contact/incline-rolls"])
@@ -109,7 +109,7 @@ def test_impact_after_the_end_does_not_change_the_final_state() -> None:
     trace = observe_run(load_adapter("pic"), slows, "tuned", 0.3)
     assert len(trace.impacts) == 0
     assert trace.final_position_m[0, 1] == pytest.approx(0.5 + way - 2.0 * (1.0 - math.exp(-0.5)), rel=1e-14)
-    assert sure(trace.final_spin_rad_s)[0] == pytest.approx(3.0 * math.exp(-0.5), rel=1e-14)
+    assert require_value(trace.final_spin_rad_s)[0] == pytest.approx(3.0 * math.exp(-0.5), rel=1e-14)
 
 
 def test_run_keeps_states_only_if_a_disc_can_rest() -> None:
@@ -118,8 +118,8 @@ def test_run_keeps_states_only_if_a_disc_can_rest() -> None:
     for gravity_m_s2, rests in (((0.0, 0.0), False), ((0.0, -1.0), True)):
         scene = staged("slide", *bodies, gravity_m_s2=gravity_m_s2, duration_s=1.0)
         trace = observe_run(load_adapter("pic"), scene, "tuned", DT, samples=True)
-        assert sure(trace.samples).time_s.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
-        assert sure(trace.samples).position_m[:, 0, 0].tolist() == [0.0, 0.25, 0.5, 0.25, 0.0]
+        assert require_value(trace.samples).time_s.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+        assert require_value(trace.samples).position_m[:, 0, 0].tolist() == [0.0, 0.25, 0.5, 0.25, 0.0]
         assert (trace.looks is not None) is rests
 
 

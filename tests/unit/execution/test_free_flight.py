@@ -26,28 +26,28 @@ DT = 1 / 60
 Array = NDArray[np.float64]
 
 
-def pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[Wall, ...] = ()) -> Scene:
+def build_pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[Wall, ...] = ()) -> Scene:
     return staged("pair", disc_at(0, 0), disc_at(1 + gap, aside, velocity, 0), *walls, duration_s=10.0)
 
 
-def begun_at(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT, bits: int = 64) -> int:
+def find_free_flight_step(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT, bits: int = 64) -> int:
     """Return after which step, from 1, free flight is found; 0 for after none."""
     flight = FreeFlight(scene, dt_s, bits)
     found = (flight.has_begun(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
     return next((k for k, begun in enumerate(found, start=1) if begun), 0)
 
 
-def straight(scene: Scene, steps: int = 5) -> list[tuple[Array, Array]]:
+def build_straight_states(scene: Scene, steps: int = 5) -> list[tuple[Array, Array]]:
     """Return the states of discs that move straight on."""
     start = scene.arrays
     return [(start.position_m + start.velocity_m_s * (k * DT), start.velocity_m_s) for k in range(1, steps + 1)]
 
 
-PARTING = pair(0.5, 1.0)
+PARTING = build_pair(0.5, 1.0)
 APART, SPEED = np.array([(0.0, 0.0), (1.5, 0.0)]), np.array([(0.0, 0.0), (1.0, 0.0)])
 
 
-def rounded() -> Iterator[tuple[Array, Array]]:
+def build_rounded_states() -> Iterator[tuple[Array, Array]]:
     """Yield states of which each place is the last one, moved on, in 32 bits."""
     place = APART.astype(np.float32)
     for _ in range(20):
@@ -58,13 +58,13 @@ def rounded() -> Iterator[tuple[Array, Array]]:
 @each(
     "scene, states, bits, begins",
     [
-        pytest.param(PARTING, straight(PARTING), 64, True, id="they part"),
+        pytest.param(PARTING, build_straight_states(PARTING), 64, True, id="they part"),
         *(
-            pytest.param(scene, straight(scene), 64, False, id=why)
+            pytest.param(scene, build_straight_states(scene), 64, False, id=why)
             for why, scene in {
-                "they meet": pair(5.0, -1.0),
-                "they pass near": pair(5.0, -1.0, aside=1.5),
-                "one reaches a wall": pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
+                "they meet": build_pair(5.0, -1.0),
+                "they pass near": build_pair(5.0, -1.0, aside=1.5),
+                "one reaches a wall": build_pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
             }.items()
         ),
         pytest.param(PARTING, [(APART / 2, 0.0 * SPEED)] * 10, 64, False, id="they overlap, and may be pushed apart"),
@@ -85,15 +85,15 @@ def rounded() -> Iterator[tuple[Array, Array]]:
             )
             for off in (1e-12, 1e-3, 0.01)
         ),
-        pytest.param(PARTING, [*rounded()], 32, True, id="places of 32 bits, declared"),
-        pytest.param(PARTING, [*rounded()], 64, False, id="places of 32 bits, where 64 are declared"),
+        pytest.param(PARTING, [*build_rounded_states()], 32, True, id="places of 32 bits, declared"),
+        pytest.param(PARTING, [*build_rounded_states()], 64, False, id="places of 32 bits, where 64 are declared"),
     ],
 )
 def test_free_flight_requires_straight_motion_without_contacts(
     scene: Scene, states: Iterable[tuple[Array, Array]], bits: int, begins: bool
 ) -> None:
     """Free flight begins only if discs move straight within rounding and will not overlap, meet or pass near."""
-    assert (begun_at(scene, states, bits=bits) > 0) is begins
+    assert (find_free_flight_step(scene, states, bits=bits) > 0) is begins
 
 
 @given(st.tuples(*[st.integers(-1000, 1000)] * 4), st.integers(-120, 120), st.integers(-120, 120), st.floats(1e-6, 1.0))
@@ -127,13 +127,13 @@ def test_distant_approach_is_found_despite_rounding(place: Any, speed: Any, near
 
 def test_free_flight_requires_two_steps_of_equal_velocity() -> None:
     """Free flight is found after three steps, and never if every second step changes a velocity."""
-    assert begun_at(PARTING, straight(PARTING, 20)) == 3
+    assert find_free_flight_step(PARTING, build_straight_states(PARTING, 20)) == 3
     place, states = APART, []
     for k in range(40):
         kicked = SPEED * (1.0 + 1e-9 * (k // 2))
         place = place + kicked * DT
         states.append((place, kicked))
-    assert begun_at(PARTING, states) == 0
+    assert find_free_flight_step(PARTING, states) == 0
 
 
 @given(st.lists(st.tuples(*[st.integers(-20, 20)] * 4), min_size=2, max_size=6), st.floats(1e-3, 20.0))
@@ -160,7 +160,7 @@ def test_touching_discs_are_not_in_free_flight() -> None:
         if math.hypot(x, y) <= 1.0:
             touching += 1
             scene = staged("touching", *discs, duration_s=10.0)
-            assert begun_at(scene, straight(scene)) == 0
+            assert find_free_flight_step(scene, build_straight_states(scene)) == 0
     assert touching > 50
 
 
@@ -170,7 +170,7 @@ def test_free_flight_memory_does_not_grow_with_pairs() -> None:
         "crowd", *(disc_at(3.0 * (k % 55), 3.0 * (k // 55), 0.01 * k, 0) for k in range(3000)), duration_s=10.0
     )
     tracemalloc.start()
-    begun_at(scene, straight(scene))
+    find_free_flight_step(scene, build_straight_states(scene))
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 20e6
@@ -179,11 +179,11 @@ def test_free_flight_memory_does_not_grow_with_pairs() -> None:
 @each("units, begins", [(0, True), (4, True), (5, False), (-5, False)])
 def test_free_flight_tolerates_four_units_of_rounding(units: int, begins: bool) -> None:
     """At 4 m, a step may deviate by four units in the last place, each 2^-50 m, but not by five."""
-    scene, speed = pair(3.5, 1.0), np.array([(0.0, 0.0), (1.0, 0.0)])
+    scene, speed = build_pair(3.5, 1.0), np.array([(0.0, 0.0), (1.0, 0.0)])
     dt_s = 2.0**-6  # every number below is exact
     drift = np.array([(0.0, 0.0), (units * 2.0**-50, 0.0)])
     states = [(np.array([(0.0, 0.0), (4.0, 0.0)]) + (speed * dt_s + drift) * k, speed) for k in range(1, 9)]
-    assert (begun_at(scene, states, dt_s) > 0) is begins
+    assert (find_free_flight_step(scene, states, dt_s) > 0) is begins
 
 
 @each("steps_after_the_end, begins", [(1, False), (1.5, False), (2.5, True)])
@@ -191,8 +191,8 @@ def test_pair_near_within_two_steps_of_the_end_is_followed(steps_after_the_end: 
     """Discs that come near up to two steps after the end are not in free flight, since engines may look ahead."""
     near_s = 10.0 + steps_after_the_end * DT
     gap = near_s + 1.0  # at 1 m/s they are near when the centres are 2 m apart: twice the sum of the radii
-    scene = pair(gap, -1.0)
-    assert (begun_at(scene, straight(scene, 600)) > 0) is begins
+    scene = build_pair(gap, -1.0)
+    assert (find_free_flight_step(scene, build_straight_states(scene, 600)) > 0) is begins
 
 
 @each(

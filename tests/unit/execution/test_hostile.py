@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.fake_clock import Clock
-from tests.processes import PATIENT_S, ended, limit_only
+from tests.processes import PATIENT_S, limit_only, wait_until_ended
 from tests.unit.execution.conftest import STANDING
 
 from carom import Disc, Scene, save_scene
@@ -149,7 +149,7 @@ def forking(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def run(
+def run_acts(
     installed: None,  # noqa: ARG001 - its adapters are run
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -166,14 +166,14 @@ def run(
         if not any("ran on" in SAYS[name][1] for name in names):
             monkeypatch.setattr("carom.execution.worker_process.GRACE_S", PATIENT_S)  # each process may end slowly
         with LocalPool(2, LIMIT_S if hang else PATIENT_S, memory_limit_mb=1500) as pool:
-            rows = {row.job.engine: row for row in execute(build_plan([scene()], asked, pool), pool).rows}
+            rows = {row.job.engine: row for row in execute(build_plan([build_scene()], asked, pool), pool).rows}
         assert rows["pit"].status is Status.RAN
         return rows
 
     return run
 
 
-def scene() -> Scene:
+def build_scene() -> Scene:
     return Scene(name="one disc", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)], duration_s=2)
 
 
@@ -181,7 +181,7 @@ def nothing_is_left(tmp_path: Path, noted: int | None = None) -> bool:
     """Whether each process that was noted has ended, and each folder is gone."""
     pids = [int(file.name) for file in (tmp_path / "here").iterdir()]
     assert noted is None or len(pids) == noted
-    return ended(*pids) and not any((tmp_path / "temp").iterdir())
+    return wait_until_ended(*pids) and not any((tmp_path / "temp").iterdir())
 
 
 #: What the row must say of each act; an empty reason is a run like any other.
@@ -223,7 +223,7 @@ SAYS = {
 @pytest.mark.parametrize("start", ["fresh", "forked"])
 @pytest.mark.parametrize("name", SAYS)
 def test_hostile_act_gives_a_truthful_row(
-    run: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
+    run_acts: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     r"""Each hostile act ends in a row with the right status and reason, and no process or folder remains.
 
@@ -231,7 +231,7 @@ def test_hostile_act_gives_a_truthful_row(
     """
     if start == "forked":
         request.getfixturevalue("forking")
-    row = run(name)[name]
+    row = run_acts(name)[name]
     status, words = SAYS[name]
     assert row.status is status, row.reason
     assert words in row.reason
@@ -241,14 +241,16 @@ def test_hostile_act_gives_a_truthful_row(
 
 @pytest.mark.long
 @LINUX
-def test_hostile_acts_at_once_affect_only_their_own_rows(run: Callable[..., dict[str, Row]], tmp_path: Path) -> None:
+def test_hostile_acts_at_once_affect_only_their_own_rows(
+    run_acts: Callable[..., dict[str, Row]], tmp_path: Path
+) -> None:
     r"""Five hostile acts in one run each have their own status and reason, and leave no process or folder.
 
     The parent needs less than 64 MiB more memory, although an engine prints 100 MB.
     """
     names = ("forgets-everything", "answers-garbage", "prints-much", "takes-memory", "fails-to-fail")
     before = measure_resident_bytes("VmHWM") or 0
-    rows = run(*names)
+    rows = run_acts(*names)
     for name in names:
         status, words = SAYS[name]
         assert (rows[name].status, words in rows[name].reason) == (status, True), rows[name].reason
@@ -256,9 +258,9 @@ def test_hostile_acts_at_once_affect_only_their_own_rows(run: Callable[..., dict
     assert nothing_is_left(tmp_path, noted=1)
 
 
-def begun(tmp_path: Path, act: str) -> subprocess.Popen[str]:
+def start_run(tmp_path: Path, act: str) -> subprocess.Popen[str]:
     """Start `carom run` on an adapter, and return when its act has begun."""
-    save_scene(scene(), tmp_path / "scene.toml")
+    save_scene(build_scene(), tmp_path / "scene.toml")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     command = [sys.executable, "-m", "carom", "run", str(tmp_path / "scene.toml"), "-e", act, "--dt", "0.1"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment)
@@ -270,7 +272,7 @@ def begun(tmp_path: Path, act: str) -> subprocess.Popen[str]:
     return process
 
 
-def seen(tmp_path: Path) -> dict[str, object]:
+def pop_observations(tmp_path: Path) -> dict[str, object]:
     """Return what an adapter finds of its process, and clear it."""
     found: dict[str, object] = json.loads((tmp_path / "seen").read_text())
     (tmp_path / "seen").unlink()
@@ -280,15 +282,15 @@ def seen(tmp_path: Path) -> dict[str, object]:
 @pytest.mark.release
 @LINUX
 def test_forked_worker_equals_a_fresh_one(
-    run: Callable[..., dict[str, Row]], tmp_path: Path, request: pytest.FixtureRequest
+    run_acts: Callable[..., dict[str, Row]], tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     """A forked worker has the files, signals, limits, variables, session and engines of a fresh interpreter."""
     secret = os.open(tmp_path / "secret", os.O_CREAT | os.O_RDWR)
     os.set_inheritable(secret, True)
-    rows = run("tells")
-    fresh = seen(tmp_path)
+    rows = run_acts("tells")
+    fresh = pop_observations(tmp_path)
     request.getfixturevalue("forking")
-    forked_rows, forked = run("tells"), seen(tmp_path)
+    forked_rows, forked = run_acts("tells"), pop_observations(tmp_path)
     os.close(secret)
     for pair in (rows, forked_rows):
         assert pair["tells"].status is Status.RAN, pair["tells"].reason
@@ -303,9 +305,9 @@ def test_workers_start_after_the_fork_server_is_killed(tmp_path: Path) -> None:
     """If an adapter kills the fork server, its own run crashes, and later runs start without the server."""
     with LocalPool(1, PATIENT_S) as pool:
         asked = Options(("kills-its-template",), [0.1], ["tuned"], timing=False, samples=False)
-        (row,) = execute(build_plan([scene()], asked, pool), pool).rows
+        (row,) = execute(build_plan([build_scene()], asked, pool), pool).rows
         asked = Options(("tells",), [0.1], ["tuned"], timing=False, samples=False)
-        (after,) = execute(build_plan([scene()], asked, pool), pool).rows
+        (after,) = execute(build_plan([build_scene()], asked, pool), pool).rows
     assert (row.status, after.status) == (Status.CRASHED, Status.RAN), (row.reason, after.reason)
     assert nothing_is_left(tmp_path)
 
@@ -315,15 +317,15 @@ def test_workers_start_after_the_fork_server_is_killed(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize("act", ["holds-the-lock", "stops", "stops-its-keeper", "forgets-and-sleeps"])
 def test_killed_parent_ends_its_workers(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, act: str, run: Callable[..., dict[str, Row]]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, act: str, run_acts: Callable[..., dict[str, Row]]
 ) -> None:
     """A blocked worker and its child processes end with their killed parent; the next start removes its folder."""
-    with begun(tmp_path, act) as process:
+    with start_run(tmp_path, act) as process:
         process.kill()
     assert any((tmp_path / "temp").iterdir())
     # As in a new process.
     monkeypatch.setattr("carom.execution.working_folder._clear_abandoned", _clear_abandoned.__wrapped__)
-    run()
+    run_acts()
     assert nothing_is_left(tmp_path, noted=1)
 
 
@@ -333,7 +335,7 @@ def test_killed_parent_ends_its_workers(
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_signal_ends_a_command_cleanly(tmp_path: Path, number: signal.Signals) -> None:
     """The exit code is 128 plus the signal's number, a message names it, and no process or folder remains."""
-    with begun(tmp_path, "stops") as process:
+    with start_run(tmp_path, "stops") as process:
         process.send_signal(number)
         process.send_signal(number)
         _, said = process.communicate(timeout=PATIENT_S)

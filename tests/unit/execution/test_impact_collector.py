@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Disc, Scene, Wall
 from carom.engines.api import Contact, Observation
@@ -16,14 +16,14 @@ DT = 0.1
 ALONG_X = (1.0, 0.0)
 
 
-def state(*discs: tuple[float, float], contacts: tuple[Contact, ...] = ()) -> Observation:
+def build_state(*discs: tuple[float, float], contacts: tuple[Contact, ...] = ()) -> Observation:
     """Discs on the x axis, each as (x, velocity along x)."""
     position = np.array([(x, 0.0) for x, _ in discs])
     velocity = np.array([(v, 0.0) for _, v in discs])
     return Observation(position, velocity, contacts)
 
 
-def scene_of(start: Observation) -> Scene:
+def build_line_scene(start: Observation) -> Scene:
     discs = [disc_at(*p, *v, r=0.1) for p, v in zip(start.position_m, start.velocity_m_s, strict=True)]
     return staged("line", *discs, wall_at(9, 0, -1, 0), duration_s=1)
 
@@ -36,13 +36,13 @@ class Collected(NamedTuple):
     collector: ImpactCollector
 
     @property
-    def met(self) -> list[tuple[float, int, int]]:
+    def times_and_bodies(self) -> list[tuple[float, int, int]]:
         return [(float(one["time_s"]), int(one["first"]), int(one["second"])) for one in self.impacts]
 
 
 def collect(start: Observation, *steps: Observation, scene: Scene | None = None, float_bits: int = 64) -> Collected:
     """Return what is collected of the states after each step of `DT`, of a scene or of discs on a line."""
-    collector = ImpactCollector(scene or scene_of(start), start, float_bits)
+    collector = ImpactCollector(scene or build_line_scene(start), start, float_bits)
     for k, step in enumerate(steps, start=1):
         collector.add(k * DT, step)
     return Collected(*collector.finish(), collector)
@@ -50,14 +50,14 @@ def collect(start: Observation, *steps: Observation, scene: Scene | None = None,
 
 def test_contact_over_several_steps_is_one_impact() -> None:
     """A soft contact over three steps is one impact, with the velocities before the first and after the last."""
-    start = state((0.0, 1.0), (1.0, 0.0))
+    start = build_state((0.0, 1.0), (1.0, 0.0))
     touch = (Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.4),)
     (impact,) = collect(
         start,
-        state((0.10, 0.6), (1.0, 0.4), contacts=touch),
-        state((0.15, 0.3), (1.05, 0.7), contacts=(Contact(0, 1, 0.1, ALONG_X, 0.3),)),
-        state((0.15, 0.0), (1.15, 1.0), contacts=(Contact(0, 1, 0.2, ALONG_X, 0.3),)),
-        state((0.15, 0.0), (1.25, 1.0)),
+        build_state((0.10, 0.6), (1.0, 0.4), contacts=touch),
+        build_state((0.15, 0.3), (1.05, 0.7), contacts=(Contact(0, 1, 0.1, ALONG_X, 0.3),)),
+        build_state((0.15, 0.0), (1.15, 1.0), contacts=(Contact(0, 1, 0.2, ALONG_X, 0.3),)),
+        build_state((0.15, 0.0), (1.25, 1.0)),
     ).impacts
     assert impact["time_s"] == 0.0
     assert impact["velocity_first_before"].tolist() == [1.0, 0.0]
@@ -70,17 +70,17 @@ def test_velocity_change_within_rounding_has_no_effective_time(turned: float, fl
 
     The limit depends on the declared float precision, 32 or 64 bits.
     """
-    start = state((0.0, 1.0), (0.21, 0.0))
-    pushed = state((0.09, 1.0 - turned), (0.22, turned), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse_n_s=1.0),))
+    start = build_state((0.0, 1.0), (0.21, 0.0))
+    pushed = build_state((0.09, 1.0 - turned), (0.22, turned), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse_n_s=1.0),))
     assert math.isfinite(collect(start, pushed, float_bits=float_bits).effective[0]) == known
 
 
 def test_contact_with_cancelling_impulses_has_its_first_normal() -> None:
     """Opposite impulses in two steps have no common direction, so the impact has the first contact's normal."""
     there, back = ((Contact(0, 1, 0.0, (sign, 0.0), impulse_n_s=0.5),) for sign in (1.0, -1.0))
-    start = state((0.0, 1.0), (0.25, 0.0))
+    start = build_state((0.0, 1.0), (0.25, 0.0))
     (impact,) = collect(
-        start, state((0.1, 0.5), (0.2, 0.5), contacts=there), state((0.1, 1.0), (0.2, 0.0), contacts=back)
+        start, build_state((0.1, 0.5), (0.2, 0.5), contacts=there), build_state((0.1, 1.0), (0.2, 0.0), contacts=back)
     ).impacts
     assert impact["normal"].tolist() == [1.0, 0.0]
 
@@ -90,26 +90,26 @@ def test_separating_pair_pushed_to_one_speed_has_one_impact() -> None:
     first = (Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.75),)
     both = Contact(1, 2, 0.1, ALONG_X, impulse_n_s=0.5), Contact(0, 1, 0.1, ALONG_X, impulse_n_s=0.25)
     found = collect(
-        state((0.0, 1.0), (0.25, 0.0), (0.5, 0.0)),
-        state((0.1, 0.25), (0.2, 0.75), (0.4, 0.0), contacts=first),
-        state((0.1, 0.0), (0.2, 0.5), (0.4, 0.5), contacts=both),
+        build_state((0.0, 1.0), (0.25, 0.0), (0.5, 0.0)),
+        build_state((0.1, 0.25), (0.2, 0.75), (0.4, 0.0), contacts=first),
+        build_state((0.1, 0.0), (0.2, 0.5), (0.4, 0.5), contacts=both),
     )
-    assert found.met == [(0.0, 0, 1), (0.1, 1, 2)]
+    assert found.times_and_bodies == [(0.0, 0, 1), (0.1, 1, 2)]
 
 
 def test_contact_of_zero_impulse_is_not_an_impact() -> None:
     """A contact that an engine reports with zero impulse is not counted as an impact."""
-    start = state((0.0, 1.0), (1.0, 0.0))
-    idle = state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X, 0.0),))
-    assert collect(start, idle).met == []
+    start = build_state((0.0, 1.0), (1.0, 0.0))
+    idle = build_state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X, 0.0),))
+    assert collect(start, idle).times_and_bodies == []
 
 
 def test_contact_without_impulse_counts_if_a_velocity_changed() -> None:
     """If an engine reports no impulse, a contact is an impact only if a velocity changed in its step."""
-    start = state((0.0, 1.0), (1.0, 0.0))
-    idle = state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X),))
-    hit = state((0.1, 0.0), (1.1, 1.0), contacts=(Contact(0, 1, 0.1, ALONG_X),))
-    assert collect(start, idle, hit).met == [(0.1, 0, 1)]
+    start = build_state((0.0, 1.0), (1.0, 0.0))
+    idle = build_state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X),))
+    hit = build_state((0.1, 0.0), (1.1, 1.0), contacts=(Contact(0, 1, 0.1, ALONG_X),))
+    assert collect(start, idle, hit).times_and_bodies == [(0.1, 0, 1)]
 
 
 def test_impulses_separate_two_contacts_in_one_step() -> None:
@@ -117,10 +117,12 @@ def test_impulses_separate_two_contacts_in_one_step() -> None:
 
     The impacts have no effective time and no positions, but their step is known.
     """
-    start = state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
+    start = build_state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
     contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
-    impacts, effective, collector = found = collect(start, state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts))
-    assert found.met == [(0.0, 0, 1), (0.0, 1, 2)]
+    impacts, effective, collector = found = collect(
+        start, build_state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts)
+    )
+    assert found.times_and_bodies == [(0.0, 0, 1), (0.0, 1, 2)]
     assert impacts[0]["velocity_second_after"].tolist() == [1.0, 0.0]
     assert impacts[1]["velocity_first_before"].tolist() == [1.0, 0.0]
     assert impacts[1]["velocity_first_after"].tolist() == [0.0, 0.0]
@@ -142,15 +144,15 @@ def test_pair_driven_together_again_has_two_impacts(turned: tuple[float, float])
         contacts = tuple(dataclasses.replace(one, normal=turned) for one in seen.contacts)
         return dataclasses.replace(seen, position_m=place, velocity_m_s=speed, contacts=contacts)
 
-    start = state((0.0, 1.0), (1.0, 0.0), (2.0, -3.0))
+    start = build_state((0.0, 1.0), (1.0, 0.0), (2.0, -3.0))
     first = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 4.0))
     second = (Contact(0, 1, 0.1, ALONG_X, 3.0),)
     steps = (
-        state((0.0, 0.0), (0.7, -3.0), (2.1, 1.0), contacts=first),
-        state((-0.3, -3.0), (0.7, 0.0), (2.2, 1.0), contacts=second),
+        build_state((0.0, 0.0), (0.7, -3.0), (2.1, 1.0), contacts=first),
+        build_state((-0.3, -3.0), (0.7, 0.0), (2.2, 1.0), contacts=second),
     )
     found = collect(*map(along, (start, *steps)))
-    assert found.met == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
+    assert found.times_and_bodies == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
 
 
 @each("turn_s", [0.0125, 0.05, 0.0875])
@@ -159,34 +161,37 @@ def test_effective_time_is_where_the_paths_turned(turn_s: float) -> None:
 
     For a disc at a wall these are its own two lines.
     """
-    start = state((0.0, 2.0), (1.0, -1.0))
+    start = build_state((0.0, 2.0), (1.0, -1.0))
     left = 2.0 * turn_s - 1.0 * (DT - turn_s)
     right = 1.0 - 1.0 * turn_s + 2.0 * (DT - turn_s)
-    found = collect(start, state((left, -1.0), (right, 2.0), contacts=(Contact(0, 1, DT, ALONG_X, 3.0),)))
+    found = collect(start, build_state((left, -1.0), (right, 2.0), contacts=(Contact(0, 1, DT, ALONG_X, 3.0),)))
     assert found.impacts["time_s"].tolist() == [DT]
     # Positions of order 1 rounded to half an ulp, divided by a relative velocity change of 6.
     assert found.effective[0] == pytest.approx(turn_s, abs=4 * math.ulp(1.0))
-    thrown = state((2.0 * turn_s - 2.0 * (DT - turn_s), -2.0), contacts=(Contact(0, -1, 0.0, ALONG_X, 4.0),))
-    assert collect(state((0.0, 2.0)), thrown).effective[0] == pytest.approx(turn_s, abs=4 * math.ulp(1.0))
+    thrown = build_state((2.0 * turn_s - 2.0 * (DT - turn_s), -2.0), contacts=(Contact(0, -1, 0.0, ALONG_X, 4.0),))
+    assert collect(build_state((0.0, 2.0)), thrown).effective[0] == pytest.approx(turn_s, abs=4 * math.ulp(1.0))
 
 
 def test_contact_with_velocities_is_always_an_impact() -> None:
     """Contacts with velocities are impacts as reported, even two of the same pair in one step."""
-    start = state((0.0, 1.0), (1.0, 0.0))
+    start = build_state((0.0, 1.0), (1.0, 0.0))
     velocities = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0))
     twice = (Contact(0, 1, 0.01, ALONG_X, None, velocities), Contact(0, 1, 0.05, ALONG_X, None, velocities))
-    assert collect(start, state((0.1, 0.0), (1.0, 1.0), contacts=twice)).met == [(0.01, 0, 1), (0.05, 0, 1)]
+    assert collect(start, build_state((0.1, 0.0), (1.0, 1.0), contacts=twice)).times_and_bodies == [
+        (0.01, 0, 1),
+        (0.05, 0, 1),
+    ]
 
 
 def test_normal_of_several_steps_follows_the_summed_impulses() -> None:
     """A contact whose normal turns over several steps has the direction of the sum of its impulses."""
-    start = state((0.0, 1.0), (1.0, 0.0))
+    start = build_state((0.0, 1.0), (1.0, 0.0))
     first, second = (0.8, 0.6), (0.6, 0.8)
     (impact,) = collect(
         start,
-        state((0.1, 0.5), (1.0, 0.3), contacts=(Contact(0, 1, 0.0, first, 3.0),)),
-        state((0.1, 0.2), (1.1, 0.6), contacts=(Contact(0, 1, 0.1, second, 1.0),)),
-        state((0.1, 0.2), (1.2, 0.6)),
+        build_state((0.1, 0.5), (1.0, 0.3), contacts=(Contact(0, 1, 0.0, first, 3.0),)),
+        build_state((0.1, 0.2), (1.1, 0.6), contacts=(Contact(0, 1, 0.1, second, 1.0),)),
+        build_state((0.1, 0.2), (1.2, 0.6)),
     ).impacts
     expected = (np.array(first) * 3.0 + np.array(second)) / math.hypot(3.0, 2.6)
     assert impact["normal"].tolist() == pytest.approx(expected.tolist(), rel=1e-15)
@@ -194,7 +199,7 @@ def test_normal_of_several_steps_follows_the_summed_impulses() -> None:
 
 def test_run_without_contacts_has_empty_impact_arrays() -> None:
     """Without contacts the impacts are an empty structured array that has the field `time_s`."""
-    impacts, effective, _ = collect(state((0.0, 1.0)))
+    impacts, effective, _ = collect(build_state((0.0, 1.0)))
     assert len(impacts) == len(effective) == 0
     assert "time_s" in (impacts.dtype.names or ())
 
@@ -206,7 +211,7 @@ _AFTER = [(1.0, -1.0), (0.0, 1.5), (2.0, -0.5)]
 _SPUN = [-4.0, -4.0 + 2.0, 2.0]
 
 
-def rubbed(*contacts: Contact) -> Collected:
+def collect_rough_contacts(*contacts: Contact) -> Collected:
     """Return what is collected of a disc of k = 1/2 between two others, all three in line, that rub in one step."""
     discs = [Disc(position_m=(float(x), 0.0), radius_m=0.5) for x in (0, 1, 2)]
     place = np.array([disc.position_m for disc in discs])
@@ -217,24 +222,24 @@ def rubbed(*contacts: Contact) -> Collected:
 
 def test_both_impulses_separate_rough_contacts_in_one_step() -> None:
     """The middle disc's velocity and spin between two rough impacts follow from the impulses of the first."""
-    impacts, _, collector = rubbed(*_RUBBED)
+    impacts, _, collector = collect_rough_contacts(*_RUBBED)
     assert impacts[0]["velocity_second_after"].tolist() == [2.0, 1.0]
     assert impacts[1]["velocity_first_before"].tolist() == [2.0, 1.0]
     assert impacts[1]["velocity_first_after"].tolist() == [0.0, 1.5]
-    assert sure(collector.spins).tolist() == [(0.0, 0.0, -4.0, -4.0), (-4.0, 0.0, -2.0, 2.0)]
+    assert require_value(collector.spins).tolist() == [(0.0, 0.0, -4.0, -4.0), (-4.0, 0.0, -2.0, 2.0)]
 
 
 def test_rough_contact_without_tangential_impulse_uses_the_end() -> None:
     """Without a tangential impulse the velocity between two impacts is unknown, so that of the step's end is used."""
     contacts = [dataclasses.replace(contact, tangential_impulse_n_s=None) for contact in _RUBBED]
-    impacts, *_ = rubbed(*contacts)
+    impacts, *_ = collect_rough_contacts(*contacts)
     assert impacts[0]["velocity_second_after"].tolist() == [0.0, 1.5]
 
 
 G = 9.81
 
 
-def landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: int = 1) -> Collected:
+def collect_landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: int = 1) -> Collected:
     """A ball that falls onto a floor at `fall_s` at 1 m/s aside, and rests there, or is thrown up after some steps.
 
     While it rests, friction takes `slid` of its speed aside a step.
@@ -263,17 +268,17 @@ def landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: i
 @each("fall_s", [0.41, 0.55, 0.5999])
 def test_resting_ball_has_the_effective_time_of_its_landing(fall_s: float) -> None:
     """If a ball lands and stays at rest to the end of the run, its effective time is the instant of landing."""
-    assert landing(fall_s).effective == pytest.approx([fall_s], abs=8 * math.ulp(1.0))
+    assert collect_landing(fall_s).effective == pytest.approx([fall_s], abs=8 * math.ulp(1.0))
 
 
 def test_friction_after_a_landing_is_not_part_of_the_impact() -> None:
     """A ball that lands and is then slowed by friction leaves its impact at 0.99 m/s, its first sliding speed."""
-    assert landing(0.55, slid=0.01).impacts["velocity_first_after"].tolist() == [[0.99, 0.0]]
+    assert collect_landing(0.55, slid=0.01).impacts["velocity_first_after"].tolist() == [[0.99, 0.0]]
 
 
 def test_soft_bounce_ends_with_the_rebound_velocity() -> None:
     """A contact with zero velocity after one step and a rebound after the next ends with the rebound velocity."""
-    (impact,) = landing(0.55, restitution=0.5, lasts=2).impacts
+    (impact,) = collect_landing(0.55, restitution=0.5, lasts=2).impacts
     assert impact["velocity_first_after"][1] == 0.5 * G * 0.55
 
 

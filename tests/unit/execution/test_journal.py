@@ -19,7 +19,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, sure
+from tests.scene_builders import disc_at, require_value, staged
 
 from carom.comparator import Errors
 from carom.errors import InputError
@@ -35,20 +35,20 @@ from carom.studies.stress.run import stress_journal
 KEY = JobKey("mine", "ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
 
 
-def measures(value: float = 0.1) -> Measures:
+def build_measures(value: float = 0.1) -> Measures:
     return Measures(Errors(*[value] * len(fields(Errors))), 3, 2, 1, 0, 0, 2.0, "completed")
 
 
-def result(dt_s: float = 1 / 60, value: float = 0.1) -> JournalEntry[JobKey, Measures]:
-    return JournalEntry(replace(KEY, dt_s=dt_s), Answer(Status.RAN, value=measures(value)))
+def build_entry(dt_s: float = 1 / 60, value: float = 0.1) -> JournalEntry[JobKey, Measures]:
+    return JournalEntry(replace(KEY, dt_s=dt_s), Answer(Status.RAN, value=build_measures(value)))
 
 
-def kept(folder: Path, *dts: float) -> Path:
+def write_journal(folder: Path, *dts: float) -> Path:
     """Write a journal with a result of each step."""
     path = folder / "journal.jsonl"
     folder.mkdir(exist_ok=True)
     with score_journal(path) as journal:
-        journal.add([result(dt_s) for dt_s in dts])
+        journal.add([build_entry(dt_s) for dt_s in dts])
     return path
 
 
@@ -56,29 +56,29 @@ def test_entry_with_a_too_long_line_is_not_written(tmp_path: Path, monkeypatch: 
     """An entry whose line would exceed the limit counts in this run, but only the other entries are written."""
     path, long = (
         tmp_path / "journal.jsonl",
-        JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=measures())),
+        JournalEntry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=build_measures())),
     )
     monkeypatch.setattr(journal_module, "LONGEST_LINE", 4000)
     with score_journal(path) as journal:
-        journal.add([result(1 / 60), long, result(1 / 120)])
+        journal.add([build_entry(1 / 60), long, build_entry(1 / 120)])
         assert len(journal.entries) == 3
     assert max(map(len, path.read_bytes().splitlines())) <= 4000
-    assert steps_in(path) == [1 / 60, 1 / 120]
+    assert read_steps(path) == [1 / 60, 1 / 120]
 
 
 def test_too_long_line_is_refused_with_its_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A journal with a line above the limit is refused with the line's number and left unchanged."""
-    path = kept(tmp_path, 1 / 60, 1 / 120)
+    path = write_journal(tmp_path, 1 / 60, 1 / 120)
     before = path.read_bytes()
     monkeypatch.setattr(journal_module, "LONGEST_LINE", len(before.splitlines()[0]))
     with pytest.raises(InputError, match="line 2 is longer than"):
-        steps_in(path)
+        read_steps(path)
     assert path.read_bytes() == before
     monkeypatch.setattr(journal_module, "LONGEST_LINE", max(map(len, before.splitlines())))
-    assert steps_in(path) == [1 / 60, 1 / 120]
+    assert read_steps(path) == [1 / 60, 1 / 120]
 
 
-def steps_in(path: Path) -> list[float]:
+def read_steps(path: Path) -> list[float]:
     with score_journal(path, resume=True) as journal:
         return [found.key.dt_s for found in journal.entries.values()]
 
@@ -89,7 +89,7 @@ def test_floats_are_stored_to_the_bit(value: float, dt_s: float, tmp_path_factor
 
     Lines are standard JSON without NaN and Infinity.
     """
-    path, written = tmp_path_factory.mktemp("journal") / "journal.jsonl", result(dt_s, value)
+    path, written = tmp_path_factory.mktemp("journal") / "journal.jsonl", build_entry(dt_s, value)
     with score_journal(path) as journal:
         journal.add([written])
     line = path.read_bytes().splitlines()[1]
@@ -99,9 +99,9 @@ def test_floats_are_stored_to_the_bit(value: float, dt_s: float, tmp_path_factor
         journal.add([read])
     assert read.key == written.key
     if math.isnan(value):
-        assert math.isnan(sure(read.answer.value).total.velocity)
+        assert math.isnan(require_value(read.answer.value).total.velocity)
     else:
-        assert sure(read.answer.value).total.velocity.hex() == value.hex()
+        assert require_value(read.answer.value).total.velocity.hex() == value.hex()
     assert path.read_bytes().splitlines()[2] == line
 
 
@@ -124,7 +124,7 @@ CRASHED: JournalEntry[JobKey, Measures] = JournalEntry(
 )
 #: What some programs end a line at, and what commands a terminal.
 SIGNS = ["\u2028", "\u2029", "\x85", "\x1b[31m", "\u202e", "\x0c"]
-NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=measures())) for sign in SIGNS]
+NAMED = [JournalEntry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=build_measures())) for sign in SIGNS]
 
 
 @each(
@@ -170,16 +170,16 @@ def test_journal_of_another_study_is_refused(tmp_path: Path) -> None:
 @each("torn", ['{"key":{"scene', "{", "\x00\x00\x00", "\x00\x00\n", '{"key":1,\n'])
 def test_torn_last_line_is_removed(tmp_path: Path, torn: str) -> None:
     """A torn last line is removed on resume, the other lines are kept, and new entries are appended."""
-    path = kept(tmp_path, 0.1, 0.2)
+    path = write_journal(tmp_path, 0.1, 0.2)
     whole = path.read_bytes()
     path.write_bytes(whole + torn.encode())
     assert len(read_canonical_lines(path)) == 3
-    assert steps_in(path) == [0.1, 0.2]
+    assert read_steps(path) == [0.1, 0.2]
     assert path.read_bytes() == whole
     with score_journal(path, resume=True) as journal:
-        journal.add([result(0.3)])
+        journal.add([build_entry(0.3)])
     assert path.read_bytes().startswith(whole)
-    assert steps_in(path) == [0.1, 0.2, 0.3]
+    assert read_steps(path) == [0.1, 0.2, 0.3]
 
 
 def test_journal_without_entries_leaves_no_file(tmp_path: Path) -> None:
@@ -193,8 +193,8 @@ def test_journal_with_a_torn_header_is_restarted(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     path.write_text('{"journal": "sco')
     with score_journal(path, resume=True) as journal:
-        journal.add([result(0.1)])
-    assert steps_in(path) == [0.1]
+        journal.add([build_entry(0.1)])
+    assert read_steps(path) == [0.1]
 
 
 def test_broken_line_in_the_middle_is_refused_with_its_number(tmp_path: Path) -> None:
@@ -202,7 +202,7 @@ def test_broken_line_in_the_middle_is_refused_with_its_number(tmp_path: Path) ->
 
     A torn last line is not removed either.
     """
-    path = kept(tmp_path, 0.1, 0.2)
+    path = write_journal(tmp_path, 0.1, 0.2)
     head, first, second = path.read_text().splitlines()
     for broken in ("not json", first.replace('"dt_s":0.1', '"dt_s":"soon"'), first.replace('"phase":0.25,', "")):
         for tail in ("", second[:50]):
@@ -215,7 +215,7 @@ def test_broken_line_in_the_middle_is_refused_with_its_number(tmp_path: Path) ->
 def test_canonical_lines_ignore_the_order_of_results(tmp_path: Path) -> None:
     """Journals with the same results in another order have equal canonical lines; other results give other lines."""
     one, two, three = ((0.1, 0.2), (0.2, 0.1), (0.1, 0.3))
-    found = [read_canonical_lines(kept(tmp_path / str(dts), *dts)) for dts in (one, two, three)]
+    found = [read_canonical_lines(write_journal(tmp_path / str(dts), *dts)) for dts in (one, two, three)]
     assert found[0] == found[1] != found[2]
 
 
@@ -224,12 +224,12 @@ def test_full_disk_raises_and_keeps_earlier_entries(tmp_path: Path, monkeypatch:
     path = tmp_path / "journal.jsonl"
     write = os.write
     with score_journal(path) as journal:
-        journal.add([result(0.1)])
+        journal.add([build_entry(0.1)])
         monkeypatch.setattr(os, "write", lambda file, data: write(file, data[:10]))
         with pytest.raises(OSError, match="no space left"):
-            journal.add([result(0.2)])
+            journal.add([build_entry(0.2)])
         monkeypatch.undo()
-    assert steps_in(path) == [0.1]
+    assert read_steps(path) == [0.1]
 
 
 def test_interrupt_while_syncing_keeps_the_first_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -242,21 +242,21 @@ def test_interrupt_while_syncing_keeps_the_first_entry(tmp_path: Path, monkeypat
     journal = score_journal(path)
     monkeypatch.setattr(os, "fsync", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        journal.add([result(0.1)])
+        journal.add([build_entry(0.1)])
     monkeypatch.undo()
     journal.close()
-    assert steps_in(path) == [0.1]
+    assert read_steps(path) == [0.1]
 
 
 @each("torn", [2**26, pytest.param(2**31, marks=pytest.mark.long)])
 def test_large_torn_line_is_removed_without_reading_it(tmp_path: Path, torn: int) -> None:
     """A torn last line of 64 MiB, or of 2 GiB, is removed with less than 16 MiB of memory."""
-    path = kept(tmp_path, 0.1)
+    path = write_journal(tmp_path, 0.1)
     whole = path.read_bytes()
     with path.open("ab") as file:
         file.truncate(torn)
     tracemalloc.start()
-    assert steps_in(path) == [0.1]
+    assert read_steps(path) == [0.1]
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 16 * 2**20
@@ -269,7 +269,7 @@ def test_malformed_line_is_refused_with_its_number(tmp_path: Path, line: str) ->
 
     As the first line it makes the file no journal.
     """
-    path = kept(tmp_path, 0.1)
+    path = write_journal(tmp_path, 0.1)
     head, first = path.read_text().splitlines()
     path.write_text(f"{head}\n{line}\n{first}\n")
     with pytest.raises(InputError, match=r"journal.jsonl, line 2: ") as error:
@@ -283,7 +283,7 @@ def test_malformed_line_is_refused_with_its_number(tmp_path: Path, line: str) ->
 @each("status", [Status.CRASHED, Status.TIMED_OUT, Status.FAILED, Status.UNSUPPORTED, Status.RAN])
 def test_retry_repeats_only_failed_jobs(tmp_path: Path, status: Status) -> None:
     """With `retry`, crashes, time-outs and failures count as not run; completed and unsupported jobs are kept."""
-    path, answer = tmp_path / "journal.jsonl", Answer(status, "why", measures() if status is Status.RAN else None)
+    path, answer = tmp_path / "journal.jsonl", Answer(status, "why", build_measures() if status is Status.RAN else None)
     broken, result = JournalEntry(KEY, answer), replace(SPOTS[0], status=status)
     cell = replace(CELLS[0], answer=Answer(Status.RAN, value=result))
     with score_journal(path) as journal:
@@ -306,7 +306,7 @@ def test_second_writer_of_a_journal_is_refused(tmp_path: Path) -> None:
     with score_journal(path) as first:
         for written in (False, True):
             if written:
-                first.add([result()])
+                first.add([build_entry()])
             for resume in (False, True):
                 with pytest.raises(InputError, match="is being written by another process"):
                     score_journal(path, resume=resume)
@@ -318,7 +318,7 @@ def test_second_writer_of_a_journal_is_refused(tmp_path: Path) -> None:
 STEPS = 20
 
 
-def cheap_jobs(count: int) -> list[Job]:
+def build_cheap_jobs(count: int) -> list[Job]:
     scene = staged("campaign", disc_at(0.0, 0.0, 1.0, 0.0), disc_at(3.0, 0.3, -1.0, 0.0), duration_s=2.0)
     methods = (Method("pit", "tuned"), Method("pic", "event-driven"), Method("pic", "frame-by-frame"))
     kinds = itertools.product(range(count), methods, (0.0, 0.25, 0.5, 0.75))
@@ -328,15 +328,15 @@ def cheap_jobs(count: int) -> list[Job]:
     ]
 
 
-def sitting(count: int, path: Path, most: int | None = None) -> None:
+def run_sweep(count: int, path: Path, most: int | None = None) -> None:
     """Sweep over jobs; where `most` is given, only over that many, and wait to be killed."""
     with LocalPool(2) as pool, score_journal(path, resume=True) as journal:
-        score_jobs(cheap_jobs(count)[:most], pool, journal)
+        score_jobs(build_cheap_jobs(count)[:most], pool, journal)
         if most is not None:
             signal.pause()
 
 
-def results_in(path: Path) -> int:
+def count_results(path: Path) -> int:
     return max(0, path.read_bytes().count(b"\n") - 1) if path.exists() else 0
 
 
@@ -352,13 +352,13 @@ def test_sweep_killed_three_times_gives_the_same_journal(tmp_path: Path) -> None
         # It never finishes, however long this process may be kept waiting before it kills.
         most = jobs * (k + 1) // (kills + 1)
         with subprocess.Popen([sys.executable, __file__, str(jobs), str(path), str(most)]) as process:
-            while results_in(path) < most // 3:
+            while count_results(path) < most // 3:
                 assert process.poll() is None
                 time.sleep(0.002)
             process.send_signal(signal.SIGKILL)
-        at.append(results_in(path))
-    sitting(jobs, path)
-    sitting(jobs, tmp_path / "alone.jsonl")
+        at.append(count_results(path))
+    run_sweep(jobs, path)
+    run_sweep(jobs, tmp_path / "alone.jsonl")
     assert read_canonical_lines(path) == read_canonical_lines(tmp_path / "alone.jsonl")
     assert len(read_canonical_lines(path)) == jobs + 1  # and the line that says what it is of: nothing was run twice
     assert all(0 < number < jobs for number in at)
@@ -366,4 +366,4 @@ def test_sweep_killed_three_times_gives_the_same_journal(tmp_path: Path) -> None
 
 
 if __name__ == "__main__":
-    sitting(int(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))
+    run_sweep(int(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))

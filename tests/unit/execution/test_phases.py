@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each, long_until
-from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 
 import carom
 from carom import Scene, solve_pic
@@ -72,7 +72,7 @@ def test_even_phases_cover_one_step() -> None:
         list_even_phases(0)
 
 
-def dropped() -> Scene:
+def build_dropped_scene() -> Scene:
     """A disc thrown along a floor from half a metre above it, 4 m/s^2 downwards; an immovable one is apart."""
     return staged(
         "dropped",
@@ -90,25 +90,25 @@ def test_later_start_of_a_falling_disc_is_on_its_parabola(phase: float, ahead_s:
 
     The floor is reached earlier by the same time, and a fixed disc stays in its place.
     """
-    (one,) = solve_shifted_references(solve_pic(dropped()), 0.25, [phase])
+    (one,) = solve_shifted_references(solve_pic(build_dropped_scene()), 0.25, [phase])
     thrown, fixed = one.scene.discs
     assert thrown.position_m == (2.0 * ahead_s, 1.0 - 2.0 * ahead_s**2)
     assert thrown.velocity_m_s == (2.0, -4.0 * ahead_s)
-    assert fixed == dropped().discs[1]
+    assert fixed == build_dropped_scene().discs[1]
     # The floor is reached after sqrt(2 h / g) = 1/2 s.
     assert one.impacts["time_s"][0] == pytest.approx(0.5 - ahead_s, abs=1e-15)
 
 
 def test_earlier_start_of_a_falling_disc_is_on_its_parabola() -> None:
     """A disc that starts 1/8 s earlier rises to its original place and reaches the floor 1/8 s later."""
-    earlier = shift_start(dropped(), 0.125)
+    earlier = shift_start(build_dropped_scene(), 0.125)
     assert earlier.discs[0].position_m == (-0.25, 1.0 - 2.0 * 0.125**2)
     assert earlier.discs[0].velocity_m_s == (2.0, 0.5)
     assert earlier.duration_s == 1.125
     assert solve_pic(earlier).impacts["time_s"][0] == pytest.approx(0.625, abs=1e-15)
 
 
-def missing(offset: float, advance: float) -> Scene:
+def build_passing_scene(offset: float, advance: float) -> Scene:
     """Two discs of contact distance 1 at 10 frames a second, the relative advance a frame in contact distances."""
     return staged(
         "passing",
@@ -125,9 +125,9 @@ def test_pit_misses_the_predicted_share_of_phases(offset: float, advance: float,
 
     This is a bound for the discrepancy of N multiples of the golden ratio.
     """
-    scene = missing(offset, advance)
-    results = cross_checked([scene], ["pit"], dts=[0.1], profiles=["tuned"], phases=phases)
-    spread = sure(results.rows[0].spread)
+    scene = build_passing_scene(offset, advance)
+    results = run_cross_check([scene], ["pit"], dts=[0.1], profiles=["tuned"], phases=phases)
+    spread = require_value(results.rows[0].spread)
     assert spread.phases == phases
     expected = max(0.0, 1.0 - math.sqrt(1 - offset**2) / advance)
     assert spread.pit_miss_probability == pytest.approx(expected, abs=1e-12)
@@ -162,4 +162,4 @@ def test_miss_probability_requires_straight_paths() -> None:
 def test_invalid_number_of_phases_is_refused(phases: int) -> None:
     """A negative, fractional or boolean number of phases is refused with the option's name."""
     with pytest.raises(InputError, match="phases must be a whole number"):
-        carom.cross_check([missing(0.0, 0.5)], ["pit"], phases=phases)
+        carom.cross_check([build_passing_scene(0.0, 0.5)], ["pit"], phases=phases)

@@ -25,7 +25,7 @@ from carom.execution.score_jobs import Measures, ScoreTask, estimate_steps, scor
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)
 
 
-def refinements(profile: str, dts: tuple[float, ...] | None = None) -> list[int]:
+def list_refinements(profile: str, dts: tuple[float, ...] | None = None) -> list[int]:
     """Return at which steps, numbered from the coarsest, a profile of pymunk's runs."""
     with InProcessPool() as pool:
         plan = build_plan([SCENE], Options(engines=("pymunk",), profiles=("tuned", "located"), dts=dts), pool)
@@ -34,13 +34,13 @@ def refinements(profile: str, dts: tuple[float, ...] | None = None) -> list[int]
 
 def test_located_profile_runs_at_the_coarsest_step_only() -> None:
     """A located profile cuts its steps at impacts, so it runs at one step; another profile runs at three."""
-    assert refinements("tuned") == [0, 1, 2]
-    assert refinements("located") == [0]
+    assert list_refinements("tuned") == [0, 1, 2]
+    assert list_refinements("located") == [0]
 
 
 def test_located_profile_runs_at_each_requested_step() -> None:
     """If time steps are given, a located profile runs at each of them like any other profile."""
-    assert refinements("tuned", (0.1, 0.05)) == refinements("located", (0.1, 0.05)) == [0, 1]
+    assert list_refinements("tuned", (0.1, 0.05)) == list_refinements("located", (0.1, 0.05)) == [0, 1]
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def scene() -> Scene:
     return staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
 
 
-def jobs_of(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
+def build_jobs(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
     return [
         Job(scene, Method(engine, "tuned"), 1 / (20 + k // 2), 0, (k % 2) / 2)
         for engine in engines
@@ -59,7 +59,7 @@ def jobs_of(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
 
 def test_batch_has_jobs_of_one_engine_up_to_the_limit(scene: Scene) -> None:
     """Each job is in exactly one batch, and a batch has at most `BATCH_TASKS` jobs, all of one engine."""
-    jobs = jobs_of(scene, ("pit", "pic"), 150)
+    jobs = build_jobs(scene, ("pit", "pic"), 150)
     found = build_batches((k, ScoreTask(job), estimate_steps(job)) for k, job in enumerate(jobs))
     assert sorted(k for _, message in found for k, _ in message) == list(range(len(jobs)))
     assert all({task.engine for _, task in message} == {engine} for engine, message in found)
@@ -70,7 +70,7 @@ def test_batch_has_jobs_of_one_engine_up_to_the_limit(scene: Scene) -> None:
 @pytest.mark.usefixtures("hostile")
 def test_abort_affects_only_its_own_jobs(scene: Scene) -> None:
     """If engines abort, exit or raise, their jobs have that status and reason, and the jobs of PIT run."""
-    jobs = jobs_of(scene, ("aborts", "exits", "raises", "missing", "pit"), 2)
+    jobs = build_jobs(scene, ("aborts", "exits", "raises", "missing", "pit"), 2)
     with LocalPool(2) as pool:
         found = score_jobs(jobs, pool)
     by_engine: dict[str, list[Answer[Measures]]] = {}
@@ -89,7 +89,7 @@ def test_abort_affects_only_its_own_jobs(scene: Scene) -> None:
 
 def test_journaled_jobs_are_not_run_again(scene: Scene, tmp_path: Path) -> None:
     """A resumed sweep runs only the missing jobs and ends with the content of an uninterrupted one."""
-    jobs = jobs_of(scene, ("pit", "pic"), 5)
+    jobs = build_jobs(scene, ("pit", "pic"), 5)
     with InProcessPool() as pool:
         with score_journal(tmp_path / "whole.jsonl") as journal:
             score_jobs(jobs, pool, journal)
@@ -151,7 +151,7 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 @pytest.fixture(scope="module")
-def address(certificate: dict[str, str]) -> Iterator[str]:
+def scheduler_address(certificate: dict[str, str]) -> Iterator[str]:
     """Where the scheduler of a cluster with one worker listens, on this machine."""
     dask: Any = importlib.import_module("dask")
     distributed: Any = importlib.import_module("distributed")
@@ -169,7 +169,7 @@ def address(certificate: dict[str, str]) -> Iterator[str]:
         yield cluster.scheduler_address
 
 
-def swept(pool: Pool, path: Path) -> list[bytes]:
+def run_sweep(pool: Pool, path: Path) -> list[bytes]:
     discs = [Disc(position_m=(3.0 * k, 0.1 * k), velocity_m_s=(1.0 - k, 0.0), radius_m=0.5) for k in range(3)]
     scene = Scene(name="three", discs=discs, duration_s=3.0)
     with score_journal(path) as journal:
@@ -179,19 +179,21 @@ def swept(pool: Pool, path: Path) -> list[bytes]:
 
 @pytest.mark.long
 @needs_openssl
-def test_cluster_with_tls_gives_the_same_journal(address: str, certificate: dict[str, str], tmp_path: Path) -> None:
+def test_cluster_with_tls_gives_the_same_journal(
+    scheduler_address: str, certificate: dict[str, str], tmp_path: Path
+) -> None:
     """A sweep over TLS, with the certificates of Dask's configuration, gives the journal of a local sweep."""
     dask: Any = importlib.import_module("dask")
-    assert address.startswith("tls://")
-    with dask.config.set(certificate), ClusterPool(address) as pool:
-        assert swept(pool, tmp_path / "tls.jsonl") == swept(InProcessPool(), tmp_path / "here.jsonl")
+    assert scheduler_address.startswith("tls://")
+    with dask.config.set(certificate), ClusterPool(scheduler_address) as pool:
+        assert run_sweep(pool, tmp_path / "tls.jsonl") == run_sweep(InProcessPool(), tmp_path / "here.jsonl")
 
 
 @pytest.mark.long
 @needs_openssl
 @pytest.mark.usefixtures("certificate")
 @pytest.mark.parametrize("protocol", ["tls", "tcp"])
-def test_cluster_refuses_clients_without_a_certificate(address: str, protocol: str) -> None:
+def test_cluster_refuses_clients_without_a_certificate(scheduler_address: str, protocol: str) -> None:
     """A client without a certificate or without TLS gets a ClusterError that no scheduler was found."""
     dask: Any = importlib.import_module("dask")
     none = {f"distributed.comm.tls.{role}": {"cert": None, "key": None} for role in ("client", "scheduler", "worker")}
@@ -199,4 +201,4 @@ def test_cluster_refuses_clients_without_a_certificate(address: str, protocol: s
         dask.config.set({"distributed.comm.tls.ca-file": None, **none}),
         pytest.raises(ClusterError, match="no Dask scheduler at"),
     ):
-        ClusterPool(address.replace("tls://", f"{protocol}://"))
+        ClusterPool(scheduler_address.replace("tls://", f"{protocol}://"))

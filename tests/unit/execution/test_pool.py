@@ -28,7 +28,7 @@ LIMIT_S = 20.0
 
 
 @contextmanager
-def dask() -> Iterator[Pool]:
+def start_dask_pool() -> Iterator[Pool]:
     from distributed import LocalCluster
 
     from carom.execution.cluster import ClusterPool
@@ -46,11 +46,11 @@ POOLS: dict[str, Callable[[], AbstractContextManager[Pool]]] = {
     "in process": InProcessPool,
     "one process": lambda: LocalPool(1, LIMIT_S),
     "three processes": lambda: LocalPool(3, LIMIT_S),
-    "dask": dask,
+    "dask": start_dask_pool,
 }
 
 
-def came_of(results: Results) -> CameOf:
+def collect_results(results: Results) -> CameOf:
     """Return what came of each job: its status, why, its trace to the bit, and its score."""
     found: CameOf = {}
     for row in results.rows:
@@ -64,10 +64,10 @@ def came_of(results: Results) -> CameOf:
 
 @pytest.fixture
 def expected(hostile: None) -> CameOf:  # noqa: ARG001 - its adapters are listed
-    return came_of(execute(build_plan([scene()], options(SOUND), InProcessPool()), InProcessPool()))
+    return collect_results(execute(build_plan([build_scene()], build_options(SOUND), InProcessPool()), InProcessPool()))
 
 
-def scene() -> Scene:
+def build_scene() -> Scene:
     discs = [
         Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
         Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5),
@@ -75,7 +75,7 @@ def scene() -> Scene:
     return Scene(name="oblique", discs=discs, walls=[Wall(point_m=(-9, 0), normal=(1, 0))], duration_s=2)
 
 
-def options(engines: tuple[str, ...]) -> Options:
+def build_options(engines: tuple[str, ...]) -> Options:
     return Options(engines, [0.1], ["tuned"], timing=False, samples=False)
 
 
@@ -91,7 +91,7 @@ def test_every_pool_gives_the_same_results(where: str, expected: CameOf, monkeyp
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     with POOLS[where]() as pool:
-        found = came_of(execute(build_plan([scene()], options((*SOUND, *DEADLY)), pool), pool))
+        found = collect_results(execute(build_plan([build_scene()], build_options((*SOUND, *DEADLY)), pool), pool))
     for engine, status, words in (
         ("aborts", Status.CRASHED, "ended by SIGABRT; it last printed: assertion failed in solver.c:42"),
         ("exits", Status.CRASHED, "exit code 7"),
@@ -127,5 +127,5 @@ def test_suspended_machine_causes_no_timeout(monkeypatch: pytest.MonkeyPatch) ->
     hours = itertools.count()
     monkeypatch.setattr("carom.execution.worker_process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
     with LocalPool(1, PATIENT_S) as pool:
-        (row,) = execute(build_plan([scene()], options(("pit",)), pool), pool).rows
+        (row,) = execute(build_plan([build_scene()], build_options(("pit",)), pool), pool).rows
     assert row.status is Status.RAN

@@ -50,7 +50,7 @@ sound, raises, raises_in_numpy = map(Adapter, ("sound", "raises", "raises-in-num
 NAMES = ("sound", "raises", "raises-in-numpy")
 
 
-def line_of(words: str) -> int:
+def find_line(words: str) -> int:
     """The number of the line of the source that has these words."""
     return 1 + next(k for k, line in enumerate(SOURCE.splitlines()) if words in line)
 
@@ -62,12 +62,12 @@ def scene(install: Callable[[str, dict[str, str]], None]) -> Scene:
     return staged("wall", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=2.0)
 
 
-def checked(scene: Scene, *engines: str, **options: Any) -> Results:
+def run_cross_check(scene: Scene, *engines: str, **options: Any) -> Results:
     asked: dict[str, Any] = {"dts": [0.1], "profiles": ["tuned"], "timing": False, "pool": InProcessPool(), **options}
     return carom.cross_check([scene], ("pit", *engines), **asked)
 
 
-def by_engine(results: Results) -> dict[str, Row]:
+def index_by_engine(results: Results) -> dict[str, Row]:
     return {row.job.engine: row for row in results.rows}
 
 
@@ -91,7 +91,7 @@ def test_scoring_error_affects_only_its_own_row(scene: Scene, monkeypatch: pytes
     replaced = {"compare": compare} if phases else {"Scorer": Refusing}
     for name, instead in replaced.items():
         monkeypatch.setattr(f"carom.studies.cross_check.run.{name}", instead)
-    rows = by_engine(checked(scene, "sound", phases=phases))
+    rows = index_by_engine(run_cross_check(scene, "sound", phases=phases))
     assert rows["sound"].status is Status.FAILED
     assert re.match(
         r"the engine's result can't be scored: ZeroDivisionError: of no length \(test_row_failures.py, line \d+\)",
@@ -101,7 +101,7 @@ def test_scoring_error_affects_only_its_own_row(scene: Scene, monkeypatch: pytes
     assert rows["pit"].score is not None
 
 
-def spoilt(results: Results, **fields: Any) -> Results:
+def alter_trace(results: Results, **fields: Any) -> Results:
     """Return results in which the trace of one row has other fields."""
     rows = tuple(
         replace(row, trace=replace(row.trace, **fields)) if row.job.engine == "sound" and row.trace else row
@@ -113,12 +113,12 @@ def spoilt(results: Results, **fields: Any) -> Results:
 @each("fields", release_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}]))
 def test_reporting_error_affects_only_its_own_row(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
     """A row whose record or replay can't be built is a failed row of the report, and the report is written."""
-    results = spoilt(checked(scene, "sound"), **fields)
+    results = alter_trace(run_cross_check(scene, "sound"), **fields)
     report = build_report(results)
-    rows = by_engine(report.results)
+    rows = index_by_engine(report.results)
     assert rows["sound"].status is Status.FAILED
     assert "can't be reported: " in rows["sound"].reason
-    assert rows["pit"] == by_engine(results)["pit"]
+    assert rows["pit"] == index_by_engine(results)["pit"]
     report.write(tmp_path / "report")
     lines = [json.loads(line) for line in (tmp_path / "report" / "results.jsonl").read_text().splitlines()]
     assert {line["engine"]: line["status"] for line in lines[1:]} == {"pit": "ran", "sound": "failed"}
@@ -129,8 +129,8 @@ def test_reporting_error_affects_only_its_own_row(scene: Scene, tmp_path: Path, 
     release_after(
         1,
         [
-            ("raises", rf"KeyError: '.*red' \(hostile_\w+.py, line {line_of('{}[what]')}\)"),
-            ("raises-in-numpy", rf"ValueError: cannot reshape .* \(hostile_\w+.py, line {line_of('reshape')}\)"),
+            ("raises", rf"KeyError: '.*red' \(hostile_\w+.py, line {find_line('{}[what]')}\)"),
+            ("raises-in-numpy", rf"ValueError: cannot reshape .* \(hostile_\w+.py, line {find_line('reshape')}\)"),
         ],
     ),
 )
@@ -140,7 +140,7 @@ def test_adapter_exception_is_reported_with_file_and_line(scene: Scene, act: str
 
     Control characters in the message are escaped.
     """
-    reason = by_engine(checked(scene, act))[act].reason
+    reason = index_by_engine(run_cross_check(scene, act))[act].reason
     assert re.fullmatch(words, reason), reason
     assert "\x1b" not in reason
     with pytest.raises(AdapterError, match=words) as caught:

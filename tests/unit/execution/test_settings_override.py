@@ -34,7 +34,7 @@ def scene() -> Scene:
     return Scene(name="aside", discs=discs, duration_s=1.5)
 
 
-def checked(scene: Scene, **settings: Setting) -> carom.Results:
+def run_with_settings(scene: Scene, **settings: Setting) -> carom.Results:
     with InProcessPool() as pool:
         return execute(
             build_plan([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings, timing=False), pool), pool
@@ -55,7 +55,7 @@ def test_run_uses_and_shows_changed_settings(scene: Scene) -> None:
 
 def test_reports_show_changed_settings_with_the_profile(scene: Scene) -> None:
     """Markdown, JSON lines and JUnit show the changed settings wherever they name the profile."""
-    results = checked(scene, integrator="RK4")
+    results = run_with_settings(scene, integrator="RK4")
     row = json.loads(format_records(results).splitlines()[1])
     assert (row["profile"], row["tried"]) == ("tuned", {"integrator": "RK4"})
     text = render_markdown(cross_check_document(results))
@@ -69,7 +69,7 @@ def test_reports_show_changed_settings_with_the_profile(scene: Scene) -> None:
 def test_diff_compares_changed_settings_with_the_profile(scene: Scene, tmp_path: Path) -> None:
     """A diff of runs with and without a changed setting compares their cells and names the setting as a cause."""
     for name, settings in (("own", {}), ("tried", {"integrator": "RK4"})):
-        (tmp_path / name).write_text(format_records(checked(scene, **settings)))
+        (tmp_path / name).write_text(format_records(run_with_settings(scene, **settings)))
     (change,) = compare_records(tmp_path / "own", tmp_path / "tried").changes
     assert change.method == "mujoco tuned → mujoco tuned with integrator=RK4"
     assert any(cause.startswith("settings: integrator Euler → RK4") for cause in change.causes)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from tests.cases import each, release_after
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import all_scenes
@@ -55,32 +55,32 @@ class SpoiltAdapter(PicAdapter):
         return Spoilt(super().prepare(scene, settings), self.spoil)
 
 
-def run(name: str, spoil: Callable[[Observation], Observation], *, smooth: bool = False) -> Trace:
+def run_spoilt_pic(name: str, spoil: Callable[[Observation], Observation], *, smooth: bool = False) -> Trace:
     return observe_run(SpoiltAdapter(spoil, smooth=smooth), all_scenes()[f"spin/{name}"].scene, "tuned", DT)
 
 
-def spins_times(factor: float) -> Callable[[Observation], Observation]:
+def build_spin_factor(factor: float) -> Callable[[Observation], Observation]:
     """Spoil every spin after an impact; what is before one is what was after the last, as an engine's states are."""
 
     def spoil(seen: Observation) -> Observation:
-        contacts = tuple(spun(contact, factor) for contact in seen.contacts)
-        return replace(seen, spin_rad_s=factor * sure(seen.spin_rad_s), contacts=contacts)
+        contacts = tuple(scale_spins(contact, factor) for contact in seen.contacts)
+        return replace(seen, spin_rad_s=factor * require_value(seen.spin_rad_s), contacts=contacts)
 
     return spoil
 
 
-def spun(contact: Contact, factor: float) -> Contact:
-    a, b, c, d = (factor * spin for spin in sure(contact.spins_rad_s))
+def scale_spins(contact: Contact, factor: float) -> Contact:
+    a, b, c, d = (factor * spin for spin in require_value(contact.spins_rad_s))
     return replace(contact, spins_rad_s=(a, b, c, d))
 
 
-def without_spin(seen: Observation) -> Observation:
+def remove_spins(seen: Observation) -> Observation:
     """A method that declares spin and tells none: zeros, everywhere."""
     contacts = tuple(replace(contact, spins_rad_s=(0.0,) * 4) for contact in seen.contacts)
     return replace(seen, spin_rad_s=np.zeros(len(seen.position_m)), contacts=contacts)
 
 
-def graded(name: str, trace: Trace) -> tuple[Grade, set[Verdict]]:
+def grade_trace(name: str, trace: Trace) -> tuple[Grade, set[Verdict]]:
     scene = all_scenes()[f"spin/{name}"].scene
     score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=1 / DT))
     return score.grade, set(score.verdicts)
@@ -89,7 +89,7 @@ def graded(name: str, trace: Trace) -> tuple[Grade, set[Verdict]]:
 @each("name", ROUGH[::3])
 def test_unspoilt_pic_is_exact(name: str) -> None:
     """Without a spoilt spin the same adapter is graded exact, so that the grades below are due to the fault."""
-    assert graded(name, run(name, lambda seen: seen)) == (Grade.EXACT, {Verdict.CONFORMS})
+    assert grade_trace(name, run_spoilt_pic(name, lambda seen: seen)) == (Grade.EXACT, {Verdict.CONFORMS})
 
 
 @each("name", ROUGH)
@@ -99,7 +99,7 @@ def test_wrong_spins_are_inaccurate_with_a_spin_verdict(name: str, factor: float
 
     A spin at the start that is reversed without an impact is graded wrong. No velocity is reported as wrong.
     """
-    grade, verdicts = graded(name, run(name, spins_times(factor)))
+    grade, verdicts = grade_trace(name, run_spoilt_pic(name, build_spin_factor(factor)))
     # A spin at the start that is turned round in the first step is one that turned with nothing near.
     turned = factor < 0.0 and any(disc.spin_rad_s for disc in all_scenes()[f"spin/{name}"].scene.discs)
     assert grade is (Grade.WRONG if turned else Grade.INACCURATE)
@@ -111,13 +111,13 @@ def test_wrong_spins_are_inaccurate_with_a_spin_verdict(name: str, factor: float
 @each("name", ROUGH[::3])
 def test_adapter_without_friction_and_spin_is_inaccurate(name: str) -> None:
     """Smooth impacts without spin, reported for a rough scene, are inaccurate or worse, with a wrong spin."""
-    grade, verdicts = graded(name, run(name, without_spin, smooth=True))
+    grade, verdicts = grade_trace(name, run_spoilt_pic(name, remove_spins, smooth=True))
     assert grade.is_at_least_as_bad_as(Grade.INACCURATE)
     assert Verdict.WRONG_SPIN in verdicts
 
 
 def test_spin_of_nan_ends_the_run() -> None:
     """A state with a spin of NaN cuts the run short, and the run is graded wrong."""
-    grade, verdicts = graded("grip", run("grip", spins_times(math.nan)))
+    grade, verdicts = grade_trace("grip", run_spoilt_pic("grip", build_spin_factor(math.nan)))
     assert grade is Grade.WRONG
     assert Verdict.CUT_SHORT in verdicts

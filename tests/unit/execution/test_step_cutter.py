@@ -43,7 +43,7 @@ class Runner:
         pass
 
 
-def ends(*spans: tuple[float, float], steps: int = 4, dt_s: float = 1.0) -> list[float]:
+def list_end_times(*spans: tuple[float, float], steps: int = 4, dt_s: float = 1.0) -> list[float]:
     cutter = Cutter(Runner(*spans))
     return [time for k in range(steps) for time in cutter.take_step(k * dt_s, (k + 1) * dt_s)]
 
@@ -57,21 +57,21 @@ def test_step_without_a_contact_is_not_cut() -> None:
 
 def test_piece_ends_at_the_first_instant_of_contact() -> None:
     """A contact that begins within a step cuts it just after that instant, at most two units in the last place."""
-    times = ends((1.3, 9.0))
+    times = list_end_times((1.3, 9.0))
     assert times == [1.0, pytest.approx(1.3, abs=2 * math.ulp(1.3)), 2.0, 3.0, 4.0]
     assert times[1] > 1.3
 
 
 def test_contacts_within_one_step_are_cut_in_order_of_time() -> None:
     """Two contacts that begin within one step give two cuts, the earlier one first."""
-    times = ends((2.75, 9.0), (2.125, 9.0))
+    times = list_end_times((2.75, 9.0), (2.125, 9.0))
     assert times == [1.0, 2.0, pytest.approx(2.125, abs=1e-15), pytest.approx(2.75, abs=1e-15), 3.0, 4.0]
 
 
 def test_lasting_contact_cuts_only_one_step() -> None:
     """A contact over several steps cuts only the first, and one that is over at the end of its step cuts none."""
-    assert len(ends((0.5, 2.5))) == 5
-    twice = ends((0.5, 1.5), (2.25, 2.75), steps=3)
+    assert len(list_end_times((0.5, 2.5))) == 5
+    twice = list_end_times((0.5, 1.5), (2.25, 2.75), steps=3)
     assert len(twice) == 4  # the second is over at the boundary, where nobody looks
 
 

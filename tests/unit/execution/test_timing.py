@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, sure
+from tests.scene_builders import disc_at, require_value, staged
 from tests.unit.execution.stubs import Makes, Still
 
 from carom import Scene
@@ -89,7 +89,7 @@ def test_coarse_clock_affects_only_its_own_timing(monkeypatch: pytest.MonkeyPatc
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
     monkeypatch.setattr(timing_pass, "load_adapter", found)
     asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
-    timing = sure(TimeScene(SCENE, tuple(asked), rounds=3).run(InProcessPool()).value)
+    timing = require_value(TimeScene(SCENE, tuple(asked), rounds=3).run(InProcessPool()).value)
     timed = {method.engine for (method, _), _ in timing.timings}
     untimed = {method.engine: why for (method, _), why in timing.untimed}
     assert "pit" in timed

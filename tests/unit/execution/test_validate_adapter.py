@@ -27,16 +27,16 @@ TOLD = Contact(0, 1, 0.05, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (
 STATE = np.array([(0.0, 0.0), (1.0, 0.0)])
 
 
-def scene(friction: float = 0.0) -> Scene:
+def build_scene(friction: float = 0.0) -> Scene:
     discs = [Disc(position_m=(x, 0), radius_m=0.1) for x in (0, 1)]
     return Scene(
         name="line", discs=discs, walls=[Wall(point_m=(9, 0), normal=(-1, 0))], friction=friction, duration_s=1
     )
 
 
-def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
+def read_observation(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
     """Let in what was observed in the second step."""
-    validator, rows = Validator(scene(friction), DT, float_bits), StateRows(1, len(STATE))
+    validator, rows = Validator(build_scene(friction), DT, float_bits), StateRows(1, len(STATE))
     found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
     validator.read(Observation(**found), rows, 0)
     return rows.observation(0, validator.check_contacts(found["contacts"], DT, 2 * DT))
@@ -46,7 +46,7 @@ def test_valid_observation_is_copied_unchanged() -> None:
     """Values of any numeric type are kept to the bit, and later changes of the adapter's arrays have no effect."""
     position = STATE.astype(np.float32)
     wall = Contact(np.int64(0), -1, np.float32(0.125), [0, -1], None)  # type: ignore[arg-type] # as adapters have it
-    seen = enter(TOUCH, TOLD, wall, position_m=position)
+    seen = read_observation(TOUCH, TOLD, wall, position_m=position)
     position[0, 0] = 9.0
     assert seen.contacts == (TOUCH, TOLD, Contact(0, -1, 0.125, (0.0, -1.0)))
     assert seen.position_m.tolist() == STATE.tolist()
@@ -55,7 +55,7 @@ def test_valid_observation_is_copied_unchanged() -> None:
 
 def test_non_finite_state_is_accepted() -> None:
     """NaN in a state is accepted: it is the engine's result, and the run's outcome reports it."""
-    assert np.isnan(enter(position_m=STATE * math.nan).position_m).all()
+    assert np.isnan(read_observation(position_m=STATE * math.nan).position_m).all()
 
 
 @each(
@@ -79,14 +79,14 @@ def test_invalid_field_of_an_observation_is_refused(fields: dict[str, Any], word
     with pytest.raises(
         AdapterError, match=words.replace("'", "") + ".*; see docs/reference/adapters.md#field-by-field"
     ):
-        enter(**fields)
+        read_observation(**fields)
 
 
 #: How many numbers a field of a contact has.
 NUMBERS = {"time_s": 1, "normal": 2, "impulse_n_s": 1, "tangential_impulse_n_s": 1, "velocities": 8, "spins_rad_s": 4}
 
 
-def filled(field: str, numbers: list[Any]) -> Contact:
+def build_contact(field: str, numbers: list[Any]) -> Contact:
     held: Any = numbers[0] if NUMBERS[field] == 1 else tuple(numbers)
     if field == "velocities":
         held = tuple((numbers[k], numbers[k + 1]) for k in range(0, 8, 2))
@@ -102,12 +102,12 @@ def test_every_number_of_a_contact_must_be_finite(value: Any) -> None:
         numbers: list[Any] = [1.0, 0.0] * 4
         numbers[place] = value
         with pytest.raises(AdapterError, match=rf"{field} of a contact of bodies 0 and 1 must be (finite|numbers)"):
-            enter(filled(field, numbers[: NUMBERS[field]]))
+            read_observation(build_contact(field, numbers[: NUMBERS[field]]))
 
 
 def test_swapped_contact_without_walls_suggests_no_wall() -> None:
     """In a scene without walls, the error for swapped bodies suggests no wall but links to the documentation."""
-    validator = Validator(scene().model_copy(update={"walls": ()}), DT, 64)
+    validator = Validator(build_scene().model_copy(update={"walls": ()}), DT, 64)
     with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
         validator.check_contacts((Contact(1, 0, 0.1, ALONG_X),), DT, 2 * DT)
 
@@ -132,7 +132,7 @@ def test_swapped_contact_without_walls_suggests_no_wall() -> None:
 def test_impossible_contact_is_refused(contact: Contact, words: str) -> None:
     """Unknown or swapped bodies, a normal of a length other than 1 and a time outside the step are refused."""
     with pytest.raises(AdapterError, match=f"{words}.*; see docs/reference/adapters.md#field-by-field"):
-        enter(contact)
+        read_observation(contact)
 
 
 WALL = Contact(0, -1, DT, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (-1.0, 0.0), (0.0, 0.0)), None, (0.0,) * 4)
@@ -146,12 +146,12 @@ def test_wall_of_a_contact_has_zero_velocity_and_spin(place: int, value: float) 
     moved: Any = list(WALL.velocities or ())
     moved[place] = (0.0, value)
     with pytest.raises(AdapterError, match=f"velocities of a contact .* must be 0 for a wall.*{value:g}"):
-        enter(dataclasses.replace(WALL, velocities=tuple(moved)))
+        read_observation(dataclasses.replace(WALL, velocities=tuple(moved)))
     turned: Any = [0.0] * 4
     turned[place] = value
     with pytest.raises(AdapterError, match=f"spins_rad_s of a contact .* must be 0 for a wall.*{value:g}"):
-        enter(dataclasses.replace(WALL, spins_rad_s=tuple(turned)))
-    assert enter(WALL).contacts == (WALL,)
+        read_observation(dataclasses.replace(WALL, spins_rad_s=tuple(turned)))
+    assert read_observation(WALL).contacts == (WALL,)
 
 
 def test_number_without_a_finite_square_is_refused() -> None:
@@ -162,21 +162,21 @@ def test_number_without_a_finite_square_is_refused() -> None:
     for field, sign in itertools.product(("position_m", "velocity_m_s", "spin_rad_s"), (1.0, -1.0)):
         state: Any = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
         state.flat[-1] = sign * LARGEST
-        enter(**{field: state})
+        read_observation(**{field: state})
         for beyond, text in ((BEYOND, "6.7039e"), (1e200, r"1e\+200"), (1.7e308, r"1.7e\+308")):
             state.flat[-1] = sign * beyond
             with pytest.raises(AdapterError, match=f"{field} of an Observation must be at most .*, got -?{text}"):
-                enter(**{field: state})
+                read_observation(**{field: state})
     for field in NUMBERS.keys() - {"time_s", "normal"}:
         with pytest.raises(AdapterError, match=f"{field} of a contact of bodies 0 and 1 must be at most"):
-            enter(filled(field, [BEYOND] * NUMBERS[field]))
+            read_observation(build_contact(field, [BEYOND] * NUMBERS[field]))
 
 
 @each("second", [1, -1])
 def test_impact_of_two_immovable_bodies_is_refused(second: int) -> None:
     """A contact of two immovable bodies is accepted without an impulse, and refused with one or with velocities."""
     fixed = [Disc(position_m=(x, 0), radius_m=0.1, mass_kg=math.inf) for x in (0, 1)]
-    validator = Validator(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
+    validator = Validator(build_scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
 
     def enter_one(contact: Contact) -> None:
         validator.check_contacts((contact,), DT, 2 * DT)
@@ -191,18 +191,18 @@ def test_impact_of_two_immovable_bodies_is_refused(second: int) -> None:
 def test_length_of_a_normal_has_half_the_precision_of_floats() -> None:
     """With 32 bits a normal may be off by 2^-12 in length, but not by 2^-11; with 64 bits not by 2^-12."""
     off = 2.0**-12  # of 23 bits after the leading one
-    assert enter(Contact(0, 1, DT, (1.0 + off, 0.0)), float_bits=32).contacts
+    assert read_observation(Contact(0, 1, DT, (1.0 + off, 0.0)), float_bits=32).contacts
     with pytest.raises(AdapterError, match="must have the length 1"):
-        enter(Contact(0, 1, DT, (1.0 + 2.0 * off, 0.0)), float_bits=32)
+        read_observation(Contact(0, 1, DT, (1.0 + 2.0 * off, 0.0)), float_bits=32)
     with pytest.raises(AdapterError, match="must have the length 1"):
-        enter(Contact(0, 1, DT, (1.0 + off, 0.0)))
+        read_observation(Contact(0, 1, DT, (1.0 + off, 0.0)))
 
 
 @each("contacts", [(), (TOLD,)])
 def test_spins_are_required_in_rough_scenes(contacts: tuple[Contact, ...]) -> None:
     """In a scene with friction, states and contacts with velocities must have spins."""
     with pytest.raises(AdapterError, match="spin"):
-        enter(*contacts, friction=0.5, spin_rad_s=np.zeros(2) if contacts else None)
+        read_observation(*contacts, friction=0.5, spin_rad_s=np.zeros(2) if contacts else None)
 
 
 def test_settings_are_converted_to_plain_values() -> None:

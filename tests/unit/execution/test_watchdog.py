@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.processes import PATIENT_S, ended, noted
+from tests.processes import PATIENT_S, read_pid, wait_until_ended
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
 
@@ -40,10 +40,10 @@ def test_terminated_watchdog_ends_processes_of_other_sessions(pipe: tuple[int, i
     """A terminated watchdog also ends a process that left its session, even if the watchdog's input is open."""
     keeper = subprocess.Popen(KEEPER, stdin=pipe[0], stdout=subprocess.DEVNULL, cwd=tmp_path)
     os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
-    started = noted(tmp_path / "note")
+    started = read_pid(tmp_path / "note")
     keeper.terminate()
     keeper.wait(PATIENT_S)
-    assert ended(started)
+    assert wait_until_ended(started)
 
 
 def test_watchdog_ends_started_processes_if_its_parent_dies(pipe: tuple[int, int], tmp_path: Path) -> None:
@@ -51,7 +51,7 @@ def test_watchdog_ends_started_processes_if_its_parent_dies(pipe: tuple[int, int
     script = f"import subprocess, time; subprocess.Popen({KEEPER!r}, stdin={pipe[0]}); time.sleep(3600)"
     parent = subprocess.Popen([sys.executable, "-c", script], pass_fds=[pipe[0]], stdout=subprocess.DEVNULL)
     os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
-    started = noted(tmp_path / "note")
+    started = read_pid(tmp_path / "note")
     parent.kill()
     parent.wait(PATIENT_S)
-    assert ended(started)
+    assert wait_until_ended(started)

@@ -10,26 +10,26 @@ from tests.cases import each
 from carom.execution.working_folder import Folder, _clear_abandoned
 
 
-def link(work: Path, outside: Path) -> None:
+def replace_with_link(work: Path, outside: Path) -> None:
     """Put a link where the folder was."""
     work.rmdir()
     work.symlink_to(outside)
 
 
-def dangling(work: Path, outside: Path) -> None:
+def replace_with_dangling_link(work: Path, outside: Path) -> None:
     """Put a link to nothing where the folder was."""
     work.rmdir()
     work.symlink_to(outside / "nothing")
 
 
-def file(work: Path, outside: Path) -> None:
+def replace_with_file(work: Path, outside: Path) -> None:
     """Put a file where the folder was."""
     del outside
     work.rmdir()
     work.write_text("a file")
 
 
-def deep(work: Path, outside: Path) -> None:
+def nest_folders(work: Path, outside: Path) -> None:
     """Make folders in folders, more than Python goes down to and longer in names than the system takes."""
     del outside
     within = os.open(work, os.O_RDONLY)
@@ -41,7 +41,7 @@ def deep(work: Path, outside: Path) -> None:
     os.close(within)
 
 
-def mixed(work: Path, outside: Path) -> None:
+def fill_folder(work: Path, outside: Path) -> None:
     """Leave folders of one name in several places, forbidden ones, links, and folders named as numbers."""
     for name in ("a/b/0", "0/1/2", "1/a", "2"):
         (work / name).mkdir(parents=True, exist_ok=True)
@@ -51,7 +51,7 @@ def mixed(work: Path, outside: Path) -> None:
     (work / "0").chmod(0)
 
 
-@each("act", [link, dangling, file, deep, mixed])
+@each("act", [replace_with_link, replace_with_dangling_link, replace_with_file, nest_folders, fill_folder])
 def test_folder_is_removed_whatever_an_engine_did_to_it(
     act: Callable[[Path, Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -75,7 +75,7 @@ def test_interrupted_removal_is_finished_at_the_next_start(tmp_path: Path, monke
     """If a process is killed while it removes its folder, the next start removes what is left."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     folder = Folder()
-    mixed(folder.path, tmp_path)
+    fill_folder(folder.path, tmp_path)
     remove, left = os.rmdir, 4
 
     class Killed(BaseException):

@@ -114,7 +114,7 @@ def test_touching_is_decided_exactly() -> None:
         assert len(list(find_crossings(outline.edges, closed=False))) == expected
 
 
-def exact_gap(edge: Edge, x: float, y: float) -> float:
+def compute_exact_gap(edge: Edge, x: float, y: float) -> float:
     """Return how far a point is from an arc's circle, outwards, with 400 digits."""
 
     def decimal(number: Fraction) -> Decimal:
@@ -143,8 +143,8 @@ def test_nearest_point_of_a_flat_arc_is_exact_to_rounding(bulge: float) -> None:
             foot = arc.find_nearest(x, y)
             assert foot.inner
             room = 2.0**-50 * (abs(x) + abs(y) + 2.0 + (bulge if bulge > 1.0 else 0.0))
-            assert abs(math.hypot(x - foot.x, y - foot.y) - abs(exact_gap(edge, x, y))) <= room
-            assert abs(exact_gap(edge, foot.x, foot.y)) <= room
+            assert abs(math.hypot(x - foot.x, y - foot.y) - abs(compute_exact_gap(edge, x, y))) <= room
+            assert abs(compute_exact_gap(edge, foot.x, foot.y)) <= room
 
 
 @each("bulge", [0.3, 1e-6, 1e-12, 1e-15])

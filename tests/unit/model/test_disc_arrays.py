@@ -14,7 +14,7 @@ from carom.model.disc_arrays import DiscArrays
 from carom.model.scene import Disc, Scene
 
 
-def two_discs(**changed: object) -> DiscArrays:
+def build_two_discs(**changed: object) -> DiscArrays:
     fields = {
         "position_m": np.array([[0.0, 0.0], [3.0, 0.0]]),
         "velocity_m_s": np.zeros((2, 2)),
@@ -49,17 +49,17 @@ def two_discs(**changed: object) -> DiscArrays:
 def test_invalid_arrays_are_refused(changed: dict[str, object], words: str) -> None:
     """Shapes and values that no disc or wall can have are refused with a message that names the field."""
     with pytest.raises(InputError, match=words):
-        two_discs(**changed)
+        build_two_discs(**changed)
 
 
-def scene() -> Scene:
+def build_scene() -> Scene:
     discs = disc_at(0, 0, 1, 2, m=2.0), disc_at(3, 0, r=0.25), disc_at(6, 1, r=1.0, m=math.inf)
     return staged("three", *discs, wall_at(0, -3, 0, 2), restitution=0.5, wall_restitution=0.25, duration_s=1.0)
 
 
 def test_arrays_of_a_scene_hold_its_fields_read_only() -> None:
     """A scene's arrays contain the fields of its discs and walls, are built once and can't be written to."""
-    made = scene()
+    made = build_scene()
     start = made.arrays
     assert start is made.arrays
     assert start.position_m.tolist() == [[0.0, 0.0], [3.0, 0.0], [6.0, 1.0]]
@@ -76,7 +76,7 @@ def test_arrays_of_a_scene_hold_its_fields_read_only() -> None:
 @each("made_before", [False, True])
 def test_changed_copy_of_a_scene_has_its_own_arrays(made_before: bool) -> None:
     """A copy with another disc has that disc in its arrays, whether or not the original's were built before."""
-    first = scene()
+    first = build_scene()
     if made_before:
         assert len(first.arrays) == 3
     other = first.model_copy(update={"discs": (Disc(position_m=(7, 7), radius_m=1.0),)})
@@ -88,7 +88,7 @@ def test_changed_copy_of_a_scene_has_its_own_arrays(made_before: bool) -> None:
 
 def test_arrays_are_not_part_of_a_scenes_value() -> None:
     """Equality, hash, pickle and dump of a scene do not include its arrays."""
-    first, second = scene(), scene()
+    first, second = build_scene(), build_scene()
     assert first.arrays is not second.arrays
     assert first == second
     assert hash(first) == hash(second)

@@ -27,7 +27,7 @@ PIXELS: dict[str, Any] = {
 VALIDATOR = jsonschema.Draft202012Validator(build_scene_schema())
 
 
-def loaded(tmp_path: Path, content: dict[str, Any]) -> Any:
+def load_content(tmp_path: Path, content: dict[str, Any]) -> Any:
     path = tmp_path / "scene.json"
     path.write_text(json.dumps(content), encoding="utf-8")
     return load_scene(path)
@@ -35,7 +35,7 @@ def loaded(tmp_path: Path, content: dict[str, Any]) -> Any:
 
 def test_lengths_in_pixels_are_converted_to_metres(tmp_path: Path) -> None:
     """Positions, velocities, radii, wall points and gravity are divided; normals, masses and times are not."""
-    scene = loaded(tmp_path, PIXELS)
+    scene = load_content(tmp_path, PIXELS)
     first, second = scene.discs
     assert (first.position_m, first.velocity_m_s, first.radius_m) == ((0.5, 1.0), (-0.25, 0.125), 0.25)
     assert (second.position_m, second.velocity_m_s, second.radius_m, second.mass_kg) == ((2, 1), (0, 0), 0.125, 2.0)
@@ -45,12 +45,12 @@ def test_lengths_in_pixels_are_converted_to_metres(tmp_path: Path) -> None:
 
 def test_shape_sets_the_moment_of_inertia(tmp_path: Path) -> None:
     """The moment of inertia over mass and radius squared is 2/5 for a sphere and 1/2 for a disc."""
-    assert [disc.inertia_factor for disc in loaded(tmp_path, PIXELS).discs] == [2 / 5, 1 / 2]
+    assert [disc.inertia_factor for disc in load_content(tmp_path, PIXELS).discs] == [2 / 5, 1 / 2]
 
 
 def test_saved_file_has_no_shorthand(tmp_path: Path) -> None:
     """A scene from a file in pixels is saved without pixels and loads as the same scene."""
-    scene = loaded(tmp_path, PIXELS)
+    scene = load_content(tmp_path, PIXELS)
     path = tmp_path / "saved.toml"
     save_scene(scene, path)
     assert "px" not in path.read_text(encoding="utf-8").replace('name = "px"', "")
@@ -80,7 +80,7 @@ def test_wrong_shorthand_is_refused_with_its_field(tmp_path: Path, change: dict[
     """Wrong, missing or conflicting shorthand fields are refused by name, and by the published schema, too."""
     content = {name: value for name, value in (PIXELS | change).items() if value is not None}
     with pytest.raises(SceneError) as caught:
-        loaded(tmp_path, content)
+        load_content(tmp_path, content)
     assert says in str(caught.value)
     with pytest.raises(jsonschema.ValidationError):
         VALIDATOR.validate(content)
@@ -97,7 +97,7 @@ def test_malformed_position_in_pixels_is_refused(tmp_path: Path, value: object) 
     """A malformed position in a file in pixels is refused with the name of the field, as in a file in metres."""
     content = PIXELS | {"discs": [{"position_m": value, "radius_m": 1}]}
     with pytest.raises(SceneError, match=r"discs\[0\]\.position_m"):
-        loaded(tmp_path, content)
+        load_content(tmp_path, content)
 
 
 def test_shape_of_a_scene_is_refused_with_a_hint() -> None:

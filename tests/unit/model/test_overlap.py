@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.cases import each
-from tests.random_scenes import jittered
+from tests.random_scenes import draw_jittered_discs
 
 from carom.errors import InputError, SceneError
 from carom.model.disc_arrays import DiscArrays
@@ -20,12 +20,12 @@ from carom.solvers.event_driven.run import EventDrivenRun
 INF = math.inf
 
 
-def discs(position: NDArray[np.float64], radius: NDArray[np.float64], mass: float = 1.0) -> DiscArrays:
+def build_discs(position: NDArray[np.float64], radius: NDArray[np.float64], mass: float = 1.0) -> DiscArrays:
     n = len(position)
     return DiscArrays(position, np.zeros((n, 2)), radius, np.full(n, mass))
 
 
-def named(start: DiscArrays) -> list[tuple[int, int]]:
+def list_overlaps(start: DiscArrays) -> list[tuple[int, int]]:
     return [(overlap.disc, overlap.other) for overlap in start.overlaps("disc {}", "wall {}")[0]]
 
 
@@ -34,13 +34,13 @@ def test_first_ten_overlaps_are_listed(seed: int, spread: float, n: int) -> None
     """At most ten overlaps are listed, ordered by the higher disc and then the lower, with a flag for more."""
     rng = np.random.default_rng(seed)
     radius = rng.uniform(0.1, 1.0, n) * rng.uniform(1.0 / spread, 1.0, n)
-    start = discs(rng.uniform(-8, 8, (n, 2)), radius)
+    start = build_discs(rng.uniform(-8, 8, (n, 2)), radius)
     overlapping = [
         (j, i)
         for j, i in itertools.product(range(n), repeat=2)
         if i < j and math.dist(start.position_m[i], start.position_m[j]) < radius[i] + radius[j] - 1e-12
     ]
-    assert named(start) == overlapping[:10]
+    assert list_overlaps(start) == overlapping[:10]
     assert start.overlaps("", "")[1] == (len(overlapping) > 10)
 
 
@@ -64,7 +64,7 @@ def test_overlap_within_rounding_is_accepted(
     unit = Fraction(math.ulp(max(map(abs, (x, y, *place, *radii)))))
     distance2 = sum((Fraction(b) - Fraction(a)) ** 2 for a, b in zip((x, y), place, strict=True))
     contact = Fraction(radii[0]) + Fraction(radii[1])
-    refused = bool(named(discs(np.array([(x, y), place]), np.array(radii))))
+    refused = bool(list_overlaps(build_discs(np.array([(x, y), place]), np.array(radii))))
     if contact <= 3 * unit or distance2 >= (contact - 3 * unit) ** 2:
         assert not refused
     if contact > 9 * unit and distance2 < (contact - 9 * unit) ** 2:
@@ -73,15 +73,15 @@ def test_overlap_within_rounding_is_accepted(
 
 def test_many_discs_at_one_place_list_ten_overlaps() -> None:
     """The first ten overlaps of 20,000 discs at one place are named, and the message adds that there are more."""
-    start = discs(np.ones((20_000, 2)), np.full(20_000, 0.5))
-    assert named(start) == [(1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3)]
+    start = build_discs(np.ones((20_000, 2)), np.full(20_000, 0.5))
+    assert list_overlaps(start) == [(1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3)]
     with pytest.raises(InputError, match=r"(?s)^position_m\[1\] must not overlap disc 0 .*\nand more of them$"):
         start.require_apart()
 
 
 def test_discs_smaller_than_rounding_may_overlap() -> None:
     """Discs with radii below one unit in the last place of their position are accepted at the same place."""
-    discs(np.ones((20_000, 2)), np.full(20_000, 1e-17)).require_apart()
+    build_discs(np.ones((20_000, 2)), np.full(20_000, 1e-17)).require_apart()
 
 
 def test_scene_lists_the_first_ten_overlaps() -> None:
@@ -115,13 +115,13 @@ def test_movable_discs_in_walls_are_listed(walls: int, immovable: bool) -> None:
 
 def test_touching_and_immovable_overlapping_discs_are_accepted() -> None:
     """Discs that touch do not overlap, and discs that never move may overlap."""
-    discs(np.array([[0.1, 0.0], [1.1, 0.0]]), np.array([0.5, 0.5])).require_apart()
-    discs(np.zeros((20_000, 2)), np.full(20_000, 0.5), INF).require_apart()
+    build_discs(np.array([[0.1, 0.0], [1.1, 0.0]]), np.array([0.5, 0.5])).require_apart()
+    build_discs(np.zeros((20_000, 2)), np.full(20_000, 0.5), INF).require_apart()
 
 
 def test_run_refuses_overlapping_arrays() -> None:
     """A run from arrays with an overlap is refused with the disc, the other disc or wall, and the depth."""
-    start = discs(np.array([[0.0, 0.0], [5.0, 0.0], [0.75, 0.0]]), np.full(3, 0.5))
+    start = build_discs(np.array([[0.0, 0.0], [5.0, 0.0], [0.75, 0.0]]), np.full(3, 0.5))
     with pytest.raises(InputError, match=r"position_m\[2\] must not overlap disc 0 .* by 0.25 m; move them apart"):
         EventDrivenRun(start)
     walled = DiscArrays(np.array([[0.25, 1.0]]), np.zeros((1, 2)), np.array([0.5]), np.ones(1), ((0.0, 0.0, 1.0, 0.0),))
@@ -131,7 +131,7 @@ def test_run_refuses_overlapping_arrays() -> None:
 
 def test_jittered_discs_do_not_overlap() -> None:
     """Discs that the tests' `jittered` packs, with a spread of radii of 100, are accepted."""
-    jittered(np.random.default_rng(5), 60, spread=100.0).require_apart()
+    draw_jittered_discs(np.random.default_rng(5), 60, spread=100.0).require_apart()
 
 
 @pytest.mark.long

@@ -20,17 +20,17 @@ from carom.support.limits import LARGEST, MOST_STEPS, SMALLEST, SPAN
 NAN, INF = math.nan, math.inf
 
 
-def disc(**fields: Any) -> dict[str, Any]:
+def disc_fields(**fields: Any) -> dict[str, Any]:
     """Return a valid disc as in a file, except for the fields given."""
     return {"position_m": [0.0, 0.0], "radius_m": 1.0, **fields}
 
 
-def scene(**fields: Any) -> Scene:
+def build_scene(**fields: Any) -> Scene:
     """Return a scene of one disc, except for the fields given."""
-    return Scene(**{"name": "test", "duration_s": 1.0, "discs": [disc()], **fields})
+    return Scene(**{"name": "test", "duration_s": 1.0, "discs": [disc_fields()], **fields})
 
 
-def message(make: Callable[[], object]) -> str:
+def catch_message(make: Callable[[], object]) -> str:
     """Return the message of the SceneError that `make` raises."""
     with pytest.raises(SceneError) as caught:
         make()
@@ -93,9 +93,9 @@ BAD_DISC_FIELDS = [
 @each("field, value, says", BAD_DISC_FIELDS)
 def test_invalid_disc_field_is_refused_with_index_and_value(field: str, value: object, says: str) -> None:
     """An invalid value of the third disc is refused with the disc's index, the field's name and the value."""
-    discs = [disc(), disc(position_m=[9.0, 0.0]), disc(position_m=[0.0, 9.0]) | {field: value}]
-    assert message(lambda: scene(discs=discs)).startswith(f"discs[2].{says}")
-    assert message(lambda: Disc(**discs[2])).startswith(says)
+    discs = [disc_fields(), disc_fields(position_m=[9.0, 0.0]), disc_fields(position_m=[0.0, 9.0]) | {field: value}]
+    assert catch_message(lambda: build_scene(discs=discs)).startswith(f"discs[2].{says}")
+    assert catch_message(lambda: Disc(**discs[2])).startswith(says)
 
 
 BAD_SCENE_FIELDS = [
@@ -139,22 +139,24 @@ BAD_SCENE_FIELDS = [
 @each("field, value, says", BAD_SCENE_FIELDS)
 def test_invalid_scene_field_is_refused_with_its_value(field: str, value: object, says: str) -> None:
     """An invalid value of a scene is refused with the field's name, its index in a list, and the value."""
-    assert message(lambda: scene(**{field: value})).startswith(says)
+    assert catch_message(lambda: build_scene(**{field: value})).startswith(says)
 
 
 @each("field", ["colour", "self", "model_config", "__init__", "radius"])
 def test_unknown_field_is_refused_with_its_path(field: str) -> None:
     """An unknown field of a scene, disc or wall is refused with its path, even one with a name of Python's."""
     says = f"{field}: is not a field of a scene; see `carom scenes --schema`"
-    assert message(lambda: scene(**{field: 1})) == says
-    assert message(lambda: scene(discs=[disc(**{field: 1})])) == f"discs[0].{says}"
+    assert catch_message(lambda: build_scene(**{field: 1})) == says
+    assert catch_message(lambda: build_scene(discs=[disc_fields(**{field: 1})])) == f"discs[0].{says}"
     wall = {"point_m": [0.0, -1.0], "normal": [0.0, 1.0], field: 1}
-    assert message(lambda: scene(walls=[wall])) == f"walls[0].{says}"
+    assert catch_message(lambda: build_scene(walls=[wall])) == f"walls[0].{says}"
 
 
 def test_every_problem_is_reported_at_once() -> None:
     """One error message has a line for each of three mistakes in a scene."""
-    text = message(lambda: scene(discs=[disc(radius_m=-1.0), disc(mass_kg=0.0)], restitution=2.0))
+    text = catch_message(
+        lambda: build_scene(discs=[disc_fields(radius_m=-1.0), disc_fields(mass_kg=0.0)], restitution=2.0)
+    )
     assert [line.partition(":")[0] for line in text.splitlines()] == [
         "discs[0].radius_m",
         "discs[1].mass_kg",
@@ -169,28 +171,31 @@ def test_deeply_nested_value_is_refused_with_its_field() -> None:
     for _ in range(100_000):
         inner["a"] = {}
         inner = inner["a"]
-    assert message(lambda: scene(name=nested)) == "name: must be a valid string, got a value nested too deeply to show"
+    assert (
+        catch_message(lambda: build_scene(name=nested))
+        == "name: must be a valid string, got a value nested too deeply to show"
+    )
 
 
 @each("mass", [INF, "inf"])
 def test_infinite_mass_makes_a_disc_immovable(mass: object) -> None:
     """Infinity and the text "inf" mean immovable, and a finite mass does not; a driven disc may move and spin."""
-    assert Disc(**disc(mass_kg=mass)).immovable
-    assert Disc(**disc(mass_kg=mass)).mass_kg == INF
-    assert not Disc(**disc(mass_kg=LARGEST)).immovable
+    assert Disc(**disc_fields(mass_kg=mass)).immovable
+    assert Disc(**disc_fields(mass_kg=mass)).mass_kg == INF
+    assert not Disc(**disc_fields(mass_kg=LARGEST)).immovable
     driven = {"velocity_m_s": [1.0, 0.0], "spin_rad_s": 2.0, "inertia_factor": INF, "driven": True}
-    assert Disc(**disc(mass_kg=mass, **driven)).immovable
+    assert Disc(**disc_fields(mass_kg=mass, **driven)).immovable
 
 
 def test_numpy_values_are_equivalent_to_plain_ones() -> None:
     """Arrays and NumPy scalars give the same scene as equal lists and numbers."""
-    from_numpy = scene(
-        discs=[disc(position_m=np.array([1, 2]), radius_m=np.float32(0.5), mass_kg=np.int64(3))],
+    from_numpy = build_scene(
+        discs=[disc_fields(position_m=np.array([1, 2]), radius_m=np.float32(0.5), mass_kg=np.int64(3))],
         duration_s=np.float64(2.0),
         walls=[Wall(point_m=np.zeros(2), normal=np.array([0.0, 1.0]))],
     )
-    plain = scene(
-        discs=[disc(position_m=[1.0, 2.0], radius_m=0.5, mass_kg=3.0)],
+    plain = build_scene(
+        discs=[disc_fields(position_m=[1.0, 2.0], radius_m=0.5, mass_kg=3.0)],
         duration_s=2.0,
         walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}],
     )
@@ -202,10 +207,14 @@ def test_numpy_values_are_equivalent_to_plain_ones() -> None:
 
 def test_sizes_at_the_limits_are_accepted() -> None:
     """The largest and smallest numbers, and the widest span of sizes in one scene, are accepted."""
-    scene(discs=[disc(radius_m=LARGEST, mass_kg=SMALLEST, position_m=[-LARGEST, LARGEST])], duration_s=SMALLEST)
-    scene(discs=[disc(radius_m=1.0), disc(position_m=[SPAN, 0.0], mass_kg=SPAN)], duration_s=LARGEST)
-    scene(discs=[disc(radius_m=1.0, velocity_m_s=[SPAN, 0.0])], duration_s=1.0)
-    scene(discs=[disc(radius_m=1.0, velocity_m_s=[1 / SPAN, 0.0])], duration_s=1.0)
+    build_scene(
+        discs=[disc_fields(radius_m=LARGEST, mass_kg=SMALLEST, position_m=[-LARGEST, LARGEST])], duration_s=SMALLEST
+    )
+    build_scene(
+        discs=[disc_fields(radius_m=1.0), disc_fields(position_m=[SPAN, 0.0], mass_kg=SPAN)], duration_s=LARGEST
+    )
+    build_scene(discs=[disc_fields(radius_m=1.0, velocity_m_s=[SPAN, 0.0])], duration_s=1.0)
+    build_scene(discs=[disc_fields(radius_m=1.0, velocity_m_s=[1 / SPAN, 0.0])], duration_s=1.0)
 
 
 FLOOR = {"point_m": [0.0, -9.0], "normal": [0.0, 1.0]}
@@ -213,20 +222,20 @@ FLOOR = {"point_m": [0.0, -9.0], "normal": [0.0, 1.0]}
 NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     ({"discs": [{"position_m": [0, 0]}]}, "discs[0].radius_m: is required, but missing"),
     (
-        {"discs": [disc(position_m=[5.0, 0.0]), disc(mass_kg=INF, velocity_m_s=[1.0, 0.0])]},
+        {"discs": [disc_fields(position_m=[5.0, 0.0]), disc_fields(mass_kg=INF, velocity_m_s=[1.0, 0.0])]},
         "discs[1].velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0); "
         "set driven = true for a disc with a prescribed motion",
     ),
     (
-        {"discs": [disc(spin_rad_s=2.5, mass_kg="inf")]},
+        {"discs": [disc_fields(spin_rad_s=2.5, mass_kg="inf")]},
         "discs[0].spin_rad_s: must be 0 for an immovable disc (mass_kg = inf), got 2.5",
     ),
     (
-        {"discs": [disc(spin_rad_s=2.5, inertia_factor=INF)]},
+        {"discs": [disc_fields(spin_rad_s=2.5, inertia_factor=INF)]},
         "discs[0].spin_rad_s: must be 0 for a disc that can't turn (inertia_factor = inf), got 2.5",
     ),
-    ({"discs": [disc(driven=True)]}, "discs[0].driven: needs mass_kg = inf: impacts move a disc of 1 kg"),
-    ({"discs": [disc(driven=1, mass_kg=INF)]}, "discs[0].driven: must be a valid boolean, got 1"),
+    ({"discs": [disc_fields(driven=True)]}, "discs[0].driven: needs mass_kg = inf: impacts move a disc of 1 kg"),
+    ({"discs": [disc_fields(driven=1, mass_kg=INF)]}, "discs[0].driven: must be a valid boolean, got 1"),
     (
         {"walls": [{**FLOOR, "velocity_m_s": [0.0, 1.0]}], "damping_per_s": 0.5},
         "damping_per_s: must be 0 in a scene with a driven body, whose path is not damped, got 0.5",
@@ -238,7 +247,7 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
     ),
     # sizes that no choice of units brings near 1
     (
-        {"discs": [disc(radius_m=1.0), disc(radius_m=1e-10, position_m=[1e111, 0.0])]},
+        {"discs": [disc_fields(radius_m=1.0), disc_fields(radius_m=1e-10, position_m=[1e111, 0.0])]},
         "discs[1].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e111 m, got 1e-10; "
         "remove bodies that are so small, or so far away",
     ),
@@ -248,12 +257,12 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
         "remove bodies that are so small, or so far away",
     ),
     (
-        {"discs": [disc(mass_kg=1e61), disc(mass_kg=1e-60, position_m=[9.0, 0.0])]},
+        {"discs": [disc_fields(mass_kg=1e61), disc_fields(mass_kg=1e-60, position_m=[9.0, 0.0])]},
         "discs[1].mass_kg: must be at least 6.2e-120 of the greatest finite mass in the scene, 1e61 kg, got 1e-60; "
         "make the heavy discs immovable (mass_kg = inf)",
     ),
     (
-        {"discs": [disc(velocity_m_s=[0.0, 1e111])], "duration_s": 1e10},
+        {"discs": [disc_fields(velocity_m_s=[0.0, 1e111])], "duration_s": 1e10},
         "duration_s: must be so short that no disc flies further than 1.61e119 times the smallest radius, "
         "got 10000000000.0: the path is 1e121 m long; use a shorter duration",
     ),
@@ -263,18 +272,18 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
         "got 1e+61: the path is 1e122 m long; use a shorter duration",
     ),
     (
-        {"discs": [disc(velocity_m_s=[0.0, 1e-130])]},
+        {"discs": [disc_fields(velocity_m_s=[0.0, 1e-130])]},
         "duration_s: must be so long that the fastest disc moves by 6.2e-120 of the greatest length in the scene, "
         "1 m, got 1.0: it moves by 1e-130 m; use a longer duration",
     ),
-    ({"discs": [disc(spin_rad_s=1e150)]}, "duration_s: must be so short"),  # the rim is as fast as that
+    ({"discs": [disc_fields(spin_rad_s=1e150)]}, "duration_s: must be so short"),  # the rim is as fast as that
 ]
 
 
 @each("fields, says", NOT_TOGETHER)
 def test_inconsistent_fields_are_refused_with_field_and_value(fields: dict[str, Any], says: str) -> None:
     """Fields that exclude each other, overlaps, and sizes of too wide a span are refused with field and limit."""
-    assert message(lambda: scene(**fields)).startswith(says)
+    assert catch_message(lambda: build_scene(**fields)).startswith(says)
 
 
 # Overlapping starts ---------------------------------------------------------------------------------------------------
@@ -290,10 +299,10 @@ def test_discs_that_touch_in_decimals_are_accepted(
 ) -> None:
     """Two discs that touch exactly in rational numbers are never refused because of rounding."""
     scale, first = Fraction(size, 1000), Fraction(share, 1000)
-    scene(
+    build_scene(
         discs=[
-            disc(position_m=[float(x), float(y)], radius_m=float(scale * triple[2] * first)),
-            disc(
+            disc_fields(position_m=[float(x), float(y)], radius_m=float(scale * triple[2] * first)),
+            disc_fields(
                 position_m=[float(x + scale * triple[0]), float(y - scale * triple[1])],
                 radius_m=float(scale * triple[2] * (1 - first)),
             ),
@@ -309,23 +318,23 @@ def test_disc_that_touches_an_oblique_wall_is_accepted(
     nx, ny, length = triple
     radius = Fraction(size, 1000) * length
     point = (x - radius * nx / length - along * ny, y - radius * ny / length + along * nx)
-    scene(
-        discs=[disc(position_m=[float(x), float(y)], radius_m=float(radius))],
+    build_scene(
+        discs=[disc_fields(position_m=[float(x), float(y)], radius_m=float(radius))],
         walls=[{"point_m": [float(c) for c in point], "normal": [float(nx), float(ny)]}],
     )
 
 
 def test_immovable_discs_may_overlap_each_other_and_walls() -> None:
     """Overlapping immovable discs within a wall are accepted; a movable disc that overlaps one is refused."""
-    peg = [disc(mass_kg=INF), disc(mass_kg=INF, position_m=[0.5, 0.0])]
-    scene(discs=peg, walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}])
-    text = message(lambda: scene(discs=[*peg, disc(position_m=[2.0, 0.0])]))
+    peg = [disc_fields(mass_kg=INF), disc_fields(mass_kg=INF, position_m=[0.5, 0.0])]
+    build_scene(discs=peg, walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}])
+    text = catch_message(lambda: build_scene(discs=[*peg, disc_fields(position_m=[2.0, 0.0])]))
     assert "must not overlap discs[1]" in text
 
 
 def test_largest_coordinates_give_no_warning() -> None:
     """Discs of the largest radius at the largest coordinates are compared without a warning."""
-    scene(discs=[disc(position_m=[x, 0.0], radius_m=LARGEST) for x in (-LARGEST, LARGEST)])
+    build_scene(discs=[disc_fields(position_m=[x, 0.0], radius_m=LARGEST) for x in (-LARGEST, LARGEST)])
 
 
 # Walls ----------------------------------------------------------------------------------------------------------------
@@ -356,39 +365,39 @@ def test_unit_normal_of_a_wall_is_kept_to_the_bit(x: float, y: float) -> None:
 
 def test_scene_is_an_immutable_value() -> None:
     """A scene can't be changed; scenes with equal fields are equal and hash alike, also after pickling."""
-    made = scene(
-        discs=[disc(mass_kg=INF), disc(position_m=[5.0, 0.0], velocity_m_s=[0.1, 0.2])],
+    made = build_scene(
+        discs=[disc_fields(mass_kg=INF), disc_fields(position_m=[5.0, 0.0], velocity_m_s=[0.1, 0.2])],
         walls=[{"point_m": [0, -1], "normal": [0.1, 1]}],
     )
     for thing, field in ((made, "name"), (made.discs[0], "radius_m"), (made.walls[0], "normal")):
         with pytest.raises(ValueError, match="frozen"):
             setattr(thing, field, 1.0)
     assert Scene(**dict(made)) == pickle.loads(pickle.dumps(made)) == made  # noqa: S301 - our own bytes
-    assert scene() == scene() != scene(duration_s=2.0)
-    assert len({scene(), scene(), scene(duration_s=2.0)}) == 2
+    assert build_scene() == build_scene() != build_scene(duration_s=2.0)
+    assert len({build_scene(), build_scene(), build_scene(duration_s=2.0)}) == 2
 
 
 def test_needs_follow_from_the_parts_of_a_scene() -> None:
     """Each need follows from a part of the scene; wall restitution without walls needs nothing."""
     floor = [{"point_m": [0, -1], "normal": [0, 1]}]
-    assert scene().needs == frozenset()
-    assert scene(wall_restitution=0.5).needs == frozenset()
-    assert scene(walls=floor).needs == {Need.WALLS}
-    assert scene(walls=floor, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
-    assert scene(restitution=0.5).needs == {Need.RESTITUTION}
-    assert scene(discs=[disc(mass_kg=INF)]).needs == {Need.IMMOVABLE}
-    assert scene(gravity_m_s2=[0, -9.81]).needs == {Need.GRAVITY}
-    pair = [disc(), disc(position_m=[9.0, 0.0])]
-    assert scene(discs=[disc(spin_rad_s=-1.0)]).needs == {Need.SPIN}
-    assert scene(friction=0.5, tangential_restitution=1.0).needs == frozenset()
-    assert scene(wall_friction=0.5, wall_tangential_restitution=1.0).needs == frozenset()
-    assert scene(discs=pair, friction=0.5).needs == {Need.FRICTION}
-    assert scene(discs=pair, friction=0.5, tangential_restitution=-1.0).needs == {
+    assert build_scene().needs == frozenset()
+    assert build_scene(wall_restitution=0.5).needs == frozenset()
+    assert build_scene(walls=floor).needs == {Need.WALLS}
+    assert build_scene(walls=floor, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
+    assert build_scene(restitution=0.5).needs == {Need.RESTITUTION}
+    assert build_scene(discs=[disc_fields(mass_kg=INF)]).needs == {Need.IMMOVABLE}
+    assert build_scene(gravity_m_s2=[0, -9.81]).needs == {Need.GRAVITY}
+    pair = [disc_fields(), disc_fields(position_m=[9.0, 0.0])]
+    assert build_scene(discs=[disc_fields(spin_rad_s=-1.0)]).needs == {Need.SPIN}
+    assert build_scene(friction=0.5, tangential_restitution=1.0).needs == frozenset()
+    assert build_scene(wall_friction=0.5, wall_tangential_restitution=1.0).needs == frozenset()
+    assert build_scene(discs=pair, friction=0.5).needs == {Need.FRICTION}
+    assert build_scene(discs=pair, friction=0.5, tangential_restitution=-1.0).needs == {
         Need.FRICTION,
         Need.TANGENTIAL_RESTITUTION,
     }
-    assert scene(walls=floor, wall_friction=1e19).needs == {Need.WALLS, Need.FRICTION}
-    assert scene(discs=pair, tangential_restitution=1.0).needs == frozenset()
+    assert build_scene(walls=floor, wall_friction=1e19).needs == {Need.WALLS, Need.FRICTION}
+    assert build_scene(discs=pair, tangential_restitution=1.0).needs == frozenset()
 
 
 # Steps ----------------------------------------------------------------------------------------------------------------
@@ -400,7 +409,7 @@ def test_needs_follow_from_the_parts_of_a_scene() -> None:
 )
 def test_step_count_allows_for_rounding(duration: float, dt: float, steps: int) -> None:
     """A duration of 2 s has 480 steps of 1/240 s, although neither 1/240 nor the quotient is exact."""
-    assert scene(duration_s=duration).step_count(dt) == steps
+    assert build_scene(duration_s=duration).step_count(dt) == steps
 
 
 @each(
@@ -413,21 +422,21 @@ def test_step_count_allows_for_rounding(duration: float, dt: float, steps: int) 
 )
 def test_invalid_time_step_is_refused_with_its_value(dt: float, says: str) -> None:
     """Zero, negative, infinite and NaN steps are refused, and steps of which a scene has more than 2^32."""
-    assert scene().step_count(1 / MOST_STEPS) == MOST_STEPS
+    assert build_scene().step_count(1 / MOST_STEPS) == MOST_STEPS
     with pytest.raises(InputError, match=re.escape(says)):
-        scene().step_count(dt)
+        build_scene().step_count(dt)
 
 
 @given(st.integers(1, 10**6), st.integers(1, 10**4))
 def test_step_count_of_whole_frames_is_exact(frames: int, rate: int) -> None:
     """A duration of `frames / rate` seconds has `frames` steps of `1 / rate`, whatever the rounding."""
-    assert scene(duration_s=frames / rate).step_count(1 / rate) == frames
+    assert build_scene(duration_s=frames / rate).step_count(1 / rate) == frames
 
 
 @given(st.floats(1e-4, 1e4), st.floats(1e-4, 1e4))
 def test_steps_cover_the_duration_without_excess(duration: float, dt: float) -> None:
     """The steps reach the end of the scene, within the rounding of the inputs, and one step fewer does not."""
-    steps = scene(duration_s=duration).step_count(dt)
+    steps = build_scene(duration_s=duration).step_count(dt)
     slack = Fraction(2, 2**53)  # half a unit of rounding each for duration and step, as `step_count` derives it
     assert steps >= 1
     assert steps * Fraction(dt) >= Fraction(duration) * (1 - slack)

@@ -49,7 +49,7 @@ ROUGH = Scene(
 )
 
 
-def refusal(path: Path) -> str:
+def catch_refusal(path: Path) -> str:
     """Return the message with which a file is refused; it must name the file on every line."""
     with pytest.raises(SceneError) as caught:
         load_scene(path)
@@ -58,13 +58,13 @@ def refusal(path: Path) -> str:
     return text.replace(f"{path}: ", "")
 
 
-def written(path: Path, data: str | bytes) -> Path:
+def write_data(path: Path, data: str | bytes) -> Path:
     """Write the data and return the path."""
     path.write_bytes(data.encode() if isinstance(data, str) else data)
     return path
 
 
-def timed(duration_s: str) -> str:
+def format_scene(duration_s: str) -> str:
     """Return a scene as JSON, with these letters for its duration."""
     return f'{{"name": "x", "duration_s": {duration_s}, "discs": [{{"position_m": [0, 0], "radius_m": -1}}]}}'
 
@@ -85,7 +85,7 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
         f"top level {shown}": ("json", data, f"must be an object with named fields, got {shown}")
         for data, shown in (("[1, 2]", "[1, 2]"), ("3", "3"), ("null", "None"), ('"x"', "'x'"))
     },
-    "digits": ("json", timed("1" * 5000), "is not JSON: "),
+    "digits": ("json", format_scene("1" * 5000), "is not JSON: "),
     "digits in TOML": ("toml", f"duration_s = {'1' * 5000}", "is not TOML: "),
     "hexadecimal digits": (
         "toml",
@@ -93,10 +93,10 @@ NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
         "duration_s: must be a valid number, got an integer with too many digits",
     ),
     **{
-        number: ("json", timed(number), "duration_s: must be a finite number, got ")
+        number: ("json", format_scene(number), "duration_s: must be a finite number, got ")
         for number in ("NaN", "Infinity", "-Infinity", "1e999")
     },
-    "a bad value": ("json", timed("1"), "discs[0].radius_m: must be greater than 0, got -1"),
+    "a bad value": ("json", format_scene("1"), "discs[0].radius_m: must be greater than 0, got -1"),
     "many values": ("json", '{"a": [' + "[],[]," * 600_000 + "0]}", "has more than 2097152 values, the limit for JSON"),
     "many tables": (
         "toml",
@@ -118,7 +118,7 @@ def test_invalid_scene_file_is_refused_with_the_reason(what: str, tmp_path: Path
     A message has fewer than 2000 characters.
     """
     ending, data, says = NO_SCENES[what]
-    text = refusal(written(tmp_path / f"x.{ending}", data))
+    text = catch_refusal(write_data(tmp_path / f"x.{ending}", data))
     assert says in text
     assert len(text) < 2000
 
@@ -126,39 +126,39 @@ def test_invalid_scene_file_is_refused_with_the_reason(what: str, tmp_path: Path
 def test_missing_file_and_folder_are_refused(tmp_path: Path) -> None:
     """A missing file is refused with the system's message, and a folder as unreadable."""
     for name in ("x.toml", "x.json"):
-        assert refusal(tmp_path / name) == f"can't be read: {os.strerror(2)}"
+        assert catch_refusal(tmp_path / name) == f"can't be read: {os.strerror(2)}"
         (tmp_path / name).mkdir()
-        assert refusal(tmp_path / name).startswith("can't be read: ")
+        assert catch_refusal(tmp_path / name).startswith("can't be read: ")
 
 
 @cache
-def schema() -> jsonschema.Draft202012Validator:
+def build_validator() -> jsonschema.Draft202012Validator:
     return jsonschema.Draft202012Validator(build_scene_schema())
 
 
-def checked_by_schema(scene: dict[str, Any]) -> None:
-    schema().validate(scene)
+def validate_by_schema(scene: dict[str, Any]) -> None:
+    build_validator().validate(scene)
 
 
 @each("data", ["name.{} = 1", "[name.{}]\nx = 1"])
 def test_toml_key_of_many_parts_is_refused(tmp_path: Path, data: str) -> None:
     """A dotted TOML key of 3000 parts is refused, since the time to read it grows with the square of the parts."""
     for separator in (".", " . ", '."b".', ".'b'\t."):
-        text = refusal(written(tmp_path / "x.toml", data.format(separator.join("a" * 3000))))
+        text = catch_refusal(write_data(tmp_path / "x.toml", data.format(separator.join("a" * 3000))))
         assert text == "has a key of more than 4 dotted parts"
 
 
 @each("depth", range(940, 1000, 4))
 def test_nesting_near_the_parsers_limit_is_refused(tmp_path: Path, depth: int) -> None:
     """JSON that is nested 940 to 996 levels deep is refused with a SceneError at every depth."""
-    assert refusal(written(tmp_path / "x.json", '{"name":' + "[" * depth + "]" * depth + "}"))
+    assert catch_refusal(write_data(tmp_path / "x.json", '{"name":' + "[" * depth + "]" * depth + "}"))
 
 
 @each("name, shown", [("x.yaml", "'.yaml'"), ("x", "no suffix"), ("x.TOML", "'.TOML'")])
 def test_unknown_suffix_is_refused_on_loading_and_saving(tmp_path: Path, name: str, shown: str) -> None:
     """Only .toml and .json are accepted; for another suffix no file is read or written."""
     says = f"a scene file must end in .toml or .json, got {shown}"
-    assert refusal(tmp_path / name) == says
+    assert catch_refusal(tmp_path / name) == says
     with pytest.raises(SceneError, match="a scene file must end in"):
         save_scene(SAMPLE, tmp_path / name)
     assert not (tmp_path / name).exists()
@@ -171,7 +171,7 @@ def test_too_large_file_is_refused_without_being_read(tmp_path: Path, monkeypatc
     with path.open("wb") as file:
         file.truncate(2 * 2**30)
     tracemalloc.start()
-    text = refusal(path)
+    text = catch_refusal(path)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert text == "is larger than 1 MiB, the limit for TOML"
@@ -184,7 +184,7 @@ def test_endless_device_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(MOST_BYTES, ".toml", 2**20)
     path = tmp_path / "x.toml"
     path.symlink_to("/dev/zero")
-    assert refusal(path) == "is larger than 1 MiB, the limit for TOML"
+    assert catch_refusal(path) == "is larger than 1 MiB, the limit for TOML"
 
 
 def test_file_of_exactly_the_limit_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,7 +194,7 @@ def test_file_of_exactly_the_limit_is_read(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setitem(MOST_BYTES, ".toml", size)
     assert load_scene(tmp_path / "x.toml") == SAMPLE
     monkeypatch.setitem(MOST_BYTES, ".toml", size - 1)
-    assert "is larger than" in refusal(tmp_path / "x.toml")
+    assert "is larger than" in catch_refusal(tmp_path / "x.toml")
 
 
 # Round trip -----------------------------------------------------------------------------------------------------------
@@ -268,7 +268,7 @@ def test_infinite_mass_is_text_in_json_and_a_number_in_toml(tmp_path: Path) -> N
 
 def test_missing_fields_of_a_file_have_defaults(tmp_path: Path) -> None:
     """A file with a name, a duration and one disc is valid; the mass is 1 kg and the frame rate 60 Hz."""
-    path = written(
+    path = write_data(
         tmp_path / "x.toml", 'name = "short"\nduration_s = 1\n[[discs]]\nposition_m = [0, 0]\nradius_m = 1\n'
     )
     assert load_scene(str(path)) == Scene(
@@ -287,7 +287,7 @@ def test_friction_and_spin_are_saved_and_loaded(tmp_path: Path, name: str) -> No
     """Every field of friction and spin is loaded as it was saved, including an infinite moment of inertia."""
     save_scene(ROUGH, tmp_path / name)
     assert load_scene(tmp_path / name) == ROUGH
-    assert set(as_json(ROUGH)) - set(as_json(SAMPLE)) == {
+    assert set(to_json(ROUGH)) - set(to_json(SAMPLE)) == {
         "friction",
         "wall_friction",
         "tangential_restitution",
@@ -302,14 +302,14 @@ def test_default_friction_and_spin_are_not_written() -> None:
     same = Scene(**{**SAMPLE.model_dump(), "discs": discs, "friction": 0, "wall_tangential_restitution": 0.0})
     assert same == SAMPLE
     assert same.model_dump_json() == SAMPLE.model_dump_json()
-    assert set(as_json(same)["discs"][0]) == {"position_m", "velocity_m_s", "radius_m", "mass_kg"}
+    assert set(to_json(same)["discs"][0]) == {"position_m", "velocity_m_s", "radius_m", "mass_kg"}
     assert "friction" not in same.model_dump_json()
 
 
 # JSON Schema ----------------------------------------------------------------------------------------------------------
 
 
-def as_json(scene: Scene) -> Any:
+def to_json(scene: Scene) -> Any:
     """Return the scene as a JSON file of it reads."""
     return json.loads(scene.model_dump_json())
 
@@ -318,7 +318,7 @@ def test_published_schema_is_current_and_accepts_saved_scenes() -> None:
     """The published schema is valid, equals the generated one, and accepts scenes with friction or infinite mass."""
     jsonschema.Draft202012Validator.check_schema(build_scene_schema())
     for saved in (SAMPLE, ROUGH):
-        checked_by_schema(as_json(saved))
+        validate_by_schema(to_json(saved))
     published = resources.files("carom").joinpath("scene.schema.json").read_text(encoding="utf-8")
     assert published == json.dumps(build_scene_schema(), indent=2, sort_keys=True) + "\n"
 
@@ -357,7 +357,7 @@ BAD_EDITS: list[tuple[list[str | int], object]] = [
 @each("path, value", BAD_EDITS)
 def test_schema_and_loading_reject_the_same_mistakes(path: list[str | int], value: object, tmp_path: Path) -> None:
     """Each of 25 mistakes in a scene file is refused by the schema, as editors use it, and by loading."""
-    edited = as_json(SAMPLE)
+    edited = to_json(SAMPLE)
     target = edited
     for part in path[:-1]:
         target = target[part]
@@ -365,13 +365,13 @@ def test_schema_and_loading_reject_the_same_mistakes(path: list[str | int], valu
     if value is MISSING:
         del target[path[-1]]
     with pytest.raises(jsonschema.ValidationError):
-        checked_by_schema(edited)
-    assert refusal(written(tmp_path / "x.json", json.dumps(edited)))
+        validate_by_schema(edited)
+    assert catch_refusal(write_data(tmp_path / "x.json", json.dumps(edited)))
 
 
 def test_at_most_ten_problems_of_a_file_are_listed(tmp_path: Path) -> None:
     """Ten of half a million problems in a file are listed, and a last line states that there are others."""
     disc = ",".join(f'"k{k}":1' for k in range(100))
-    lines = refusal(written(tmp_path / "x.json", '{"discs": [' + f"{{{disc}}}," * 5000 + "0]}")).splitlines()
+    lines = catch_refusal(write_data(tmp_path / "x.json", '{"discs": [' + f"{{{disc}}}," * 5000 + "0]}")).splitlines()
     assert len(lines) == 11
     assert lines[-1].endswith("others at least")

@@ -15,14 +15,14 @@ DISC = Disc(position_m=(0.0, 0.0), radius_m=0.5)
 STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
 
 
-def scene(*walls: Any, **fields: Any) -> Scene:
+def build_scene(*walls: Any, **fields: Any) -> Scene:
     """Return a scene of one disc at the origin and some walls."""
     return Scene(name="walls", discs=[DISC], walls=walls, duration_s=1.0, **fields)
 
 
 def test_fields_of_a_wall_decide_its_kind() -> None:
     """A point and a normal make a half-plane, points a chain, and a centre and a radius a circle."""
-    made = scene(
+    made = build_scene(
         {"point_m": [0, -9], "normal": [0, 2]}, {"points_m": [[1, 1], [2, 2]]}, {"centre_m": [0, 0], "radius_m": 3}
     )
     assert made.walls == (
@@ -35,7 +35,7 @@ def test_fields_of_a_wall_decide_its_kind() -> None:
 @each("suffix", [".toml", ".json"])
 def test_every_kind_of_wall_is_saved_and_loaded(tmp_path: Path, suffix: str) -> None:
     """A scene with half-planes, chains and circles is equal to the original after saving and loading."""
-    made = scene(
+    made = build_scene(
         STADIUM,
         Chain(points_m=[(9, 9), (10, 9), (10, 10)], closed=True, solid=True, half_width_m=0.1, pieces=7, friction=0.5),
         Ring(centre_m=(0.1, 0.2), radius_m=1.1, half_width_m=0.01, restitution=0.3),
@@ -89,7 +89,7 @@ def test_unused_fields_of_walls_are_not_written() -> None:
 def test_invalid_wall_is_refused_with_field_and_numbers(wall: Any, said: str) -> None:
     """The error for an invalid wall names the field or the edges, and the value or the limit."""
     with pytest.raises(SceneError) as refused:
-        scene(wall)
+        build_scene(wall)
     assert said in str(refused.value)
 
 
@@ -107,7 +107,7 @@ def test_invalid_wall_is_refused_with_field_and_numbers(wall: Any, said: str) ->
 def test_disc_in_a_finite_wall_is_refused(wall: Any, said: str) -> None:
     """A disc that reaches into a chain or circle, or is inside a solid wall, is refused at the start."""
     with pytest.raises(SceneError) as refused:
-        scene(wall)
+        build_scene(wall)
     assert str(refused.value).startswith("discs[0].position_m: must not overlap walls[0] at the start")
     assert said in str(refused.value)
 
@@ -123,22 +123,22 @@ def test_disc_in_a_finite_wall_is_refused(wall: Any, said: str) -> None:
 )
 def test_disc_may_touch_a_wall_and_be_inside_a_hollow_one(wall: Any) -> None:
     """Touching is not an overlap, and the inside of a chain that is not solid is free."""
-    assert scene(wall).walls == (wall,)
+    assert build_scene(wall).walls == (wall,)
 
 
 def test_finite_walls_have_needs_of_their_own() -> None:
     """Straight edges, arcs, posts and wall materials are needs, so that methods without them skip the scene."""
-    assert scene(Wall(point_m=(0, -9), normal=(0, 1))).needs == {Need.WALLS}
-    assert scene(Chain(points_m=[(1, 1), (2, 2)])).needs == {Need.WALLS, Need.SEGMENTS}
-    assert scene(STADIUM).needs == {Need.WALLS, Need.SEGMENTS, Need.ARCS}
-    assert scene(Ring(centre_m=(0, 0), radius_m=3)).needs == {Need.WALLS, Need.ARCS}
-    assert scene(Ring(centre_m=(0, -3), radius_m=1)).needs == {Need.WALLS, Need.POSTS}
+    assert build_scene(Wall(point_m=(0, -9), normal=(0, 1))).needs == {Need.WALLS}
+    assert build_scene(Chain(points_m=[(1, 1), (2, 2)])).needs == {Need.WALLS, Need.SEGMENTS}
+    assert build_scene(STADIUM).needs == {Need.WALLS, Need.SEGMENTS, Need.ARCS}
+    assert build_scene(Ring(centre_m=(0, 0), radius_m=3)).needs == {Need.WALLS, Need.ARCS}
+    assert build_scene(Ring(centre_m=(0, -3), radius_m=1)).needs == {Need.WALLS, Need.POSTS}
     own = {Need.WALLS, Need.WALL_MATERIALS, Need.RESTITUTION}
-    assert scene(Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5)).needs == own
-    rubs = scene(Wall(point_m=(0, -9), normal=(0, 1), friction=0.5))
+    assert build_scene(Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5)).needs == own
+    rubs = build_scene(Wall(point_m=(0, -9), normal=(0, 1), friction=0.5))
     assert rubs.needs == {Need.WALLS, Need.WALL_MATERIALS, Need.FRICTION}
     same = Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5, friction=0.0)
-    assert scene(same, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
+    assert build_scene(same, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
 
 
 @pytest.mark.long
@@ -169,7 +169,7 @@ def test_lengths_of_walls_in_pixels_are_converted_to_metres(tmp_path: Path) -> N
 
 def test_units_of_a_run_scale_every_length_of_a_wall() -> None:
     """In units of 2^10 m the points, half width and radius of walls are exactly 1/1024 of those in metres."""
-    made = scene(STADIUM.model_copy(update={"half_width_m": 0.125}), Ring(centre_m=(1, 2), radius_m=7))
+    made = build_scene(STADIUM.model_copy(update={"half_width_m": 0.125}), Ring(centre_m=(1, 2), radius_m=7))
     chain, ring = Units(10, 0, 0).convert_scene(made).arrays.walls
     assert not isinstance(chain, tuple)
     assert not isinstance(ring, tuple)

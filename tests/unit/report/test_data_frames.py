@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from tests.scene_builders import cross_checked, sure
+from tests.scene_builders import require_value, run_cross_check
 
 import carom
 from carom import Disc, Scene, Wall
@@ -14,7 +14,7 @@ from carom.errors import MissingExtraError
 from carom.execution.engine_run import observe_run
 
 
-def scene() -> Scene:
+def build_scene() -> Scene:
     """A disc that spins and falls at 45 degrees onto a rough wall, 1 m below it, at 1 s."""
     disc = Disc(position_m=(0.0, 1.5), velocity_m_s=(1.0, -1.0), radius_m=0.5, spin_rad_s=4.0)
     wall = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
@@ -24,7 +24,7 @@ def scene() -> Scene:
 def test_trace_frame_has_one_row_per_impact() -> None:
     """The row has the impact's time, bodies, velocities and spins, and its columns are named with units."""
     pytest.importorskip("pandas")
-    trace = carom.solve_pic(scene())
+    trace = carom.solve_pic(build_scene())
     frame = trace.to_pandas()
     (row,) = frame.to_dict("records")
     assert (row["time_s"], row["first"], row["second"]) == (pytest.approx(1.0), 0, -1)
@@ -33,7 +33,7 @@ def test_trace_frame_has_one_row_per_impact() -> None:
     assert row["spin_first_before_rad_s"] == 4.0
     # Coulomb: the tangential impulse is the coefficient times the normal one, 0.25 of 2 m/s, against the slip.
     assert row["velocity_first_after_x_m_s"] == pytest.approx(0.5)
-    assert row["spin_first_after_rad_s"] == sure(trace.spins)["first_after"][0]
+    assert row["spin_first_after_rad_s"] == require_value(trace.spins)["first_after"][0]
     assert frame.index.name == "impact"
 
 
@@ -51,7 +51,7 @@ def test_trace_frame_without_impacts_has_all_columns() -> None:
 def test_results_frame_has_one_row_per_run() -> None:
     """Each row has the run's grade, counts and errors; a number that was not measured is NaN and not 0."""
     pytest.importorskip("pandas")
-    results = cross_checked(find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], dts=[1 / 24])
+    results = run_cross_check(find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], dts=[1 / 24])
     frame = results.to_pandas()
     assert len(frame) == len(results.rows)
     for (_, said), row in zip(frame.iterrows(), results.rows, strict=True):
@@ -75,4 +75,4 @@ def test_missing_pandas_is_reported_with_the_extra(monkeypatch: pytest.MonkeyPat
     """Without pandas, `to_pandas` raises a MissingExtraError with `pip install 'carom[pandas]'`."""
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'carom\[pandas\]'"):
-        carom.solve_pic(scene()).to_pandas()
+        carom.solve_pic(build_scene()).to_pandas()

@@ -19,7 +19,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from rich.console import Console
 from tests.cases import each
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 import carom
 from carom.catalogue import find_scenes
@@ -86,7 +86,7 @@ def source(folder: Path) -> str:
     return (folder / "index.html").read_text(encoding="utf-8")
 
 
-def files_of(folder: Path) -> dict[str, bytes]:
+def read_files(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
@@ -174,7 +174,7 @@ def one_scene(results: Results) -> Results:
 def test_report_is_reproducible(results: Results, folder: Path, tmp_path: Path) -> None:
     """The same results give the same bytes, so that a committed report differs only if its results do."""
     build_report(results).write(tmp_path)
-    assert files_of(tmp_path) == files_of(folder)
+    assert read_files(tmp_path) == read_files(folder)
 
 
 @pytest.mark.long
@@ -198,7 +198,7 @@ def test_control_characters_are_escaped_in_every_file(tmp_path: Path) -> None:
     name = "evil\x9b31m\u202egnp\u2028x"
     scene = find_scenes(["paper/late"])[0].scene.model_copy(update={"name": name})
     build_report(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1)).write(tmp_path)
-    for content in files_of(tmp_path).values():
+    for content in read_files(tmp_path).values():
         text = content.decode()
         assert escape_controls(text) == text
     assert "evil\\u009b31m\\u202egnp\\u2028x" in (tmp_path / "index.html").read_text(encoding="utf-8")
@@ -305,10 +305,10 @@ def test_nan_is_null_in_the_file_and_nan_when_read(results: Results, folder: Pat
     """NaN of a score is null in the file and NaN when read; a null that has a meaning stays None."""
     _, lines = read_records(folder / "results.jsonl")
     missed = next(line for line in lines if (line.scene, line.engine) == ("paper/missed", "pit"))
-    assert math.isnan(sure(missed.total).velocity)
+    assert math.isnan(require_value(missed.total).velocity)
     assert missed.parted_s is None
     row = next(row for row in results.rows if (row.job.scene.name, row.job.engine) == ("paper/missed", "pit"))
-    assert missed.grade is sure(row.score).grade
+    assert missed.grade is require_value(row.score).grade
 
 
 def test_junit_counts_match_the_rows(results: Results, folder: Path) -> None:

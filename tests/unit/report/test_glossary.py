@@ -15,7 +15,7 @@ from carom.report.outcome_marks import Mark
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "theory" / "scoring.md").read_text(encoding="utf-8")
 
 
-def table(heading: str) -> list[tuple[str, str]]:
+def read_table(heading: str) -> list[tuple[str, str]]:
     """Return the rows of the page's table with this heading."""
     rows = re.findall(rf"^\| {heading} \| when \|\n\|[-| ]+\|\n((?:\|.*\n)+)", PAGE, re.MULTILINE)
     assert len(rows) == 1
@@ -25,13 +25,15 @@ def table(heading: str) -> list[tuple[str, str]]:
 def test_documented_verdicts_match_the_code() -> None:
     """Each verdict is explained, and the table in docs/theory/scoring.md has the same words: edit both."""
     assert list(VERDICT_CONDITIONS) == list(Verdict)
-    assert sorted(table("verdict")) == sorted((verdict.value, when) for verdict, when in VERDICT_CONDITIONS.items())
+    assert sorted(read_table("verdict")) == sorted(
+        (verdict.value, when) for verdict, when in VERDICT_CONDITIONS.items()
+    )
 
 
 def test_documented_grades_match_the_code() -> None:
     """Each grade is explained, and the table in docs/theory/scoring.md has the same words in the same order."""
     assert list(GRADE_CONDITIONS) == list(Grade)
-    assert table("grade") == [(Mark[grade.name].word, when) for grade, when in GRADE_CONDITIONS.items()]
+    assert read_table("grade") == [(Mark[grade.name].word, when) for grade, when in GRADE_CONDITIONS.items()]
 
 
 def test_every_word_of_a_report_is_explained() -> None:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.quiver import Quiver
 from tests.cases import each
-from tests.scene_builders import altered, cross_checked
+from tests.scene_builders import alter_impact, run_cross_check
 
 import carom
 from carom import Disc, Scene, Wall
@@ -50,14 +50,14 @@ class Seen(HTMLParser):
         self.text += data
 
 
-def circles(axes: object) -> list[Circle]:
+def list_circles(axes: object) -> list[Circle]:
     return [artist for artist in axes.get_children() if isinstance(artist, Circle)]  # type: ignore[attr-defined]
 
 
 def test_notebook_cell_has_text_and_one_picture(scene: Scene) -> None:
     """Each object is shown as its text and one picture; a name with tags and dollars is shown literally."""
     reference, observed = carom.solve_pic(scene), carom.solve_pit(scene)
-    results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8])
+    results = run_cross_check([scene], ["pic", "pit"], dts=[1 / 8])
     for thing in (scene, reference, observed, results, carom.certify(scene)):
         page = thing._repr_html_()
         assert page
@@ -100,7 +100,7 @@ def test_large_scene_is_shown_without_a_picture() -> None:
 def test_non_finite_trace_is_shown_as_text(scene: Scene, field: str, bad: float) -> None:
     """A trace with NaN or infinity is shown as text; plot and replay are refused with the name of the field."""
     trace = carom.solve_pic(scene)
-    broken = altered(trace, 0, **{field: bad})
+    broken = alter_impact(trace, 0, **{field: bad})
     assert Seen(broken._repr_html_() or "").elements == {"div": 1, "pre": 1}
     with pytest.raises(InputError, match=f"{field}.*can't be drawn"):
         broken.plot(Figure().add_subplot())
@@ -113,7 +113,7 @@ def test_scene_plot_shows_the_start_on_given_axes(scene: Scene) -> None:
     axes = Figure().add_subplot()
     assert scene.plot(axes) is axes
     assert axes.get_aspect() == 1.0
-    drawn = {(*np.array(circle.get_center()).tolist(), circle.get_radius()) for circle in circles(axes)}
+    drawn = {(*np.array(circle.get_center()).tolist(), circle.get_radius()) for circle in list_circles(axes)}
     assert drawn == {(*disc.position_m, disc.radius_m) for disc in scene.discs}
     (arrows,) = [artist for artist in axes.collections if isinstance(artist, Quiver)]
     assert np.column_stack([arrows.U, arrows.V]).tolist() == [list(disc.velocity_m_s) for disc in scene.discs]
@@ -129,7 +129,7 @@ def test_trace_plot_shows_paths_and_impacts(scene: Scene) -> None:
         turn = np.array(disc.position_m) + impact["time_s"] * np.array(disc.velocity_m_s)
         points = axes.lines[k].get_xydata()
         assert points == pytest.approx(np.array([disc.position_m, turn, trace.final_position_m[k]]), abs=1e-12)
-        assert any(circle.get_center() == pytest.approx(turn, abs=1e-12) for circle in circles(axes))
+        assert any(circle.get_center() == pytest.approx(turn, abs=1e-12) for circle in list_circles(axes))
         turns.append(turn)
     assert np.hypot(*(turns[1] - turns[0])) == pytest.approx(0.75, abs=1e-12)
 
@@ -146,7 +146,7 @@ def test_motion_along_a_line_is_drawn_against_time() -> None:
 
 def test_results_plot_counts_marks(scene: Scene) -> None:
     """The bar of each mark is as long as the number of runs with it, and a method's bars are stacked."""
-    results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8, 1 / 16])
+    results = run_cross_check([scene], ["pic", "pit"], dts=[1 / 8, 1 / 16])
     axes = results.plot(Figure().add_subplot())
     methods = [label.get_text() for label in axes.get_yticklabels()]
     drawn: Counter[tuple[str, str]] = Counter()

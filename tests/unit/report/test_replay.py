@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.scene_builders import cross_checked, sure
+from tests.scene_builders import require_value, run_cross_check
 
 import carom
 from carom.catalogue import find_scenes
@@ -19,7 +19,7 @@ from carom.report.replay import build_impact_rows, build_replay_data, build_repl
 @pytest.fixture(scope="module")
 def results() -> Results:
     scenes = find_scenes(("paper/missed", "paper/late", "classics/miss", "gravity/ladder"))
-    return cross_checked(scenes, ["pic", "pit"], dts=[1 / 24], profiles=["tuned"])
+    return run_cross_check(scenes, ["pic", "pit"], dts=[1 / 24], profiles=["tuned"])
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,8 @@ def replays(results: Results) -> dict[str, dict[str, Any]]:
     for name, reference in results.references.items():
         rows = [row for row in results.rows if row.job.scene.name == name]
         runs = [
-            (sure(row.trace), sure(row.score), describe_run(row, "", build_replay_key(row.job), "")) for row in rows
+            (require_value(row.trace), require_value(row.score), describe_run(row, "", build_replay_key(row.job), ""))
+            for row in rows
         ]
         found[name] = build_replay_data(reference, runs)
     return found
@@ -74,14 +75,14 @@ def test_cause_of_a_missed_impact_follows_from_the_states(results: Results) -> N
     assert (found["flag"], found["cause"]) == ("missed", "PIT finds this impact")
     (found,) = build_impact_rows(reference, unseen, score)
     assert found["cause"] == "PIT also misses this impact"
-    meetings = sure(trace.local_truth).meetings.copy()
+    meetings = require_value(trace.local_truth).meetings.copy()
     causes = {True: "checking once per step", False: "the method itself: PIT finds the impact from the same state"}
     for pit_missed, cause in causes.items():
         meetings["pit_missed"] = pit_missed
-        truth = dataclasses.replace(sure(trace.local_truth), meetings=meetings)
+        truth = dataclasses.replace(require_value(trace.local_truth), meetings=meetings)
         (found,) = build_impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
         assert found["cause"] == cause
-    elsewhere = dataclasses.replace(sure(trace.local_truth), meetings=meetings[:0])
+    elsewhere = dataclasses.replace(require_value(trace.local_truth), meetings=meetings[:0])
     (found,) = build_impact_rows(reference, dataclasses.replace(trace, local_truth=elsewhere), score)
     assert "earlier errors" in found["cause"]
 
@@ -95,11 +96,11 @@ def test_replay_contains_the_scene_as_a_file(replays: dict[str, dict[str, Any]])
 def test_replay_of_a_non_finite_run_is_valid_json(results: Results) -> None:
     """A run with NaN in its impacts and final state has a track for each disc, and its data contain no NaN."""
     row = next(row for row in results.rows if row.job.scene.name == "paper/late" and row.job.engine == "pit")
-    impacts = sure(row.trace).impacts.copy()
+    impacts = require_value(row.trace).impacts.copy()
     for name in ("velocity_first_after", "velocity_second_after", "time_s"):
         impacts[name] = math.nan
     broken = dataclasses.replace(
-        sure(row.trace),
+        require_value(row.trace),
         impacts=impacts,
         final_position_m=np.full((2, 2), math.nan),
         final_velocity_m_s=np.full((2, 2), math.inf),

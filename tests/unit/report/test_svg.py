@@ -75,7 +75,7 @@ XYZ, WHITE = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.119
 LEAST_SEEN = 2.3
 
 
-def cielab(colour: str, seen: object) -> np.ndarray:
+def to_cielab(colour: str, seen: object) -> np.ndarray:
     """Return what is seen of a colour, in CIELAB (CIE 15)."""
     channels = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
     linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
@@ -96,5 +96,5 @@ def test_colours_differ_for_every_kind_of_colour_blindness(seen: str) -> None:
     assert len(dark) == len(SERIES)
     for colours in (light, dark):
         for first, second in combinations(colours, 2):
-            apart = np.linalg.norm(cielab(first, SEEN[seen]) - cielab(second, SEEN[seen]))
+            apart = np.linalg.norm(to_cielab(first, SEEN[seen]) - to_cielab(second, SEEN[seen]))
             assert apart > 4 * LEAST_SEEN, (first, second)

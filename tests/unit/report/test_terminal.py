@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 from tests.cases import each
-from tests.scene_builders import cross_checked, disc_at, staged
+from tests.scene_builders import disc_at, run_cross_check, staged
 
 import carom
 from carom import Disc, Scene, Wall
@@ -25,11 +25,11 @@ def document() -> Document:
     """Scenes of three groups, one of a long name, by PIC, PIT and pymunk."""
     classics = [f"classics/{name}" for name in ("perfectly-inelastic", "three-in-line")]
     scenes = find_scenes(["paper/late", "paper/missed", "gravity/falling-pair", *classics])
-    results = cross_checked(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60])
+    results = run_cross_check(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60])
     return cross_check_document(results)
 
 
-def printed(document: Document, width: int, *, full: bool = False) -> list[str]:
+def print_document(document: Document, width: int, *, full: bool = False) -> list[str]:
     """Return the lines that a terminal of a width shows."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=width, highlight=False, markup=False)
@@ -40,7 +40,7 @@ def printed(document: Document, width: int, *, full: bool = False) -> list[str]:
 
 def test_summary_of_the_whole_suite_fits_one_screen(document: Document) -> None:
     """At 80 columns the summary has one line per method, and with 13 methods at most 25 lines."""
-    lines = printed(document, 80)
+    lines = print_document(document, 80)
     methods = [line for line in lines if re.match(r"(PIT|pymunk default|pymunk tuned|pymunk located) ", line)]
     assert len(methods) == 4
     pit_and_four_engines_with_three_profiles = 13
@@ -51,7 +51,7 @@ def test_summary_of_the_whole_suite_fits_one_screen(document: Document) -> None:
 @each("full", [False, True])
 def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
     """Lines fit terminals of 60 to 200 columns, and names of scenes in tables are not cut."""
-    lines = printed(document, width, full=full)
+    lines = print_document(document, width, full=full)
     assert max(map(len, lines)) <= width
     if full:
         assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
@@ -62,14 +62,14 @@ def test_number_and_unit_stay_on_one_line(width: int) -> None:
     """Even at 30 to 40 columns no number in a table is separated from its unit."""
     columns = [Column(f"error {k}", lambda share: f"{share} %", number=True) for k in range(3)]
     table = Table([Column("method", str), *columns], [0.044, 12.25, 100])
-    lines = printed(Document("title", Headline(""), (Section("errors", (table,)),)), width)
+    lines = print_document(Document("title", Headline(""), (Section("errors", (table,)),)), width)
     for share in (0.044, 12.25, 100):
         assert sum(line.count(f" {share} %") for line in lines) == 3
 
 
 def test_marks_have_ascii_replacements(document: Document) -> None:
     """In ASCII each grade has its own sign, and no character is replaced by a question mark."""
-    text = "\n".join(printed(document, 80, full=True))
+    text = "\n".join(print_document(document, 80, full=True))
     plain = " ".join(text.encode("ascii", ERRORS).decode().split())
     assert "= exact ~ close s sampled i inaccurate / parted % parted inaccurate X wrong" in plain
     assert "?" not in plain
@@ -78,22 +78,22 @@ def test_marks_have_ascii_replacements(document: Document) -> None:
 RIGHT_TO_LEFT = "\N{RIGHT-TO-LEFT OVERRIDE}"
 
 
-def scene(discs: int = 2, name: str = "head-on") -> Scene:
+def build_scene(discs: int = 2, name: str = "head-on") -> Scene:
     """Disc 0 reaches disc 1, at rest 3 m on, after the 2 m between them, at 2 s: radii of half a metre, 1 m/s."""
     bodies = [Disc(position_m=(3.0 * k, 0.0), velocity_m_s=(float(k == 0), 0.0), radius_m=0.5) for k in range(discs)]
     return Scene(name=name, discs=bodies, duration_s=2.75, frame_rate_hz=4.0)
 
 
-def every_kind(of: Scene) -> list[object]:
+def build_every_kind(of: Scene) -> list[object]:
     reference, observed = carom.solve_pic(of), carom.solve_pit(of)
-    results = cross_checked([of], ["pic", "pit"], dts=[1 / 24])
+    results = run_cross_check([of], ["pic", "pit"], dts=[1 / 24])
     return [of, reference, carom.compare(reference, observed), results, carom.certify(of)]
 
 
-@each("of", [scene(), scene(20, f"<b>{RIGHT_TO_LEFT}{'x' * 150}")])
+@each("of", [build_scene(), build_scene(20, f"<b>{RIGHT_TO_LEFT}{'x' * 150}")])
 def test_repr_of_every_result_is_short_and_printable(of: Scene) -> None:
     """`repr` and `str` are the same few lines of printable characters, whatever the size and the name."""
-    for thing in every_kind(of):
+    for thing in build_every_kind(of):
         lines = repr(thing).splitlines()
         assert lines[0].startswith(type(thing).__name__)
         assert 2 <= len(lines) <= MOST_LINES
@@ -106,9 +106,9 @@ def test_repr_of_a_scene_shows_laws_and_bodies() -> None:
     """The text has each number of the scene that affects the motion, and the number of discs that are not shown."""
     wall = Wall(point_m=(0.0, -2.0), normal=(0.0, 2.0))
     post = Disc(position_m=(9.0, 0.0), radius_m=0.25, mass_kg=math.inf)
-    rough = scene().model_copy(
+    rough = build_scene().model_copy(
         update={
-            "discs": (*scene().discs, post),
+            "discs": (*build_scene().discs, post),
             "walls": (wall,),
             "restitution": 0.5,
             "friction": 0.3,
@@ -124,15 +124,15 @@ def test_repr_of_a_scene_shows_laws_and_bodies() -> None:
         "wall 0: through (0, -2) m, free towards (0, 1)",
     ):
         assert said in text
-    assert repr(scene(40)).endswith("and 35 more")
+    assert repr(build_scene(40)).endswith("and 35 more")
 
 
 def test_repr_of_a_trace_shows_its_impacts() -> None:
     """The text has the time, the bodies and the velocities of each impact, PIT's step, and a run's warning."""
-    trace = carom.solve_pic(scene())
+    trace = carom.solve_pic(build_scene())
     assert "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene" in repr(trace)
     assert "2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s" in repr(trace)
-    assert "by pit at 1/4 s: 1 impact" in repr(carom.solve_pit(scene()))
+    assert "by pit at 1/4 s: 1 impact" in repr(carom.solve_pit(build_scene()))
     assert "warning: careful" in repr(replace(trace, notes=("careful",)))
 
 
@@ -148,7 +148,7 @@ def test_repr_of_a_score_shows_grade_counts_and_reason() -> None:
 
 def test_repr_of_results_counts_grades_by_method() -> None:
     """The text has, for each method, the number of runs with each grade."""
-    results = cross_checked(find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24])
+    results = run_cross_check(find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24])
     lines = repr(results).splitlines()
     assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
     for engine, profile in (("pic", "frame-by-frame"), ("pic", "event-driven"), ("pit", "tuned")):
@@ -179,9 +179,9 @@ def test_exact_grade_shows_32_bit_floats() -> None:
 
     A run without a score is shown as not scored.
     """
-    reference = carom.solve_pic(scene())
+    reference = carom.solve_pic(build_scene())
     score = carom.compare(reference, replace(reference, float_bits=32))
-    results = cross_checked([scene()], ["pic"], profiles=["tuned"], dts=[1 / 24])
+    results = run_cross_check([build_scene()], ["pic"], profiles=["tuned"], dts=[1 / 24])
     narrow = replace(results, rows=tuple(replace(row, score=score) for row in results.rows))
     shown = (repr(score), repr(narrow), score._repr_html_(), narrow._repr_html_())
     assert all("exact (float32)" in (text or "") for text in shown)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import cross_checked, sure
+from tests.scene_builders import require_value, run_cross_check
 
 import carom
 from carom import Scene, Wall, compare, solve_pic
@@ -21,7 +21,7 @@ from carom.report.replay import build_replay_data
 from carom.report.tracks import SHARPNESS, build_observed_tracks, build_reference_tracks, compute_turnings
 
 
-def gap_of(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
+def compute_gap(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
     """Return the gap between a disc and the body that it strikes, for given centres of the discs."""
     first, second = int(impact["first"]), int(impact["second"])
     here, radius = places[0], scene.discs[first].radius_m
@@ -39,7 +39,7 @@ def test_bodies_touch_at_every_impact(one_in: int) -> None:
     """At each impact of the reference the bodies touch within 1e-9 of the extent, in replays and pictures."""
     scenes = [entry.scene for entry in all_scenes().values()][::one_in]
     for scene in scenes:
-        trace = sure(solve_reference(scene)) if len(scene.discs) > 16 else solve_pic(scene, max_impacts=100)
+        trace = require_value(solve_reference(scene)) if len(scene.discs) > 16 else solve_pic(scene, max_impacts=100)
         assert isinstance(trace, Trace)
         tracks, near = build_reference_tracks(trace), 1e-9 * compute_extent(trace)
         positions = iter(build_exact_paths(trace).impact_positions if len(scene.discs) <= 16 else ())
@@ -47,19 +47,19 @@ def test_bodies_touch_at_every_impact(one_in: int) -> None:
             bodies = [body for body in (int(impact["first"]), int(impact["second"])) if body >= 0]
             played = [tracks[body].positions_at(np.array([impact["time_s"]]))[0] for body in bodies]
             drawn = [next(positions).position_m for _ in bodies] if len(scene.discs) <= 16 else played
-            assert max(abs(gap_of(scene, impact, places)) for places in (played, drawn)) <= near, scene.name
+            assert max(abs(compute_gap(scene, impact, places)) for places in (played, drawn)) <= near, scene.name
 
 
 @each("name", release_after(1, ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"]))
 def test_track_passes_every_sampled_position(name: str) -> None:
     """A track passes every sample within `SHARPNESS` of the extent and has few more knots than samples."""
     scene = all_scenes()[name].scene
-    results = cross_checked([scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
-    trace = sure(results.rows[0].trace)
+    results = run_cross_check([scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
+    trace = require_value(results.rows[0].trace)
     extent_m = compute_extent(results.references[name])
-    times = sure(trace.samples).time_s[sure(trace.samples).time_s < trace.end_time_s]
+    times = require_value(trace.samples).time_s[require_value(trace.samples).time_s < trace.end_time_s]
     for disc, track in enumerate(build_observed_tracks(trace, extent_m)):
-        away = track.positions_at(times) - sure(trace.samples).position_m[: len(times), disc]
+        away = track.positions_at(times) - require_value(trace.samples).position_m[: len(times), disc]
         assert np.abs(away).max() <= SHARPNESS * extent_m
         assert len(track.time_s) <= len(times) + len(trace.impacts) + 2
 
@@ -99,7 +99,7 @@ def test_scene_without_spins_has_no_angles() -> None:
 def test_disc_with_a_spin_of_nan_stops_turning() -> None:
     """After an impact with a spin of NaN the angle stays the same, so that no NaN reaches the page."""
     trace = solve_pic(all_scenes()["spin/english-stick"].scene)
-    spins = sure(trace.spins).copy()
+    spins = require_value(trace.spins).copy()
     spins["first_after"] = math.nan
     first, _ = compute_turnings(dataclasses.replace(trace, spins=spins))
     assert first.angle_rad[0] == 0.0
@@ -109,7 +109,7 @@ def test_disc_with_a_spin_of_nan_stops_turning() -> None:
 def test_replay_shows_error_and_cause_of_a_wrong_spin() -> None:
     """An impact with right velocities and a wrong spin has the spin's error and "the method itself" as the cause."""
     trace = solve_pic(all_scenes()["spin/grip"].scene)
-    spins = sure(trace.spins).copy()
+    spins = require_value(trace.spins).copy()
     spins["first_after"] = -1.0
     wrong = dataclasses.replace(trace, spins=spins, dt_s=1 / 60)
     (row,) = build_replay_data(trace, [(wrong, compare(trace, wrong), {})])["runs"][0]["impacts"]

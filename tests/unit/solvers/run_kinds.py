@@ -18,13 +18,13 @@ def all_pairs(scene: Scene, **options: Any) -> EventDrivenRun:
     return EventDrivenRun(scene, all_pairs=True, **options)
 
 
-def certified(scene: Scene) -> Run:
+def start_certified_run(scene: Scene) -> Run:
     from carom.solvers.certified.run import CertifiedRun  # needs python-flint, which other kinds do without
 
     return CertifiedRun(scene, digits=15, max_precision_bits=MAX_PRECISION_BITS, tie_bits=TIE_BITS)
 
 
-def of_frames(scene: Scene) -> Run:
+def start_frame_run(scene: Scene) -> Run:
     run = start_pit_run(scene, FrameClock(rate_hz=scene.frame_rate_hz))
     assert isinstance(run, FrameRun)  # and not one in units of its own
     return run
@@ -34,8 +34,8 @@ def of_frames(scene: Scene) -> Run:
 RUNS: dict[str, Callable[[Scene], Run]] = {
     "event-driven": EventDrivenRun,
     "all pairs": all_pairs,
-    "frames": of_frames,
-    "certified": certified,
+    "frames": start_frame_run,
+    "certified": start_certified_run,
 }
 
 
@@ -43,7 +43,7 @@ RUNS: dict[str, Callable[[Scene], Run]] = {
 MOST = 120
 
 
-def bits_of(run: Run, outcome: Outcome) -> dict[str, object]:
+def collect_run_bits(run: Run, outcome: Outcome) -> dict[str, object]:
     """Return all that a run has found, arrays as bytes."""
     arrays = {
         "impacts": run.log.array(),
@@ -67,9 +67,9 @@ def assert_same(scene: Scene, most: int = MOST, *, contact_s: float = 0.0, cells
         all_pairs(scene, contact_duration_s=contact_s),
         EventDrivenRun(scene, contact_duration_s=contact_s, cell_factor=cells),
     )
-    expected = bits_of(plain, plain.advance_to(scene.duration_s, most))
+    expected = collect_run_bits(plain, plain.advance_to(scene.duration_s, most))
     compiled.advance_to(scene.duration_s / 7, most)
-    assert bits_of(compiled, compiled.advance_to(scene.duration_s, most)) == expected
+    assert collect_run_bits(compiled, compiled.advance_to(scene.duration_s, most)) == expected
     for name in ("impacts", "wall_impacts", "predictions", "epochs"):
         assert compiled.counts[name] == plain.counts[name], name
     return plain

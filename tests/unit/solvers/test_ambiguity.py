@@ -33,7 +33,7 @@ class Blow(NamedTuple):
         return is_one_instant and self.nx * earlier.nx + self.ny * earlier.ny != 0.0
 
 
-def compare_with_all(blows: list[Blow]) -> list[bool]:
+def find_ambiguous_by_definition(blows: list[Blow]) -> list[bool]:
     """Return which impacts are ambiguous, by comparing each with all earlier ones."""
     return [any(blow.interferes(earlier) for earlier in blows[:k]) for k, blow in enumerate(blows)]
 
@@ -82,7 +82,7 @@ def test_two_stored_impacts_suffice_to_find_ambiguity(drawn: list[tuple[int, flo
     for later, resolution_s, normal in drawn:
         time_s += later
         blows.append(Blow(float(time_s), resolution_s, *normal))
-    assert find_ambiguous(blows) == compare_with_all(blows)
+    assert find_ambiguous(blows) == find_ambiguous_by_definition(blows)
 
 
 def test_two_stored_impacts_suffice_for_long_sequences() -> None:
@@ -95,7 +95,7 @@ def test_two_stored_impacts_suffice_for_long_sequences() -> None:
         for _ in range(12):
             time_s += rng.randint(0, 3)
             blows.append(Blow(time_s, float(rng.randint(0, 6)), *rng.choice(DIRECTIONS)))
-        assert find_ambiguous(blows) == compare_with_all(blows), seed
+        assert find_ambiguous(blows) == find_ambiguous_by_definition(blows), seed
 
 
 def test_impacts_sharing_only_an_immovable_disc_are_unambiguous() -> None:

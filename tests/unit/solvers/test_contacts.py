@@ -8,8 +8,8 @@ import random
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.random_scenes import slowing
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.random_scenes import draw_table_friction_scene
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 from tests.unit.solvers.run_kinds import assert_same
 
 from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
@@ -21,12 +21,15 @@ FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
 DOWN = {"gravity_m_s2": (0.0, -10.0)}
 
 
-def modes_of(trace: Trace, disc: int = 0) -> list[Mode]:
+def list_modes(trace: Trace, disc: int = 0) -> list[Mode]:
     """Return how a disc moves, in order."""
-    return [Mode(after) for after in sure(trace.modes)["after"][sure(trace.modes)["disc"] == disc].tolist()]
+    return [
+        Mode(after)
+        for after in require_value(trace.modes)["after"][require_value(trace.modes)["disc"] == disc].tolist()
+    ]
 
 
-def sliding(**fields: float) -> Scene:
+def build_sliding_scene(**fields: float) -> Scene:
     """A disc that slides at 3 m/s, slows down by 2 m/s^2, and rolls from half a second on."""
     fields = {"wall_friction": 0.2, "duration_s": 2.0, **DOWN, **fields}  # type: ignore[dict-item]
     return staged("slide", disc_at(0.0, 0.5, 3.0), FLOOR, **fields)
@@ -34,7 +37,7 @@ def sliding(**fields: float) -> Scene:
 
 def test_trace_records_slide_and_roll_with_their_motion() -> None:
     """A trace records each contact mode with time, wall, position, velocity, spin and rates of change."""
-    modes = sure(solve_pic(sliding()).modes)
+    modes = require_value(solve_pic(build_sliding_scene()).modes)
     slide, roll = modes
     assert (slide["time_s"], slide["before"], slide["after"]) == (0.0, Mode.FLIGHT, Mode.SLIDE)
     assert (roll["time_s"], roll["before"], roll["after"]) == (0.5, Mode.SLIDE, Mode.ROLL)
@@ -46,10 +49,12 @@ def test_trace_records_slide_and_roll_with_their_motion() -> None:
 
 def test_flights_and_tracks_follow_a_disc_in_contact() -> None:
     """Flights, tracks and turning angles of a trace match the run's states while a disc slides and rolls."""
-    scene, times = sliding(), [0.1, 0.4, 0.5, 0.9, 1.7]
+    scene, times = build_sliding_scene(), [0.1, 0.4, 0.5, 0.9, 1.7]
     trace = solve_pic(scene, sample_times_s=times)
     (track,) = build_reference_tracks(trace)
-    assert track.positions_at(np.array(times)) == pytest.approx(sure(trace.samples).position_m[:, 0], abs=1e-15)
+    assert track.positions_at(np.array(times)) == pytest.approx(
+        require_value(trace.samples).position_m[:, 0], abs=1e-15
+    )
     assert track.convert_to_pull(np.array([0.0, -10.0]), 1e-4).positions_at(np.array(times)) == pytest.approx(
         track.positions_at(np.array(times)), abs=1e-4
     )
@@ -65,7 +70,7 @@ def test_disc_struck_from_below_its_centre_leaves_the_floor() -> None:
     """A small disc that rolls under a large one lifts it off the floor; its own floor impact is ambiguous."""
     scene = staged("under", disc_at(0.0, 0.25, 4.0, r=0.25), disc_at(3.0, 0.5), FLOOR, duration_s=0.75, **DOWN)
     trace = solve_pic(scene)
-    assert modes_of(trace, 1) == [Mode.REST, Mode.FLIGHT]
+    assert list_modes(trace, 1) == [Mode.REST, Mode.FLIGHT]
     assert trace.final_velocity_m_s[1, 1] != 0.0
     assert trace.impacts[["first", "second"]].tolist()[:2] == [(0, 1), (0, -1)]
     assert trace.ambiguous == (1,)
@@ -75,7 +80,7 @@ def test_disc_bounces_off_a_side_wall_and_stays_on_the_floor() -> None:
     """A bounce off a frictionless side wall, perpendicular to the floor, does not end contact with the floor."""
     scene = staged("side", disc_at(0.0, 0.5, 2.0), FLOOR, wall_at(2.0, 0.0, -1.0, 0.0), duration_s=2.0, **DOWN)
     trace = solve_pic(scene)
-    assert modes_of(trace) == [Mode.SLIDE]
+    assert list_modes(trace) == [Mode.SLIDE]
     assert trace.final_position_m.tolist() == [[-1.0, 0.5]]
     assert trace.final_velocity_m_s.tolist() == [[-2.0, 0.0]]
 
@@ -104,13 +109,13 @@ def test_resting_disc_does_not_end_the_run_of_others() -> None:
     """One disc rests on the floor from the start while another bounces seven times until the scene's end."""
     trace = solve_pic(staged("two", disc_at(0.0, 0.5), disc_at(5.0, 3.0), FLOOR, duration_s=10.0, **DOWN))
     assert trace.outcome is Outcome.COMPLETED
-    assert modes_of(trace) == [Mode.REST]
+    assert list_modes(trace) == [Mode.REST]
     assert len(trace.impacts) == 7
 
 
 def test_window_keeps_only_the_modes_within_it() -> None:
     """A trace of the window from 0.25 s to 1 s has only the mode that begins at 0.5 s."""
-    modes = sure(solve_pic(sliding(), window_s=(0.25, 1.0)).modes)
+    modes = require_value(solve_pic(build_sliding_scene(), window_s=(0.25, 1.0)).modes)
     assert modes["time_s"].tolist() == [0.5]
 
 
@@ -131,13 +136,17 @@ def test_event_loop_with_contact_matches_all_pairs_to_the_bit() -> None:
     )
     # Two that come head-on, before a third reaches a wall.
     pair = disc_at(0, 1, 0, 3), disc_at(0, 5, 0, -3), disc_at(9, 1.5, 0, -1), FLOOR
-    scenes = [rain, staged("table", *pair, table_deceleration_m_s2=0.1, duration_s=2.0), *map(slowing, range(3))]
+    scenes = [
+        rain,
+        staged("table", *pair, table_deceleration_m_s2=0.1, duration_s=2.0),
+        *map(draw_table_friction_scene, range(3)),
+    ]
     runs = [assert_same(scene, 10_000) for scene in scenes]
     assert runs[0].impacts > 100
     assert runs[0].log.modes() is not None
 
 
-def over_an_edge(speed: float, *points: tuple[float, float], **fields: float) -> Trace:
+def run_over_edge(speed: float, *points: tuple[float, float], **fields: float) -> Trace:
     """Run a disc that rolls along a line of edges from (0, 0) on."""
     disc = disc_at(0.0, 0.5, speed, spin_rad_s=-2.0 * speed)
     laws = {"wall_friction": 0.5, "wall_restitution": 0.0, "duration_s": 1.0, **DOWN, **fields}
@@ -147,10 +156,10 @@ def over_an_edge(speed: float, *points: tuple[float, float], **fields: float) ->
 @each("speed, flies", [(3.0, True), (math.sqrt(5.0), True), (2.2, False)])
 def test_rolling_disc_flies_off_an_edge_if_fast_enough(speed: float, flies: bool) -> None:
     """A rolling disc flies off the end of an edge if u^2 >= g R, here 5; a slower one ends the run with EDGE."""
-    trace = over_an_edge(speed, (1.0, 0.0))
+    trace = run_over_edge(speed, (1.0, 0.0))
     if flies:
         assert trace.outcome is Outcome.COMPLETED
-        assert modes_of(trace) == [Mode.ROLL, Mode.FLIGHT]
+        assert list_modes(trace) == [Mode.ROLL, Mode.FLIGHT]
         assert trace.final_position_m[0] == pytest.approx((speed, 0.5 - 5.0 * (1.0 - 1.0 / speed) ** 2), abs=1e-15)
     else:
         assert trace.outcome is Outcome.EDGE
@@ -175,23 +184,23 @@ def test_run_ends_where_a_floor_bends_into_an_arc() -> None:
 
 def test_rolling_over_collinear_joints_changes_no_bit() -> None:
     """A disc rolls over joints of collinear edges with the same bits as over a single edge."""
-    whole, pieces = over_an_edge(3.0, (1.0, 0.0)), over_an_edge(3.0, (-2.0, 0.0), (0.25, 0.0), (1.0, 0.0))
+    whole, pieces = run_over_edge(3.0, (1.0, 0.0)), run_over_edge(3.0, (-2.0, 0.0), (0.25, 0.0), (1.0, 0.0))
     assert pieces.final_position_m.tobytes() == whole.final_position_m.tobytes()
-    assert sure(pieces.modes).tobytes() == sure(whole.modes).tobytes()
+    assert require_value(pieces.modes).tobytes() == require_value(whole.modes).tobytes()
 
 
 def test_rolling_disc_hits_a_rising_edge_of_the_same_wall() -> None:
     """A rolling disc has one impact where its wall turns upwards, and goes on rolling up the slope."""
-    trace = over_an_edge(3.0, (1.0, 0.0), (4.0, 3.0))
+    trace = run_over_edge(3.0, (1.0, 0.0), (4.0, 3.0))
     assert len(trace.impacts) == 1
     foot = 1.0 - 0.5 * math.tan(math.pi / 8)  # the rim touches both there
     assert trace.impacts["time_s"][0] == pytest.approx(foot / 3.0)
-    assert modes_of(trace)[:3] == [Mode.ROLL, Mode.FLIGHT, Mode.ROLL]
+    assert list_modes(trace)[:3] == [Mode.ROLL, Mode.FLIGHT, Mode.ROLL]
 
 
 def test_disc_flies_over_a_bend_and_lands_on_the_slope() -> None:
     """A disc that rolls onto a falling slope flies at first and lands where its parabola meets the slope."""
-    trace = over_an_edge(3.0, (1.0, 0.0), (9.0, -6.0), wall_friction=0.0)
+    trace = run_over_edge(3.0, (1.0, 0.0), (9.0, -6.0), wall_friction=0.0)
     (impact,) = trace.impacts
     # Rims are R off the slope: with (4, -3)/5 along it and (3, 4)/5 its normal, from the joint on.
     g, u, n = 10.0, 3.0, (0.6, 0.8)
@@ -201,9 +210,9 @@ def test_disc_flies_over_a_bend_and_lands_on_the_slope() -> None:
 
 def test_slow_disc_comes_to_rest_before_the_end_of_an_edge() -> None:
     """A disc slowed by rolling resistance rests at 0.15 m; the end of the edge at 0.3 m has no effect."""
-    trace = over_an_edge(1.0, (0.3, 0.0), wall_rolling_resistance=0.5, duration_s=3.0)
+    trace = run_over_edge(1.0, (0.3, 0.0), wall_rolling_resistance=0.5, duration_s=3.0)
     assert trace.outcome is Outcome.COMPLETED
-    assert modes_of(trace) == [Mode.ROLL, Mode.REST]
+    assert list_modes(trace) == [Mode.ROLL, Mode.REST]
     assert trace.final_position_m[0, 0] == pytest.approx(1.5 / (2 * 0.5 * 10.0))
 
 
@@ -218,7 +227,7 @@ def test_landing_conserves_angular_momentum_about_the_floor() -> None:
         disc = Disc(position_m=(0, 1), velocity_m_s=(1, -w), radius_m=1, spin_rad_s=spin, inertia_factor=ratio)
         fields = {"wall_restitution": e, "wall_friction": 0.5, "wall_rolling_resistance": resistance, "duration_s": 1.0}
         trace = solve_pic(staged("lands", disc, FLOOR, **DOWN, **fields))
-        assert modes_of(trace)[-1] is Mode.ROLL
-        assert spin != -1.0 + 1e-10 or modes_of(trace) == [Mode.ROLL]  # the first of them takes it
-        found = trace.final_velocity_m_s[0, 0] - ratio * sure(trace.final_spin_rad_s)[0]
+        assert list_modes(trace)[-1] is Mode.ROLL
+        assert spin != -1.0 + 1e-10 or list_modes(trace) == [Mode.ROLL]  # the first of them takes it
+        found = trace.final_velocity_m_s[0, 0] - ratio * require_value(trace.final_spin_rad_s)[0]
         assert found == pytest.approx(1.0 - ratio * spin, abs=4e-14)

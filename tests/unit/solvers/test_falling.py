@@ -12,7 +12,7 @@ from carom.solvers.event_driven.run import EventDrivenRun
 GRAVITY = {"gravity_m_s2": (0.0, -1.0)}
 
 
-def touching_the_floor(speed: float) -> Scene:
+def build_touching_scene(speed: float) -> Scene:
     """A disc 1,000 m from the origin that touches the floor and goes into it at a speed."""
     disc = Disc(position_m=(1000.0, 0.5), velocity_m_s=(0.0, -speed), radius_m=0.5)
     return Scene(name="floor", duration_s=1e-6, discs=[disc], walls=[_FLOOR], restitution=1.0, **GRAVITY)
@@ -28,7 +28,7 @@ _HOP_M_S = math.sqrt(2 * 5 * 2.0**-52 * 1001.0)
 @each("part, rests, impacts", [(0.9, True, 0), (1.1, False, 1)])
 def test_disc_rests_if_its_hop_is_below_the_accuracy_of_its_gap(part: float, rests: bool, impacts: int) -> None:
     """A disc on a floor rests at 0.9 times the speed of a hop as high as its gap's accuracy, and bounces at 1.1."""
-    trace = solve_pic(touching_the_floor(part * _HOP_M_S))
+    trace = solve_pic(build_touching_scene(part * _HOP_M_S))
     assert (trace.modes is not None, len(trace.impacts)) == (rests, impacts)
 
 
@@ -48,7 +48,7 @@ def test_300_bounces_on_an_immovable_disc_do_not_drift() -> None:
 _PLACES = (-0.4, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.4)
 
 
-def gap_after_a_fall(x: float, wall: Chain | Disc, reach: Fraction, height: Fraction) -> Fraction:
+def compute_gap_after_fall(x: float, wall: Chain | Disc, reach: Fraction, height: Fraction) -> Fraction:
     """Return how far a disc's rim is from a wall after its first impact there, whose circle's centre is at a height."""
     disc = Disc(position_m=(x, 1.7), velocity_m_s=(0.1, 0.4), radius_m=0.25)
     discs, walls = ([wall, disc], []) if isinstance(wall, Disc) else ([disc], [wall])
@@ -65,7 +65,7 @@ def test_gap_at_impact_on_a_500_km_arc_is_that_on_a_floor(inside: bool) -> None:
     arc = Chain(points_m=points, bulges=[float(bulge)], half_width_m=0.125)
     size, height = (1 + bulge**2) / (2 * bulge), (1 - bulge**2) / (2 * bulge)  # of a chord of two metres
     circle = (size - thick, height) if inside else (size + thick, -height)
-    assert max(gap_after_a_fall(x, arc, *circle) for x in _PLACES) < Fraction(1, 2**52)
+    assert max(compute_gap_after_fall(x, arc, *circle) for x in _PLACES) < Fraction(1, 2**52)
 
 
 def test_gap_at_impact_on_a_1000_km_disc_is_that_on_a_floor() -> None:
@@ -73,7 +73,7 @@ def test_gap_at_impact_on_a_1000_km_disc_is_that_on_a_floor() -> None:
     size = 1e6 + 0.7
     large = Disc(position_m=(0, -size), radius_m=size, mass_kg=math.inf)
     reach = Fraction(size) + Fraction(1, 4)
-    assert max(gap_after_a_fall(x, large, reach, -Fraction(size)) for x in _PLACES) < Fraction(1, 2**52)
+    assert max(compute_gap_after_fall(x, large, reach, -Fraction(size)) for x in _PLACES) < Fraction(1, 2**52)
 
 
 @each("bulge", [0.25, 1e-3, 1e-6, 1e-9])

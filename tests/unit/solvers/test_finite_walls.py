@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import disc_at, sure, wall_at
-from tests.unit.core.feature_times import in_core
+from tests.scene_builders import disc_at, require_value, wall_at
+from tests.unit.core.feature_times import build_wall_features
 from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
@@ -24,16 +24,16 @@ CUP = Chain(points_m=[(-1, 0), (1, 0)], bulges=[1])
 CHANNEL = Chain(points_m=[(-1, 2), *CUP.points_m, (1, 2)], bulges=[0, 1, 0])
 
 
-def table(*bodies: Any, **fields: Any) -> Scene:
+def build_scene(*bodies: Any, **fields: Any) -> Scene:
     """Return a scene of discs and walls in any order."""
     discs = [body for body in bodies if isinstance(body, Disc)]
     walls = [body for body in bodies if not isinstance(body, Disc)]
     return Scene(name="table", discs=discs, walls=walls, **{"duration_s": 10.0, **fields})
 
 
-def edges(trace: Trace) -> list[tuple[int, int]]:
+def list_edges(trace: Trace) -> list[tuple[int, int]]:
     """Return the edges of a trace."""
-    return [tuple(edge) for edge in sure(trace.edges).tolist()]
+    return [tuple(edge) for edge in require_value(trace.edges).tolist()]
 
 
 def test_fast_disc_does_not_tunnel_through_a_thin_wall() -> None:
@@ -41,10 +41,10 @@ def test_fast_disc_does_not_tunnel_through_a_thin_wall() -> None:
     line = Chain(points_m=[(0, -1), (0, 1)])
     for side in (-1.0, 1.0):
         disc = disc_at(side * 10, 0.1, -side * 1e6, r=1e-3)
-        trace = solve_pic(table(disc, line, duration_s=1.0))
+        trace = solve_pic(build_scene(disc, line, duration_s=1.0))
         assert trace.impacts["time_s"].tolist() == [9.999e-6]
         assert trace.final_velocity_m_s.tolist() == [[side * 1e6, 0.0]]
-        assert edges(trace) == [(0, FACE)]
+        assert list_edges(trace) == [(0, FACE)]
 
 
 def test_disc_that_hops_beyond_an_edge_does_not_hit_it_again() -> None:
@@ -54,26 +54,26 @@ def test_disc_that_hops_beyond_an_edge_does_not_hit_it_again() -> None:
     """
     hop = {"gravity_m_s2": (0.0, -0.25), "duration_s": 2.5}
     for speed, bodies in ((0.25, 0), (0.1, 1)):  # it would come back to the edge's line after two seconds
-        trace = solve_pic(table(disc_at(1.75, 2.5, speed, 0.25, r=0.5), Chain(points_m=[(-2, 2), (2, 2)]), **hop))
+        trace = solve_pic(build_scene(disc_at(1.75, 2.5, speed, 0.25, r=0.5), Chain(points_m=[(-2, 2), (2, 2)]), **hop))
         assert trace.impacts["time_s"].tolist() == [2.0] * bodies
     ramp = Chain(points_m=[(-2, 2), (2, 2), (4, 1)])
     for solved in (solve_pic, lambda scene: solve_pit(scene, frame_rate_hz=1e5)):
-        trace = solved(table(disc_at(1.75, 2.5, 0.25, 0.25, r=0.5), ramp, **hop))
+        trace = solved(build_scene(disc_at(1.75, 2.5, 0.25, 0.25, r=0.5), ramp, **hop))
         # The gap to the ramp's line, times sqrt(5): 0.75 (1 + t) - t^2 / 4 - sqrt(5) / 2.
         met_s = 1.5 + 2.0 * math.sqrt(0.5625 - (0.5 * math.sqrt(5.0) - 0.75))
         assert trace.impacts["time_s"].tolist() == pytest.approx([met_s], abs=1e-5 if trace.dt_s else 1e-14)
-        assert edges(trace) == [(1, FACE)]
+        assert list_edges(trace) == [(1, FACE)]
 
 
 def test_impact_on_a_merged_face_names_the_edge_below_the_disc() -> None:
     """An impact on a floor of four collinear edges names the edge below the disc; at a seam, the lower number."""
     floor = Chain(points_m=[(0, 0), (1, 0), (2, 0), (3, 0), (4, 0)])
     for x, edge in ((0.5, 0), (1.0, 0), (2.5, 2), (3.75, 3)):
-        scene = table(disc_at(x, 2, 0, -1), floor)
+        scene = build_scene(disc_at(x, 2, 0, -1), floor)
         trace, plain = solve_pic(scene), all_pairs(scene)
         plain.advance_to(10.0)
-        assert (trace.impacts["time_s"].tolist(), edges(trace)) == ([1.5], [(edge, FACE)])
-        assert sure(plain.log.edges()).tolist() == [(edge, FACE)]
+        assert (trace.impacts["time_s"].tolist(), list_edges(trace)) == ([1.5], [(edge, FACE)])
+        assert require_value(plain.log.edges()).tolist() == [(edge, FACE)]
 
 
 @each(
@@ -85,15 +85,15 @@ def test_impact_on_a_merged_face_names_the_edge_below_the_disc() -> None:
 )
 def test_overlap_began_depth_over_speed_ago(feature: Face | Arc, x: float, since_s: float) -> None:
     """The overlap of a disc at 2 m/s with a face or a vertex began depth over speed ago."""
-    assert in_core(feature).overlap_start(0, Mover.at((x, 0.0), (-2.0, 0.0), 0.5)) == since_s
+    assert build_wall_features(feature).overlap_start(0, Mover.at((x, 0.0), (-2.0, 0.0), 0.5)) == since_s
 
 
 def test_simultaneous_wall_impacts_are_ordered_by_edge() -> None:
     """A disc that reaches both edges of a right-angled corner at 1.5 s hits the edge of lower number first."""
     corner = Chain(points_m=[(9, 0), (0, 0), (0, 9)])
-    trace = solve_pic(table(disc_at(2, 2, -1, -1), corner))
+    trace = solve_pic(build_scene(disc_at(2, 2, -1, -1), corner))
     assert trace.impacts["time_s"].tolist() == [1.5, 1.5]
-    assert edges(trace) == [(0, FACE), (1, FACE)]
+    assert list_edges(trace) == [(0, FACE), (1, FACE)]
     assert trace.final_velocity_m_s.tolist() == [[1.0, 1.0]]
 
 
@@ -117,7 +117,7 @@ def test_corners_are_ambiguous_unless_the_order_is_irrelevant(
     # To rounding both faces are met at one instant.
     start, velocity = (apex + 2) * way, -way
     disc = disc_at(start.real, start.imag, velocity.real, velocity.imag, r=1.0)
-    trace = solve_pic(table(disc, Chain(points_m=corner), **fields))
+    trace = solve_pic(build_scene(disc, Chain(points_m=corner), **fields))
     assert len(trace.impacts) >= 2
     assert bool(trace.ambiguous) is ambiguous
 
@@ -131,13 +131,13 @@ def test_corners_are_ambiguous_unless_the_order_is_irrelevant(
 )
 def test_gliding_along_an_arc_ends_the_run(disc: Disc, wall: Any, time_s: float) -> None:
     """Contact with an arc without approach ends PIC, also frame-wise, with GLIDES and a note on disc and wall."""
-    for trace in (solve_pic(table(disc, wall)), solve_pic_framewise(table(disc, wall))):
+    for trace in (solve_pic(build_scene(disc, wall)), solve_pic_framewise(build_scene(disc, wall))):
         assert trace.outcome is Outcome.GLIDES
         assert (trace.end_time_s, len(trace.impacts)) == (time_s, 0)
         assert trace.notes == (f"disc 0 glides along wall 0 from {time_s:g} s on",)
 
 
-def pushed(rnd: random.Random) -> tuple[Scene, float]:
+def draw_pushed_disc(rnd: random.Random) -> tuple[Scene, float]:
     """Return a disc that a bar takes along into a ring, and when it comes there; the bar gives nothing back."""
     ring, radius, turn, gap, speed = (
         rnd.uniform(*ends) for ends in ((1.5, 3), (0.1, 0.4), (0.3, 0.75), (0.1, 0.5), (0.2, 1))
@@ -148,27 +148,27 @@ def pushed(rnd: random.Random) -> tuple[Scene, float]:
         Ring(centre_m=(0, 0), radius_m=ring, restitution=rnd.choice((0.0, 0.5, 1.0))),
         Chain(points_m=ends, velocity_m_s=(speed, 0), restitution=0.0),
     ]
-    return table(Disc(position_m=(x, y), radius_m=radius), *rnd.sample(walls, 2)), gap / speed
+    return build_scene(Disc(position_m=(x, y), radius_m=radius), *rnd.sample(walls, 2)), gap / speed
 
 
-def slid(rnd: random.Random) -> tuple[Scene, float]:
+def draw_sliding_disc(rnd: random.Random) -> tuple[Scene, float]:
     """Return a disc that slides along the side of a stadium, and the time at which it reaches its round end."""
     x, y, length, height, vx, vy = (rnd.uniform(*ends) for ends in ((-3, 0), (-3, 0), (1, 4), (1, 3), (0.5, 2), (4, 9)))
     corners = [(x, y), (x + length, y), (x + length, y + height), (x, y + height)]
     stadium = Chain(points_m=corners, bulges=[0, 1, 0, 1], closed=True, restitution=0.0)
     disc = Disc(position_m=(x + 0.1, y + 0.5 * height), velocity_m_s=(vx, -vy), radius_m=height / 5)
-    return table(disc, stadium), (length - 0.1) / vx
+    return build_scene(disc, stadium), (length - 0.1) / vx
 
 
 @pytest.mark.long
 @each(
     "drawn, fields",
     [
-        (pushed, {}),
-        (slid, {}),
-        (slid, {"damping_per_s": 1e-9}),
-        (slid, {"table_deceleration_m_s2": 1e-9}),
-        (slid, {"gravity_m_s2": (1e-9, 0.0)}),
+        (draw_pushed_disc, {}),
+        (draw_sliding_disc, {}),
+        (draw_sliding_disc, {"damping_per_s": 1e-9}),
+        (draw_sliding_disc, {"table_deceleration_m_s2": 1e-9}),
+        (draw_sliding_disc, {"gravity_m_s2": (1e-9, 0.0)}),
     ],
 )
 def test_gliding_along_an_arc_is_detected_despite_rounding(
@@ -187,7 +187,7 @@ def test_gliding_along_an_arc_is_detected_despite_rounding(
     # One that is pushed may turn back and forth on a last bit, at one instant.
     ends = Outcome.AT_REST if "gravity_m_s2" in fields else Outcome.GLIDES
     assert ends in outcomes
-    assert outcomes <= {ends, Outcome.STANDSTILL} if drawn is pushed else outcomes == {ends}
+    assert outcomes <= {ends, Outcome.STANDSTILL} if drawn is draw_pushed_disc else outcomes == {ends}
 
 
 @each("restitution", [0.0, 0.2, 0.5, 0.9])
@@ -200,7 +200,7 @@ def test_disc_in_an_inelastic_ring_glides_after_infinite_impacts(restitution: fl
         rnd = random.Random(number)
         (x, y), (vx, vy) = ((rnd.uniform(-0.5, 0.5), rnd.uniform(0.1, 0.5)), (rnd.uniform(0.2, 1), rnd.uniform(-1, 1)))
         ring, radius = rnd.uniform(1, 3), rnd.uniform(0.1, 0.4)
-        scene = table(
+        scene = build_scene(
             disc_at(x, y, vx, vy, r=radius),
             Ring(centre_m=(0, 0), radius_m=ring),
             wall_restitution=restitution,
@@ -223,11 +223,11 @@ def test_disc_as_wide_as_a_half_circle_bounces_straight_back(g: float, time_s: f
     for wall, ulps in ((CUP, (-1, 0)), (CHANNEL, (-4, -2, -1, 0, 2))):
         for radius in (1.0 + 2.0**-53 * n for n in ulps):
             disc, wide = disc_at(0, 1, 0, -1, r=radius), {"gravity_m_s2": (0, -g), "wall_restitution": 0.5}
-            trace = solve_pic(table(disc, wall, **wide, duration_s=1.25))
+            trace = solve_pic(build_scene(disc, wall, **wide, duration_s=1.25))
             assert (len(trace.impacts), trace.ambiguous) == (1, ())
             assert trace.impacts["time_s"][0] == pytest.approx(time_s, abs=1e-15)
             assert trace.impacts["velocity_first_after"][0] == pytest.approx((0, 0.5 * (1 + g * time_s)), abs=1e-15)
-            assert edges(trace)[0][1] == ARC
+            assert list_edges(trace)[0][1] == ARC
 
 
 @each("restitution", [1.0, 0.5])
@@ -236,13 +236,13 @@ def test_disc_that_fills_its_ring_ends_in_standstill(restitution: float) -> None
     halves = Chain(points_m=[(-1, 0), (1, 0)], bulges=[1, 1], closed=True)
     hook = Chain(points_m=[(-1, -0.75), (1, -0.75)], bulges=[-2])
     for ring, radius in ((Ring(centre_m=(0, 0), radius_m=1), 1), (halves, 1), (hook, 1.25)):
-        trace = solve_pic(table(disc_at(0, 0, 0.25, 0.5, r=radius), ring, wall_restitution=restitution))
+        trace = solve_pic(build_scene(disc_at(0, 0, 0.25, 0.5, r=radius), ring, wall_restitution=restitution))
         assert trace.outcome is Outcome.STANDSTILL
         assert trace.end_time_s < 1e-12
         assert np.abs(trace.final_position_m).max() < 1e-12
 
 
-def wide(number: int) -> Scene:
+def draw_wide_disc(number: int) -> Scene:
     """Return a disc, about as wide as an arc, that approaches it along its axis or in another direction."""
     rnd = random.Random(number)
     bulge, (u, v) = rnd.choice((1, 1, 0.5, 0.25, 2, 1 - 2**-40)), rnd.choice(((0, -1), (0, -1), (3, -4), (-1, -2)))
@@ -257,7 +257,7 @@ def wide(number: int) -> Scene:
         place.real, place.imag, speed.real, speed.imag, r=across * abs(turn) * (1 + rnd.randint(-9, 4) * 2**-52)
     )
     wall = Chain(points_m=[(end.real, end.imag) for end in ends], bulges=bulges)
-    return table(disc, wall, wall_restitution=rnd.choice((1.0, 0.5)), duration_s=5.0)
+    return build_scene(disc, wall, wall_restitution=rnd.choice((1.0, 0.5)), duration_s=5.0)
 
 
 @each("first", release_after(1, range(0, 1000, 50)))
@@ -266,7 +266,7 @@ def test_disc_does_not_slip_through_an_arc_of_its_own_width(first: int) -> None:
     kept = 0
     for number in range(first, first + 50):
         try:
-            scene = wide(number)
+            scene = draw_wide_disc(number)
         except CaromError:  # it overlaps the wall at the start
             continue
         trace, kept = solve_pic(scene, max_impacts=100), kept + 1
@@ -286,7 +286,7 @@ def test_all_chords_of_a_circle_take_the_same_time() -> None:
     """A disc takes the same time for each of 60 chords of a ring, to 1e-13, also across new epochs."""
     around, box = Ring(centre_m=(0, 0), radius_m=5.0), [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
     discs = (disc_at(0, 3, 3, 0.1, r=0.25), disc_at(0, 0, 0.9, 0.37, r=0.1))
-    trace = solve_pic(table(*discs, around, Chain(points_m=box, closed=True), duration_s=1e3), max_impacts=300)
+    trace = solve_pic(build_scene(*discs, around, Chain(points_m=box, closed=True), duration_s=1e3), max_impacts=300)
     assert trace.counts["epochs"] == 4
     chords = np.diff(trace.impacts["time_s"][trace.impacts["first"] == 0])
     assert len(chords) == 60
@@ -295,7 +295,7 @@ def test_all_chords_of_a_circle_take_the_same_time() -> None:
     np.testing.assert_allclose(chords, 2 * math.sqrt(4.75**2 - 81 / square) / math.sqrt(square), rtol=1e-13)
 
 
-def cut(points: list[tuple[float, float]], n: int, closed: bool) -> list[tuple[float, float]]:
+def split_edges(points: list[tuple[float, float]], n: int, closed: bool) -> list[tuple[float, float]]:
     """Return the points of a chain each edge of which is in n pieces; n is a power of two, so no point is rounded."""
     ends = [*points[1:], *points[:1]]
     found = [
@@ -306,16 +306,16 @@ def cut(points: list[tuple[float, float]], n: int, closed: bool) -> list[tuple[f
     return found if closed else found[: n * (len(points) - 1) + 1]
 
 
-def pieces(n: int, seed: int) -> Scene:
+def build_split_table(n: int, seed: int) -> Scene:
     """Return a table with a re-entrant corner, a thick bar and an island, all of which are in n pieces an edge."""
     draw = random.Random(seed)
     room = [(0.0, 0.0), (8.0, 0.0), (8.0, 4.0), (4.0, 4.0), (4.0, 8.0), (0.0, 8.0)]
-    return table(
+    return build_scene(
         disc_at(2, 2, draw.gauss(0, 1), draw.gauss(0, 1), r=0.25),
         disc_at(1, 1, draw.gauss(0, 1), draw.gauss(0, 1), r=0.25, m=2),
-        Chain(points_m=cut(room, n, closed=True), closed=True),
-        Chain(points_m=cut([(1.0, 5.0), (3.0, 7.0)], n, closed=False), half_width_m=0.125),
-        Chain(points_m=cut([(5.0, 1.0), (7.0, 1.0), (6.0, 2.5)], n, closed=True), closed=True, solid=True),
+        Chain(points_m=split_edges(room, n, closed=True), closed=True),
+        Chain(points_m=split_edges([(1.0, 5.0), (3.0, 7.0)], n, closed=False), half_width_m=0.125),
+        Chain(points_m=split_edges([(5.0, 1.0), (7.0, 1.0), (6.0, 2.5)], n, closed=True), closed=True, solid=True),
         duration_s=100.0,
     )
 
@@ -323,21 +323,21 @@ def pieces(n: int, seed: int) -> Scene:
 @each("seed", release_after(2, range(4)))
 def test_splitting_edges_changes_no_bit(seed: int) -> None:
     """Points exactly on an edge change no bit of any impact or final position, only the numbers of edges."""
-    whole = solve_pic(pieces(1, seed), max_impacts=60)
+    whole = solve_pic(build_split_table(1, seed), max_impacts=60)
     assert len(whole.impacts) == 60
     for n in (2, 8):
-        parts = solve_pic(pieces(n, seed), max_impacts=60)
+        parts = solve_pic(build_split_table(n, seed), max_impacts=60)
         assert parts.impacts.tobytes() == whole.impacts.tobytes()
         assert parts.final_position_m.tobytes() == whole.final_position_m.tobytes()
-        of_whole = [(edge // n if edge >= 0 else edge, kind) for edge, kind in edges(parts)]
-        assert [kind for _, kind in of_whole] == [kind for _, kind in edges(whole)]
+        of_whole = [(edge // n if edge >= 0 else edge, kind) for edge, kind in list_edges(parts)]
+        assert [kind for _, kind in of_whole] == [kind for _, kind in list_edges(whole)]
 
 
 def test_pieces_field_changes_no_impact_of_pic_and_pit() -> None:
     """The number of pieces that a wall requests from engines changes no bit of PIC's and PIT's impacts."""
     disc = disc_at(0.5, 0.3, 0.7, 1)
     for solve in (solve_pic, solve_pit):
-        one, many = (solve(table(disc, STADIUM.model_copy(update={"pieces": n}))) for n in (1, 9))
+        one, many = (solve(build_scene(disc, STADIUM.model_copy(update={"pieces": n}))) for n in (1, 9))
         assert one.impacts.tobytes() == many.impacts.tobytes()
 
 
@@ -345,20 +345,20 @@ def test_wall_restitution_and_friction_override_the_scene() -> None:
     """The restitution and friction of a wall replace those of the scene."""
     disc = disc_at(0, 0, 4)
     walls = (wall_at(2, 0, -1, 0, restitution=0.5), Chain(points_m=[(-2, -1), (-2, 1)], restitution=0.25))
-    trace = solve_pic(table(disc, *walls, wall_restitution=0.9))
+    trace = solve_pic(build_scene(disc, *walls, wall_restitution=0.9))
     assert trace.impacts["velocity_first_after"][:, 0].tolist()[:3] == [-2.0, 0.5, -0.25]
-    rough = table(disc_at(0, 2, 1, -1), Chain(points_m=[(-9, 0), (9, 0)], friction=0.1))
+    rough = build_scene(disc_at(0, 2, 1, -1), Chain(points_m=[(-9, 0), (9, 0)], friction=0.1))
     # Coulomb: the tangential velocity loses friction times what the normal one changes by.
     assert solve_pic(rough).final_velocity_m_s.tolist()[0] == pytest.approx([1.0 - 0.1 * 2.0, 1.0], abs=1e-15)
 
 
 def test_pit_takes_the_normal_from_the_nearest_wall_point() -> None:
     """PIT finds a wall's vertex less than 1/60 s late, with the normal from the nearest point at that frame."""
-    scene = table(disc_at(-3, 1.25, 1), Chain(points_m=[(0, -1), (0, 1)]))
+    scene = build_scene(disc_at(-3, 1.25, 1), Chain(points_m=[(0, -1), (0, 1)]))
     exact, found = solve_pic(scene), solve_pit(scene)
     late = found.impacts["time_s"][0] - exact.impacts["time_s"][0]
     assert 0.0 <= late < 1 / 60
-    assert edges(found) == edges(exact) == [(0, VERTEX)]
+    assert list_edges(found) == list_edges(exact) == [(0, VERTEX)]
     x = -3 + float(found.impacts["time_s"][0])
     distance = math.hypot(x, 0.25)
     np.testing.assert_allclose(found.impacts["normal"][0], (-x / distance, -0.25 / distance), atol=1e-15)
@@ -368,7 +368,7 @@ def test_disc_bounces_along_a_floor_and_falls_beyond_its_end() -> None:
     """Under gravity a disc bounces on a floor at 0.5 s and 1.5 s, then falls beyond the floor's end."""
     floor = Chain(points_m=[(-2, 0), (2, 0)])
     disc = disc_at(0, 1.25, 1, r=0.25)
-    trace = solve_pic(table(disc, floor, gravity_m_s2=(0, -8), duration_s=9.0))
+    trace = solve_pic(build_scene(disc, floor, gravity_m_s2=(0, -8), duration_s=9.0))
     # h = 1 m: falls at .5, 1.5 s; at 2.5 s the centre is .5 m beyond the end.
     assert trace.impacts["time_s"].tolist() == [0.5, 1.5]
     assert trace.outcome is Outcome.COMPLETED
@@ -378,7 +378,7 @@ def test_disc_bounces_along_a_floor_and_falls_beyond_its_end() -> None:
 def test_bouncing_disc_comes_to_rest_in_a_bowl() -> None:
     """A disc with e = 0.5 in a bowl ends with AT_REST after the sum of its infinitely many bounces, to 1e-6."""
     bowl = Ring(centre_m=(0, 0), radius_m=2.25)
-    scene = table(disc_at(0, 1, r=0.25), bowl, gravity_m_s2=(0, -8), wall_restitution=0.5, duration_s=60.0)
+    scene = build_scene(disc_at(0, 1, r=0.25), bowl, gravity_m_s2=(0, -8), wall_restitution=0.5, duration_s=60.0)
     trace = solve_pic(scene)
     assert trace.outcome is Outcome.AT_REST
     # The first fall of 3 m takes sqrt(6/8); each flight after it is half as long as the one before: 2 e/(1-e) of it.

@@ -72,7 +72,7 @@ def test_invalid_goal_has_the_same_error_in_every_run(name: str, goal: tuple[Any
     assert len(run.log) == 0
 
 
-def rough_start(**changes: Any) -> DiscArrays:
+def build_rough_start(**changes: Any) -> DiscArrays:
     position, velocity = np.array([[0.0, 0.0], [3.0, 0.0], [6.0, 1.0]]), np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
     fields = {"radius_m": np.full(3, 0.5), "mass_kg": np.ones(3), "inertia_factor": np.full(3, 0.5), "friction": 0.25}
     walls = ((9.0, 0.0, -1.0, 0.0),)
@@ -102,12 +102,12 @@ def test_resuming_from_another_scene_names_the_difference(name: str, value: Any,
 
     Another initial position is allowed: positions are part of the state.
     """
-    run = EventDrivenRun(rough_start())
+    run = EventDrivenRun(build_rough_start())
     run.advance_to(1.0)
     with pytest.raises(InputError) as refusal:
-        EventDrivenRun(rough_start(**{name: value}), resume=run.state())
+        EventDrivenRun(build_rough_start(**{name: value}), resume=run.state())
     assert str(refusal.value) == f"resume must be the state of a run of the same {name}: {message}"
-    elsewhere = rough_start(position_m=rough_start().position_m + 0.25)
+    elsewhere = build_rough_start(position_m=build_rough_start().position_m + 0.25)
     assert EventDrivenRun(elsewhere, resume=run.state()).positions().tobytes() == run.positions().tobytes()
 
 
@@ -132,21 +132,21 @@ def test_every_disc_arrays_field_is_compared_or_excluded() -> None:
 def test_resuming_from_an_incompatible_state_is_refused() -> None:
     """A state with another disc count, spin or contact time, or an object that is no state, is refused."""
     smooth = {"friction": 0.0, "inertia_factor": None}
-    state, bare = EventDrivenRun(rough_start()).state(), EventDrivenRun(rough_start(**smooth)).state()
+    state, bare = EventDrivenRun(build_rough_start()).state(), EventDrivenRun(build_rough_start(**smooth)).state()
     fewer = DiscArrays(np.zeros((1, 2)), np.zeros((1, 2)), np.full(1, 0.5), np.ones(1))
     for start, resume, message in (
         (fewer, state, "a run of 1 discs, got one of 3"),
-        (rough_start(), bare, "a run with friction or spin, like this run, got one without"),
-        (rough_start(**smooth), state, "a run without friction or spin, like this run, got one with"),
+        (build_rough_start(), bare, "a run with friction or spin, like this run, got one without"),
+        (build_rough_start(**smooth), state, "a run without friction or spin, like this run, got one with"),
     ):
         with pytest.raises(InputError) as refusal:
             EventDrivenRun(start, resume=resume)
         assert str(refusal.value) == f"resume must be the state of {message}"
     with pytest.raises(InputError, match=r"a run of the same contact_duration_s: 0\.5, got 0\.0"):
-        EventDrivenRun(rough_start(), contact_duration_s=0.5, resume=state)
+        EventDrivenRun(build_rough_start(), contact_duration_s=0.5, resume=state)
     wrong: Any = {"time_s": 1.0}
     with pytest.raises(InputError, match=r"resume must be what EventDrivenRun.state\(\) returns, got {'time_s': 1.0}"):
-        EventDrivenRun(rough_start(), resume=wrong)
+        EventDrivenRun(build_rough_start(), resume=wrong)
 
 
 def test_options_are_immutable_and_equal_by_value() -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
-from tests.scene_builders import disc_at, line, staged, wall_at
+from tests.scene_builders import build_line_scene, disc_at, staged, wall_at
 
 from carom.errors import InputError
 from carom.model.scene import Disc
@@ -18,7 +18,7 @@ from carom.solvers.pic import solve_pic, start_pic_run
 from carom.solvers.reference.algorithm_2 import solve_pic_framewise
 
 
-def pairs_of(trace: Any) -> list[tuple[int, int]]:
+def list_pairs(trace: Any) -> list[tuple[int, int]]:
     """Return the bodies of each impact, in order."""
     return [(int(impact["first"]), int(impact["second"])) for impact in trace.impacts]
 
@@ -28,9 +28,9 @@ def pairs_of(trace: Any) -> list[tuple[int, int]]:
 
 def test_motion_passes_through_a_row_of_discs() -> None:
     """In a row of equal discs the motion passes from disc to disc at exactly 1, 2 and 3 s."""
-    scene = line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
+    scene = build_line_scene(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
     trace = solve_pic(scene)
-    assert pairs_of(trace) == [(0, 1), (1, 2), (2, 3)]
+    assert list_pairs(trace) == [(0, 1), (1, 2), (2, 3)]
     assert trace.impacts["time_s"].tolist() == [1.0, 2.0, 3.0]
     np.testing.assert_array_equal(trace.final_velocity_m_s, [[0, 0], [0, 0], [0, 0], [1, 0]])
     np.testing.assert_array_equal(trace.final_position_m[:, 0], [1, 3, 5, 13])
@@ -39,16 +39,16 @@ def test_motion_passes_through_a_row_of_discs() -> None:
 
 def test_impact_at_the_end_of_the_scene_is_included() -> None:
     """An impact exactly at the scene's duration is recorded, and its velocities are the final ones."""
-    trace = solve_pic(line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0))
+    trace = solve_pic(build_line_scene(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0))
     assert trace.impacts["time_s"].tolist() == [2.0]
     np.testing.assert_array_equal(trace.final_velocity_m_s, [[0, 0], [1, 0]])
 
 
 def test_touching_discs_collide_only_if_they_approach() -> None:
     """Touching discs collide at 0 s if they approach, and never if they separate or move alike."""
-    assert solve_pic(line(0.0, 1.0, velocities=(1.0, 0.0))).impacts["time_s"].tolist() == [0.0]
-    assert len(solve_pic(line(0.0, 1.0, velocities=(0.0, 1.0))).impacts) == 0
-    assert len(solve_pic(line(0.0, 1.0, velocities=(1.0, 1.0))).impacts) == 0
+    assert solve_pic(build_line_scene(0.0, 1.0, velocities=(1.0, 0.0))).impacts["time_s"].tolist() == [0.0]
+    assert len(solve_pic(build_line_scene(0.0, 1.0, velocities=(0.0, 1.0))).impacts) == 0
+    assert len(solve_pic(build_line_scene(0.0, 1.0, velocities=(1.0, 1.0))).impacts) == 0
 
 
 @each("offset", [0.0, 1e6, 1e9, 16592279964.34414, 1e12])
@@ -75,7 +75,7 @@ def test_graze_far_from_the_origin_never_pulls(offset: float, depth: float) -> N
 
 def test_advancing_to_an_earlier_time_changes_nothing() -> None:
     """A run that is advanced to a time before its present one stays at its present time."""
-    run = start_pic_run(line(0.0, 9.0, velocities=(1.0, 0.0)))
+    run = start_pic_run(build_line_scene(0.0, 9.0, velocities=(1.0, 0.0)))
     run.advance_to(2.0)
     run.advance_to(1.0)
     assert run.time_s == 2.0
@@ -87,7 +87,7 @@ def test_advancing_to_an_earlier_time_changes_nothing() -> None:
 @each("limit, seen, end", [(0, 0, 0.0), (1, 1, 1.0), (2, 2, 2.0), (3, 3, 10.0), (99, 3, 10.0)])
 def test_max_impacts_ends_the_run_at_the_last_impact(limit: int, seen: int, end: float) -> None:
     """A limit below the number of impacts ends the run at the last one allowed; a sufficient limit has no effect."""
-    trace = solve_pic(line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0)), max_impacts=limit)
+    trace = solve_pic(build_line_scene(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0)), max_impacts=limit)
     assert len(trace.impacts) == seen
     assert trace.end_time_s == end
     assert trace.outcome is (Outcome.COMPLETED if end == 10.0 else Outcome.MAX_IMPACTS)
@@ -95,7 +95,7 @@ def test_max_impacts_ends_the_run_at_the_last_impact(limit: int, seen: int, end:
 
 def test_until_s_is_limited_by_the_distance_that_discs_fly() -> None:
     """`until_s` can take a disc of 0.5 m as far as 2^395 m; 2^396 m raises an InputError."""
-    scene = line(0.0, 3.0, velocities=(1.0, 0.0))
+    scene = build_line_scene(0.0, 3.0, velocities=(1.0, 0.0))
     assert solve_pic(scene, until_s=2.0**395).end_time_s == 2.0**395
     with pytest.raises(InputError, match="until_s must be so short that no disc flies further than"):
         solve_pic(scene, until_s=2.0**396)

@@ -20,7 +20,7 @@ from carom.solvers.rows import Rows
 from carom.solvers.run import Run, RunImpacts
 from carom.solvers.units import RunInUnits, choose_units
 
-from .run_kinds import RUNS, of_frames
+from .run_kinds import RUNS, start_frame_run
 
 #: Disc 0 meets disc 1 after 2 s, which passes its motion on to disc 2 after 4 s. That meets the wall after 6 s, so no
 #: frame of 1/64 s is late. A frame at the instant itself does not include what comes later.
@@ -28,44 +28,44 @@ ROW = staged("row", disc_at(0, 0, 1, 0), disc_at(3, 0), disc_at(6, 0), wall_at(8
 ROUGH = ROW.model_copy(update={"friction": 0.5, "tangential_restitution": 0.0})
 
 
-def members(protocol: type) -> list[str]:
+def list_members(protocol: type) -> list[str]:
     return [name for name in vars(protocol) if not name.startswith("_")]
 
 
-def slowed_by_nothing(scene: Scene) -> Run:
+def start_table_run(scene: Scene) -> Run:
     """A table whose deceleration changes no impact's time in floats."""
     return EventDrivenRun(scene.model_copy(update={"table_deceleration_m_s2": 1e-30}))
 
 
 @pytest.fixture(params=[*RUNS, "in units", "damped", "on a table"])
-def make(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
+def run_factory(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
     name = request.param
     if name == "certified":
         pytest.importorskip("flint")
 
     def in_units(scene: Scene) -> Any:
-        return RunInUnits(of_frames(scene), choose_units(scene))
+        return RunInUnits(start_frame_run(scene), choose_units(scene))
 
     def damped(scene: Scene) -> Run:
         return DampedRun(EventDrivenRun(scene), Damping(0.0))
 
-    return {**RUNS, "in units": in_units, "damped": damped, "on a table": slowed_by_nothing}[name]
+    return {**RUNS, "in units": in_units, "damped": damped, "on a table": start_table_run}[name]
 
 
-def test_every_run_has_all_protocol_members(make: Callable[[Scene], Run]) -> None:
+def test_every_run_has_all_protocol_members(run_factory: Callable[[Scene], Run]) -> None:
     """Every kind of run has all members of the protocol Run, and its log those of RunImpacts."""
-    run = make(ROW)
-    assert {name for name in members(Run) if not hasattr(run, name)} == set()
-    assert {name for name in members(RunImpacts) if not hasattr(run.log, name)} == set()
+    run = run_factory(ROW)
+    assert {name for name in list_members(Run) if not hasattr(run, name)} == set()
+    assert {name for name in list_members(RunImpacts) if not hasattr(run.log, name)} == set()
 
 
 @each("scene", [ROW, ROUGH])
-def test_every_run_returns_the_promised_values(make: Callable[[Scene], Run], scene: Scene) -> None:
+def test_every_run_returns_the_promised_values(run_factory: Callable[[Scene], Run], scene: Scene) -> None:
     r"""Every kind of run returns times, outcomes, logs, counts and arrays of the promised types and shapes.
 
     This is checked before the first impact, after two of three, and at the end.
     """
-    run, discs, turns = make(scene), len(scene.discs), scene.arrays.turns
+    run, discs, turns = run_factory(scene), len(scene.discs), scene.arrays.turns
     for time_s, impacts in ((1.0, 0), (5.0, 2)):
         assert run.advance_to(time_s) is Outcome.COMPLETED
         assert run.time_s == time_s
@@ -88,12 +88,12 @@ def test_every_run_returns_the_promised_values(make: Callable[[Scene], Run], sce
     assert run.impacts_per_disc().tolist() == [1, 2, 2]
 
 
-def test_every_run_stops_at_an_impact_limit_and_continues(make: Callable[[Scene], Run]) -> None:
+def test_every_run_stops_at_an_impact_limit_and_continues(run_factory: Callable[[Scene], Run]) -> None:
     r"""Every kind of run stops at an impact limit within two frames of that impact, and can be continued.
 
     The limit counts from the start of the scene.
     """
-    run = make(ROW)
+    run = run_factory(ROW)
     assert run.advance_to(7.0, 1) is Outcome.MAX_IMPACTS
     assert len(run.log) == 1
     assert 2.0 <= run.time_s <= 2.0 + 2.0 / ROW.frame_rate_hz

@@ -17,7 +17,7 @@ from carom.model.walls import Leg
 ANGLES = (0.0, 0.3, 1.0, math.pi / 3, 2.5)
 
 
-def wall(kind: str, at: complex, normal: complex, drive: complex = 0.0, **more: Any) -> Wall | Chain:
+def build_wall(kind: str, at: complex, normal: complex, drive: complex = 0.0, **more: Any) -> Wall | Chain:
     """Return a half-plane, or a long straight edge, through a point."""
     velocity = (drive.real, drive.imag)
     if kind == "half-plane":
@@ -39,8 +39,8 @@ def test_disc_moving_with_a_wall_does_not_hit_it_again(kind: str, angle: float, 
         name="pushed",
         discs=[Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5)],
         walls=[
-            wall(kind, 0.0, normal, drive * normal, restitution=0.0),
-            wall(kind, 4.0 * across, -across, restitution=1.0),
+            build_wall(kind, 0.0, normal, drive * normal, restitution=0.0),
+            build_wall(kind, 4.0 * across, -across, restitution=1.0),
         ],
         duration_s=12.0,
     )
@@ -74,14 +74,14 @@ def test_equal_discs_that_collide_along_a_floor_do_not_hit_the_floor_again(
             )
         )
     sides = [
-        wall("half-plane", origin + side * 5.0 * along, -side * along, restitution=1.0)
+        build_wall("half-plane", origin + side * 5.0 * along, -side * along, restitution=1.0)
         for side in (1, -1)
         if radii[0] == radii[1]
     ]
     scene = Scene(
         name="along a floor",
         discs=discs,
-        walls=[wall(kind, origin, normal, restitution=0.0), *sides],
+        walls=[build_wall(kind, origin, normal, restitution=0.0), *sides],
         table_deceleration_m_s2=deceleration,
         duration_s=60.0 if sides else 4.0,
     )
@@ -108,7 +108,7 @@ def test_impact_on_a_disc_of_the_same_height_keeps_floor_contact(kind: str, angl
             Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5),
             Disc(position_m=(other.real, other.imag), radius_m=0.5, mass_kg=mass_kg),
         ],
-        walls=[wall(kind, origin, normal, restitution=0.0)],
+        walls=[build_wall(kind, origin, normal, restitution=0.0)],
         duration_s=10.0,
     )
     impacts = carom.solve_pic(scene).impacts
@@ -173,7 +173,7 @@ def test_wall_moving_along_itself_does_not_hit_a_touching_disc(
     scene = Scene(
         name="sliding wall",
         discs=[Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5)],
-        walls=[wall(kind, 0.0, normal, legs=legs)],
+        walls=[build_wall(kind, 0.0, normal, legs=legs)],
         wall_restitution=0.0,
         duration_s=6.0,
     )
@@ -314,10 +314,10 @@ def test_corner_that_lifts_a_disc_ends_at_the_sum_of_its_bounces(kind: str, rest
     up, other = (complex(math.cos(angle), math.sin(angle)) for angle in (slope, slope + opening))
     middle = complex(math.cos(slope + 0.5 * opening), math.sin(slope + 0.5 * opening))
     corner = radius / math.sin(0.5 * opening) * middle
-    walls: list[Wall | Chain | Ring] = [wall("half-plane", 0.0, 1j * up, restitution=0.0)]
+    walls: list[Wall | Chain | Ring] = [build_wall("half-plane", 0.0, 1j * up, restitution=0.0)]
     fixed = []
     if kind in {"half-plane", "edge"}:
-        walls.append(wall(kind, 0.0, -1j * other, restitution=restitution))
+        walls.append(build_wall(kind, 0.0, -1j * other, restitution=restitution))
     else:
         size = 0.0 if kind == "point" else 2.0
         centre = corner + (radius + size) * 1j * other

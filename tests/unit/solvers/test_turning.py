@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, sure, with_discs
+from tests.scene_builders import disc_at, require_value, with_discs
 
 from carom import Disc, Scene, Wall, solve_pic
 from carom.engines.api import Capabilities, unsupported_reason
@@ -16,13 +16,13 @@ from carom.model.trace import Outcome
 from carom.solvers.pit.solve import solve_pit
 
 
-def pair(**fields: Any) -> Scene:
+def build_pair(**fields: Any) -> Scene:
     """Return two discs, of which the first, spinning, hits the other off its centre."""
     discs = [disc_at(0, 0, 4, 0, spin_rad_s=3.0), disc_at(3, 0.5, 0, 0, r=0.75, m=2.0)]
     return Scene(**{"name": "pair", "discs": discs, "duration_s": 2.0, **fields})
 
 
-def in_box(**fields: Any) -> Scene:
+def build_box(**fields: Any) -> Scene:
     """Return a disc that falls into a corner of two walls, and another above."""
     discs = [disc_at(2, 3, -3, -2, spin_rad_s=-1.0), disc_at(4, 3, -4, -2)]
     walls = [Wall(point_m=(0, 0), normal=(1, 0)), Wall(point_m=(0, 0), normal=(0, 1))]
@@ -31,35 +31,35 @@ def in_box(**fields: Any) -> Scene:
 
 def test_spin_without_friction_changes_no_impact() -> None:
     """Without friction, spinning discs have the impacts of non-spinning ones, and their spins stay constant."""
-    spinning = pair()
+    spinning = build_pair()
     still = with_discs(spinning, spin_rad_s=0.0)
     for solve in (solve_pic, solve_pit):
         one, other = solve(spinning), solve(still)
         assert one.impacts.tobytes() == other.impacts.tobytes()
         assert one.final_velocity_m_s.tobytes() == other.final_velocity_m_s.tobytes()
-        assert sure(one.final_spin_rad_s).tolist() == [3.0, 0.0]
-        assert sure(one.spins).tolist() == [(3.0, 0.0, 3.0, 0.0)]
+        assert require_value(one.final_spin_rad_s).tolist() == [3.0, 0.0]
+        assert require_value(one.spins).tolist() == [(3.0, 0.0, 3.0, 0.0)]
         assert other.spins is None
         assert other.final_spin_rad_s is None
 
 
 def test_scene_without_impacts_keeps_its_spins() -> None:
     """Without an impact the final spins are those at the start, and no impact spins are recorded."""
-    trace = solve_pic(pair(duration_s=0.01, friction=0.5))
-    assert len(sure(trace.spins)) == len(trace.impacts) == 0
-    assert sure(trace.final_spin_rad_s).tolist() == [3.0, 0.0]
+    trace = solve_pic(build_pair(duration_s=0.01, friction=0.5))
+    assert len(require_value(trace.spins)) == len(trace.impacts) == 0
+    assert require_value(trace.final_spin_rad_s).tolist() == [3.0, 0.0]
 
 
 def test_recording_options_change_no_spin() -> None:
     """A run without records has the same final spins, and a window has the spins of its own impacts."""
-    scene = in_box(friction=0.3, wall_friction=0.4)
+    scene = build_box(friction=0.3, wall_friction=0.4)
     whole, none = solve_pic(scene), solve_pic(scene, record="none")
-    assert len(sure(none.spins)) == 0
-    assert sure(none.final_spin_rad_s).tolist() == sure(whole.final_spin_rad_s).tolist()
+    assert len(require_value(none.spins)) == 0
+    assert require_value(none.final_spin_rad_s).tolist() == require_value(whole.final_spin_rad_s).tolist()
     assert len(whole.impacts) >= 3
     begin = float(whole.impacts["time_s"][1])
     part = solve_pic(scene, window_s=(begin, math.inf))
-    assert sure(part.spins).tobytes() == sure(whole.spins)[1:].tobytes()
+    assert require_value(part.spins).tobytes() == require_value(whole.spins)[1:].tobytes()
 
 
 def test_right_angled_corner_is_ambiguous_only_with_friction() -> None:
@@ -76,7 +76,7 @@ def test_right_angled_corner_is_ambiguous_only_with_friction() -> None:
         assert solve(smooth).ambiguous == ()
         trace = solve(rough)
         assert trace.ambiguous == (1,)
-        end = (*trace.final_velocity_m_s[0].tolist(), sure(trace.final_spin_rad_s)[0])
+        end = (*trace.final_velocity_m_s[0].tolist(), require_value(trace.final_spin_rad_s)[0])
         assert end == pytest.approx(expected, rel=1e-14)
 
 
@@ -95,7 +95,7 @@ def test_pit_velocities_on_rough_walls_equal_those_of_pic() -> None:
     assert most >= len(right.impacts) - 1
     for name in ("velocity_first_before", "velocity_first_after"):
         assert late.impacts[name][:most].tolist() == right.impacts[name][:most].tolist()
-    assert sure(late.spins)[:most].tolist() == sure(right.spins)[:most].tolist()
+    assert require_value(late.spins)[:most].tolist() == require_value(right.spins)[:most].tolist()
 
 
 def test_friction_causes_collapse_that_the_tc_model_prevents() -> None:
@@ -118,10 +118,10 @@ def test_friction_causes_collapse_that_the_tc_model_prevents() -> None:
 
 def test_repeated_impact_in_the_tc_model_loses_no_energy() -> None:
     """In the TC model an impact soon after the disc's last one is elastic and changes no spin."""
-    scene = in_box(friction=0.3, wall_friction=0.4, restitution=0.5, wall_restitution=0.5)
+    scene = build_box(friction=0.3, wall_friction=0.4, restitution=0.5, wall_restitution=0.5)
     trace = solve_pic(scene, contact_duration_s=10.0)
     seen: set[int] = set()
-    for impact, spins in zip(trace.impacts, sure(trace.spins), strict=True):
+    for impact, spins in zip(trace.impacts, require_value(trace.spins), strict=True):
         bodies = {int(impact[side]) for side in ("first", "second")} - {-1, -2}
         before = np.stack([impact["velocity_first_before"], impact["velocity_second_before"]])
         after = np.stack([impact["velocity_first_after"], impact["velocity_second_after"]])
@@ -136,19 +136,19 @@ def test_repeated_impact_in_the_tc_model_loses_no_energy() -> None:
 
 def test_kinetic_energy_includes_rotation_if_spins_are_given() -> None:
     """Kinetic energy includes k m R^2 w^2 / 2 of each disc if spins are given, and 0 for discs that cannot turn."""
-    scene = pair()
+    scene = build_pair()
     speeds = np.array([disc.velocity_m_s for disc in scene.discs])
     assert kinetic_energy(scene, speeds) == 8.0
     assert kinetic_energy(scene, speeds, np.array([3.0, 0.0])) == 8.0 + 0.5 * 0.5 * 0.25 * 9.0
-    rigid = pair(discs=[scene.discs[0], scene.discs[1].model_copy(update={"inertia_factor": math.inf})])
+    rigid = build_pair(discs=[scene.discs[0], scene.discs[1].model_copy(update={"inertia_factor": math.inf})])
     assert kinetic_energy(rigid, speeds, np.array([0.0, 0.0])) == 8.0
 
 
 #: A method that rubs and turns discs, and discs that rub and don't spin, some of which can't turn.
 ABLE = Capabilities(spin=True, friction=(0.0, 1.0), tangential_restitution=True)
-STILL = with_discs(pair(), spin_rad_s=0.0).discs
+STILL = with_discs(build_pair(), spin_rad_s=0.0).discs
 RUBS = {"discs": STILL, "friction": 0.5, "tangential_restitution": 0.5}
-HELD = with_discs(pair(), spin_rad_s=0.0, inertia_factor=math.inf).discs
+HELD = with_discs(build_pair(), spin_rad_s=0.0, inertia_factor=math.inf).discs
 
 
 @each(
@@ -176,6 +176,6 @@ def test_skip_reason_names_undeclared_spin_friction_or_turning(
 
     Within those limits there is no reason.
     """
-    found = unsupported_reason(pair(**fields), able, 0.5)
+    found = unsupported_reason(build_pair(**fields), able, 0.5)
     assert reason in found
     assert bool(reason) == bool(found)

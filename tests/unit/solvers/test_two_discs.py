@@ -18,7 +18,7 @@ masses = st.sampled_from([0.5, 1.0, 3.0, math.inf])
 
 
 @st.composite
-def pairs(draw: st.DrawFn) -> tuple[Disc, Disc]:
+def draw_pairs(draw: st.DrawFn) -> tuple[Disc, Disc]:
     """Draw two discs, of round numbers often, so that they graze, touch, or move alike."""
     found = []
     for _ in range(2):
@@ -34,7 +34,7 @@ ends = st.one_of(st.just(0.0), st.floats(0, 1e3))
 restitutions = st.sampled_from([0.0, 0.5, 1.0])
 
 
-def same(one: Trace, other: Trace) -> bool:
+def are_identical(one: Trace, other: Trace) -> bool:
     return (
         one.impacts.tobytes() == other.impacts.tobytes()
         and np.array_equal(one.final_position_m, other.final_position_m)
@@ -46,7 +46,7 @@ def same(one: Trace, other: Trace) -> bool:
     )
 
 
-@given(pairs(), restitutions, ends, st.sampled_from([None, 0, 1, 5]))
+@given(draw_pairs(), restitutions, ends, st.sampled_from([None, 0, 1, 5]))
 def test_closed_form_equals_the_event_driven_run(
     two: tuple[Disc, Disc], restitution: float, end: float, limit: int | None
 ) -> None:
@@ -59,7 +59,7 @@ def test_closed_form_equals_the_event_driven_run(
     scene = Scene(name="two", discs=two, restitution=restitution, duration_s=2e3)
     closed = solve_pic(scene, until_s=end, max_impacts=limit)
     run = solve_pic(scene, until_s=end, max_impacts=limit, progress=lambda *_: None)
-    assert same(closed, run)
+    assert are_identical(closed, run)
 
 
 def test_head_on_discs_meet_at_2_s_and_exchange_velocities() -> None:

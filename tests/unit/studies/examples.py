@@ -29,13 +29,13 @@ STEPS = (1 / 24, 1 / 67, 1 / 186, 1 / 517, 1 / 1438, 1 / 4000)
 HERE = Environment("2026-01-02T03:04:05+00:00", "0.1.0", "CPython 3.11", "Linux", "A processor", 2, {})
 
 
-def scene(name: str = "paper/late") -> Scene:
+def build_scene(name: str = "paper/late") -> Scene:
     """Return two discs that meet."""
     moving = Disc(position_m=(-1.0, 0.0), velocity_m_s=(3.0, 0.2), radius_m=0.3)
     return Scene(name=name, discs=[moving, Disc(position_m=(1.0, 0.2), radius_m=0.3)], duration_s=1.0)
 
 
-def point(method: Method, k: int) -> Point:
+def build_point(method: Method, k: int) -> Point:
     """Return a point whose error is that of sampling, of a method that loses an impact at the coarsest step."""
     rank = METHODS.index(method)
     error = 0.0 if method.engine == "pic" else 0.03 * STEPS[k] * (1 + rank / 10)
@@ -46,25 +46,25 @@ def point(method: Method, k: int) -> Point:
     return Point(method.engine, method.profile, STEPS[k], error, error / 2, error / 9, 4, 4, missed, 0, timing=timing)
 
 
-def bench(*names: str) -> Bench:
+def build_bench(*names: str) -> Bench:
     """Return a bench of scenes of these names, or of one."""
     plan, found = BenchPlan(), []
     for name in names or ("paper/late",):
         curves = []
         for method in METHODS:
-            own = tuple(point(method, k) for k in range(len(STEPS)))
+            own = tuple(build_point(method, k) for k in range(len(STEPS)))
             order = fit_order([p.dt_s for p in own if p.sound], [p.error for p in own if p.sound])
             curves.append(Curve(method.engine, method.profile, own, order, find_cheapest(own, plan.target)))
         every = [p for curve in curves for p in curve.points]
         front = find_pareto_front([p for p in every if p.engine != "pic"])
         noise = Noise(1e-3, 0.05, 1.4, 100)
         found.append(
-            SceneBench(scene(name), tuple(curves), front, find_cheapest(every, plan.target), noise, 7, HERE.date)
+            SceneBench(build_scene(name), tuple(curves), front, find_cheapest(every, plan.target), noise, 7, HERE.date)
         )
     return Bench(tuple(found), plan, HERE, "carom bench paper/late", 80.0)
 
 
-def result(line: StressTest, method: Method) -> CellResult:
+def build_cell_result(line: StressTest, method: Method) -> CellResult:
     """Return a cell: PIC passes, a default fails at once, and the others half way."""
     found = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
     good = method.engine == "pic"
@@ -89,16 +89,16 @@ def result(line: StressTest, method: Method) -> CellResult:
     )
 
 
-def campaign_results(one_in: int = 1) -> StressResults:
+def build_campaign_results(one_in: int = 1) -> StressResults:
     """Return the quick form of a campaign: all of its lines, or one of some."""
     lines = tuple(campaign.list_lines(quick=True))[::one_in]
     names = dict.fromkeys(method.engine for method in METHODS)
     engines = {name: EngineInfo(name, name, "1.0", "", None, {}, "carom") for name in names}
-    cells = {(line.name, method.name): result(line, method) for line in lines for method in METHODS}
+    cells = {(line.name, method.name): build_cell_result(line, method) for line in lines for method in METHODS}
     return StressResults(lines, METHODS, engines, cells, HERE, "carom stress --quick", True, 87.1)
 
 
-def advice() -> Advice:
+def build_advice() -> Advice:
     """Return what the adviser says of two discs: all found, except for MuJoCo's default that never meets the demand."""
     answers = []
     for method in METHODS[3:]:
@@ -107,7 +107,7 @@ def advice() -> Advice:
         fine = [
             StepTrial(last / 2**k, 64 if k == 0 else 8, 65 if k == 0 else 9, 0, 0, 0.017 / 2**k, 400) for k in range(3)
         ]
-        framed = next((trial for trial in fine if count_steps_per_frame(trial.dt_s, scene().frame_rate_hz)), None)
+        framed = next((trial for trial in fine if count_steps_per_frame(trial.dt_s, build_scene().frame_rate_hz)), None)
         never = StepRange(fine[0], framed, fine[-1].dt_s, first[-1], (), ())
         lost = method == Method("mujoco", "default")
         whole = StepRange(None, None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
@@ -117,7 +117,7 @@ def advice() -> Advice:
     hardest = HardImpact(0.379, 0, 1, limit, Cause.TURN)
     closed = ClosedForm(0.148, 0.0055)
     return Advice(
-        scene(),
+        build_scene(),
         Demand(math.radians(1.0)),
         1,
         (hardest,),
@@ -136,7 +136,7 @@ def advice() -> Advice:
     )
 
 
-def growth() -> Growth:
+def build_growth() -> Growth:
     """Return how cost grows: as the number of discs."""
     curves = []
     for method in METHODS[1:]:

@@ -6,8 +6,16 @@ from dataclasses import replace
 
 import pytest
 from tests.cases import each, release_after
-from tests.unit.report.test_terminal import printed
-from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
+from tests.unit.report.test_terminal import print_document
+from tests.unit.studies.examples import (
+    METHODS,
+    STEPS,
+    build_advice,
+    build_bench,
+    build_campaign_results,
+    build_growth,
+    build_point,
+)
 
 import carom
 from carom.cli.ascii import ERRORS
@@ -26,11 +34,11 @@ from carom.studies.stress.document import build_stress_document
 from carom.studies.stress.result import CellEnding, CellResult, StressTest
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
-    "bench": lambda: build_bench_document(bench()),
-    "bench of several scenes": lambda: build_bench_document(bench("paper/late", "paper/missed")),
-    "growth": lambda: build_growth_document(growth()),
-    "stress": lambda: build_stress_document(campaign_results()),
-    "advice": lambda: build_advice_document(advice()),
+    "bench": lambda: build_bench_document(build_bench()),
+    "bench of several scenes": lambda: build_bench_document(build_bench("paper/late", "paper/missed")),
+    "growth": lambda: build_growth_document(build_growth()),
+    "stress": lambda: build_stress_document(build_campaign_results()),
+    "advice": lambda: build_advice_document(build_advice()),
 }
 
 
@@ -45,7 +53,7 @@ def test_terminal_answer_fits_24_lines(document: Document) -> None:
 
     Every engine has a row.
     """
-    lines = printed(document, 80)
+    lines = print_document(document, 80)
     assert len(lines) - sum(": passes " in line for line in lines) <= 24, "\n".join(lines)
     rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
     assert all(any(line.startswith(f"{m.label} ") for line in lines) for m in rows)
@@ -54,14 +62,14 @@ def test_terminal_answer_fits_24_lines(document: Document) -> None:
 @each("width, full", release_after(1, [(60, False), (120, True), (200, False), (60, True), (120, False)]))
 def test_no_line_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
     """No line is wider than the terminal (60 to 200 columns), and names of methods are not cut."""
-    lines = printed(document, width, full=full)
+    lines = print_document(document, width, full=full)
     assert max(map(len, lines)) <= width
     assert any(line.startswith("pybullet default ") for line in lines)
 
 
 def test_every_symbol_has_an_ascii_replacement(document: Document) -> None:
     """Every character of the answers has an ASCII replacement that is not a question mark."""
-    text = "\n".join(printed(document, 80)).encode("ascii", ERRORS).decode()
+    text = "\n".join(print_document(document, 80)).encode("ascii", ERRORS).decode()
     assert "?" not in text
 
 
@@ -70,23 +78,25 @@ def test_bench_names_fastest_engine_within_target_error() -> None:
 
     If no engine reaches the target, the text reports this and names the most accurate one.
     """
-    below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := point(m, k)).error <= 1e-3 and p.sound]
+    below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := build_point(m, k)).error <= 1e-3 and p.sound]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
     spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
-    asked = replace(bench(), plan=replace(bench().plan, target=1e-3))
-    text = " ".join(" ".join(printed(build_bench_document(asked), 80)).split())
+    asked = replace(build_bench(), plan=replace(build_bench().plan, target=1e-3))
+    text = " ".join(" ".join(print_document(build_bench_document(asked), 80)).split())
     start = "paper/late: PIC is exact in 0.002 ms. The fastest engine with at most 0.1 % error is "
     assert text.startswith(start)
     assert f"is {best.engine} ({best.profile}) with {spent} ms at steps of {formatting.format_step(best.dt_s)}" in text
     beyond = " ".join(
-        " ".join(printed(build_bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)).split()
+        " ".join(
+            print_document(build_bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)
+        ).split()
     )
     assert "No engine reaches 1e-6 error at the tested steps. The most accurate is box2d (default): " in beyond
 
 
 def test_methods_with_equal_targets_are_ranked_by_run_time() -> None:
     """Among methods that reach the same targets on as many scenes, the faster one is first."""
-    several = bench("paper/late", "paper/missed")
+    several = build_bench("paper/late", "paper/missed")
     scenes = [replace(scene, curves=tuple(reversed(scene.curves))) for scene in several.scenes]  # dearest first
     _, rows = build_suite_table(replace(several, scenes=tuple(scenes)), list_reached_targets(several)).select_for(
         Media.MARKDOWN
@@ -101,8 +111,8 @@ def test_bench_table_has_only_reached_targets() -> None:
 
     If every engine misses or invents impacts, the text reports this and names the best one with its numbers.
     """
-    whole = bench().scenes[0]
-    columns, rows = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(bench())).select_for(
+    whole = build_bench().scenes[0]
+    columns, rows = build_method_table(whole, ErrorKind.IMPACT, list_reached_targets(build_bench())).select_for(
         Media.MARKDOWN
     )
     heads = [column.head for column in columns]
@@ -113,9 +123,9 @@ def test_bench_table_has_only_reached_targets() -> None:
         for k, curve in enumerate(whole.curves)
         if curve.engine not in {"pic", "pit"}
     ]
-    lossy = replace(bench(), scenes=(replace(whole, curves=tuple(curves)),))
+    lossy = replace(build_bench(), scenes=(replace(whole, curves=tuple(curves)),))
     assert list_reached_targets(lossy) == []
-    text = " ".join(" ".join(printed(build_bench_document(lossy), 80)).split())
+    text = " ".join(" ".join(print_document(build_bench_document(lossy), 80)).split())
     assert "very engine misses or invents impacts at every step; the best is box2d (default)" in text
     assert "which misses 2 and invents 1 of 4 impacts" in text
     assert " -2 +1 " in text
@@ -124,17 +134,17 @@ def test_bench_table_has_only_reached_targets() -> None:
         ((whole, crowd), "on paper/late; every engine misses or invents impacts on classics/gas."),
         ((crowd, crowd), "Every engine misses or invents impacts on every scene."),
     ):
-        text = " ".join(" ".join(printed(build_bench_document(replace(lossy, scenes=scenes)), 80)).split())
+        text = " ".join(" ".join(print_document(build_bench_document(replace(lossy, scenes=scenes)), 80)).split())
         assert answer in text.partition(" Every method on ")[0]
 
 
 def test_bench_states_why_points_are_not_scored() -> None:
     """The bench states the number of unscored points and the reason, or refers to the page for several reasons."""
-    scene = bench().scenes[0]
+    scene = build_bench().scenes[0]
     curves = [replace(c, points=(replace(c.points[0], reason="out of time"), *c.points[1:])) for c in scene.curves]
 
     def said(*chosen: Curve) -> str:
-        text = printed(build_bench_document(replace(bench(), scenes=(replace(scene, curves=chosen),))), 80)
+        text = print_document(build_bench_document(replace(build_bench(), scenes=(replace(scene, curves=chosen),))), 80)
         return " ".join(" ".join(text).split())
 
     all_points = sum(len(curve.points) for curve in curves)
@@ -143,14 +153,14 @@ def test_bench_states_why_points_are_not_scored() -> None:
     assert f"{len(curves) + 1} not scored of {all_points} points; the page lists the reasons." in said(*curves)
 
 
-def said(found: Advice) -> str:
+def render_advice(found: Advice) -> str:
     """What the terminal says of advice, in one line."""
-    return " ".join(" ".join(printed(build_advice_document(found), 80)).split())
+    return " ".join(" ".join(print_document(build_advice_document(found), 80)).split())
 
 
 def test_advice_names_all_methods_with_the_longest_step() -> None:
     """Both answers of the advice name the rate of the longest step and all methods that pass with it."""
-    found = advice()
+    found = build_advice()
     passing = [(a.demand.passes.dt_s, a.method) for a in found.answers if a.demand.passes]
     longest = max(dt_s for dt_s, _ in passing)
     twin = replace(found.answers[0], method=Method("twin", "tuned"))
@@ -158,7 +168,7 @@ def test_advice_names_all_methods_with_the_longest_step() -> None:
         (found.answers, [f"{m.engine} {m.profile}" for dt_s, m in passing if dt_s == longest]),
         ((*found.answers, twin), ["box2d default", "twin tuned"]),
     ):
-        text = said(replace(found, answers=answers))
+        text = render_advice(replace(found, answers=answers))
         named = f"{formatting.format_number(1 / longest, 4)} steps/s with {formatting.join_words(who, 'or')}."
         assert text.count(named) == 2
 
@@ -168,56 +178,56 @@ def test_advice_has_steps_per_frame_and_engine_code() -> None:
 
     If the answer in whole steps per frame differs, it is stated, too.
     """
-    found = advice()
+    found = build_advice()
     (alone,) = [answer for answer in found.answers if answer.method == Method("pymunk", "tuned")]
-    text = said(replace(found, answers=(alone,)))
+    text = render_advice(replace(found, answers=(alone,)))
     assert text.startswith(
         "paper/late: to miss no impact, use 600 steps/s (10 steps per frame at 60 Hz) with pymunk tuned."
     )
     assert "10 steps per frame, as code: dt, steps = 0.01, 2 for _ in range(steps): space.step(dt) For" in text
     assert "carom engines pymunk --show tuned --dt 1/600 --scene paper/late" in text
     coarse = replace(alone.never_misses, in_frame=replace(alone.trials[-1], dt_s=1 / 180))
-    fewer = said(replace(found, answers=(replace(alone, never_misses=coarse),)))
+    fewer = render_advice(replace(found, answers=(replace(alone, never_misses=coarse),)))
     assert "direction error at most 1°: 10 steps per frame (3 to miss no impact), as code:" in fewer
     finer = replace(alone.never_misses, in_frame=alone.trials[-1])
     many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
-    assert "600 steps/s (40 steps per frame at 60 Hz are enough) with pymunk tuned." in said(many)
+    assert "600 steps/s (40 steps per frame at 60 Hz are enough) with pymunk tuned." in render_advice(many)
     by_hand = build_advice_document(many, "my scene.toml")
-    assert "--scene 'my scene.toml'" in " ".join(printed(by_hand, 200))
+    assert "--scene 'my scene.toml'" in " ".join(print_document(by_hand, 200))
 
 
 def test_advice_without_failing_step_is_any_tested_step() -> None:
     """If no step fails, the answer is "any tested step"; if larger steps are refused, it is a rate."""
-    found = advice()
+    found = build_advice()
     one = found.answers[0]
     any_step = replace(one.never_misses, fails=None)
     swept = replace(one, never_misses=any_step, demand=any_step)
-    text = said(replace(found, answers=(swept,)))
+    text = render_advice(replace(found, answers=(swept,)))
     assert text.startswith(
         "paper/late: to miss no impact, use any tested step (200 or more per second) with box2d default."
     )
-    (row,) = rows(replace(found, answers=(swept,)))
+    (row,) = list_method_rows(replace(found, answers=(swept,)))
     assert row.count("any tried") == 2
     refused = replace(found, answers=(replace(swept, refused_s=0.5, refusal="too far a step"),))
-    assert "any" not in rows(refused)[0]
-    assert "to miss no impact, use 200 steps/s" in said(refused)
-    full = " ".join(printed(build_advice_document(refused), 200, full=True))
+    assert "any" not in list_method_rows(refused)[0]
+    assert "to miss no impact, use 200 steps/s" in render_advice(refused)
+    full = " ".join(print_document(build_advice_document(refused), 200, full=True))
     assert "Not run: box2d default at 2 steps per second (too far a step)." in full
 
 
 def test_located_methods_are_last_and_not_recommended() -> None:
     """A located method is in the last row, without code, and is recommended only if there is no other method."""
-    found = advice()
+    found = build_advice()
     first, *_, last = found.answers
     cut = replace(found, located=frozenset({first.method}))
-    text = said(cut)
+    text = render_advice(cut)
     assert "200 steps" not in text
-    names = [row.split()[:2] for row in rows(cut)]
+    names = [row.split()[:2] for row in list_method_rows(cut)]
     assert names[-1] == ["box2d", "default"]
-    alone = said(replace(cut, answers=(first,)))
+    alone = render_advice(replace(cut, answers=(first,)))
     assert "200 steps/s with box2d default" in alone
     assert "--show" not in alone
-    assert "pymunk tuned" in said(replace(found, answers=(last,)))
+    assert "pymunk tuned" in render_advice(replace(found, answers=(last,)))
 
 
 def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
@@ -225,8 +235,8 @@ def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
 
     The result is lost starts, an error, "stopped", "refused" or "n/a".
     """
-    found = advice()
-    assert [row.startswith("box2d tuned +CCD ") for row in rows(found)].count(True) == 1
+    found = build_advice()
+    assert [row.startswith("box2d tuned +CCD ") for row in list_method_rows(found)].count(True) == 1
     one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
     trial = replace(one.trials[-1], dt_s=frame_s)
     for at_frame, refused_s, ends in (
@@ -237,7 +247,7 @@ def test_advice_table_marks_ccd_and_result_at_one_step_per_frame() -> None:
         (None, 2 * frame_s, "n/a"),
     ):
         trials = one.trials if at_frame is None else (*one.trials, at_frame)
-        (row,) = rows(replace(found, answers=(replace(one, trials=trials, refused_s=refused_s),)))
+        (row,) = list_method_rows(replace(found, answers=(replace(one, trials=trials, refused_s=refused_s),)))
         assert row.endswith(ends)
 
 
@@ -246,20 +256,20 @@ def test_advice_claims_no_bounds_and_has_no_rows_for_pic_and_pit() -> None:
 
     A refused step is no failure, and methods that can't run are listed with the reason.
     """
-    found = advice()
-    text = said(found)
+    found = build_advice()
+    text = render_advice(found)
     assert "at least" not in text
     assert "at most" not in text.replace("at most 1°", "")
-    lines = printed(build_advice_document(found), 80)
+    lines = print_document(build_advice_document(found), 80)
     assert not any(line.startswith(("pic ", "pit ")) for line in lines)
     assert "Checking once per step (PIT) needs 6.757 and 181.8 steps/s, by formula." in text
     one = found.answers[0]
     never = replace(one.never_misses, fails=None)
     refused = replace(one, never_misses=never, demand=never, refused_s=0.5, refusal="too far a step")
-    (row,) = evidence(replace(found, answers=(refused,)))
+    (row,) = list_range_rows(replace(found, answers=(refused,)))
     assert row.count("refused") == 2
     unable = Unable(Method("box2d", "default"), "the scene has walls")
-    assert "Not run: box2d default (the scene has walls)." in said(replace(found, unable=(unable,)))
+    assert "Not run: box2d default (the scene has walls)." in render_advice(replace(found, unable=(unable,)))
 
 
 def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
@@ -267,41 +277,41 @@ def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
 
     If no tested step meets the demand, the text and the table report this.
     """
-    found = advice()
+    found = build_advice()
     one = found.answers[0]
     stopped = replace(one, ending=SearchEnding.BUDGET)
-    assert "400000 engine steps each (--budget) for box2d default" in said(replace(found, answers=(stopped,)))
+    assert "400000 engine steps each (--budget) for box2d default" in render_advice(replace(found, answers=(stopped,)))
     coarse, fails = one.trials[0], one.trials[1]
     holed = replace(one.never_misses, coarser_passes=(coarse,), finer_failures=(fails,))
-    text = said(replace(found, answers=(replace(one, never_misses=holed, demand=holed),)))
+    text = render_advice(replace(found, answers=(replace(one, never_misses=holed, demand=holed),)))
     rates = [formatting.format_number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
     passing = f"box2d default misses none at {rates[0]} steps per second, but not at {rates[1]}."
     assert f"Smaller is not always better: {passing}" in text
     assert text.count("Smaller is not always better") == 1
-    (row,) = rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
+    (row,) = list_method_rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
     assert row.split()[3:] == ["unfinished", "n/a"]
     finest = one.trials[-1]
     nothing = replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s)
-    assert "For a direction error of at most 1°, no tested step of any engine suffices." in said(
+    assert "For a direction error of at most 1°, no tested step of any engine suffices." in render_advice(
         replace(found, answers=(replace(one, demand=nothing),))
     )
-    (row,) = evidence(replace(found, answers=(replace(one, demand=nothing),)))
+    (row,) = list_range_rows(replace(found, answers=(replace(one, demand=nothing),)))
     assert row.split()[4:6] == ["none", formatting.format_number(1 / finest.dt_s, 4)]
     untried = StepRange(None, None, math.nan, None, (), ())
-    (row,) = rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
+    (row,) = list_method_rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
     assert row.split()[2:] == ["n/a"] * 3
 
 
-def rows(found: Advice) -> list[str]:
+def list_method_rows(found: Advice) -> list[str]:
     """The lines of the table that are about a method."""
     names = {f"{answer.method.engine} {answer.method.profile} " for answer in found.answers}
-    table = [line for line in printed(build_advice_document(found), 120) if any(map(line.startswith, names))]
+    table = [line for line in print_document(build_advice_document(found), 120) if any(map(line.startswith, names))]
     return [line.rstrip() for line in table if "per frame" not in line]
 
 
-def evidence(found: Advice) -> list[str]:
+def list_range_rows(found: Advice) -> list[str]:
     """The lines of the table of ranges, which is printed in full alone."""
-    lines = printed(build_advice_document(found), 200, full=True)
+    lines = print_document(build_advice_document(found), 200, full=True)
     return lines[lines.index("Steps per second that pass, from the largest step to the finest tested:") + 4 :][
         : len(found.answers)
     ]
@@ -332,9 +342,9 @@ def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
 
     Its row shows a sign per test for how far along the axis it passed.
     """
-    whole = campaign_results()
+    whole = build_campaign_results()
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
-    lines = printed(build_stress_document(few), 160)
+    lines = print_document(build_stress_document(few), 160)
     tests = sum(line.kind == "attack" for line in whole.lines)
     assert lines[0].rstrip() == f"pic (event-driven): passes {tests} of {tests}."
     (pit,) = [line for line in lines if line.startswith(f"pit: passes 0 of {tests}; first failure: ")]
@@ -344,7 +354,7 @@ def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
     stood = StressTest("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
     result = CellResult("attack", "gap", "pit/tuned", CellEnding.FAILS_AT_SIZE, 1e-3, stands_at=1e-2)
     gap = replace(few, lines=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
-    told = printed(build_stress_document(gap), 80)
+    told = print_document(build_stress_document(gap), 80)
     assert told[0].rstrip() == "pit: passes 0 of 1; first failure: gap at 0.001 (a gap)."
     assert any(line.split() == ["pit", "5"] for line in told)
 
@@ -354,8 +364,8 @@ def test_campaign_has_one_sentence_and_one_row_per_method() -> None:
 
     The sentence names the first failure, unless all tests pass.
     """
-    whole = campaign_results()
-    lines = printed(build_stress_document(whole), 80)
+    whole = build_campaign_results()
+    lines = print_document(build_stress_document(whole), 80)
     tests = sum(line.kind == "attack" for line in whole.lines)
     for method in whole.methods:
         (sentence,) = [line for line in lines if line.startswith(f"{method.phrase}: passes ")]
@@ -365,7 +375,7 @@ def test_campaign_has_one_sentence_and_one_row_per_method() -> None:
 
 def test_campaign_links_lead_to_rows_with_evidence() -> None:
     """Each link of a campaign's tables leads to a row, for example with the command that reruns PIT's grazing."""
-    sections = list(build_stress_document(campaign_results()).select_for(Media.PAGE))
+    sections = list(build_stress_document(build_campaign_results()).select_for(Media.PAGE))
     tables = [block for section in sections for block in section.select_for(Media.PAGE) if isinstance(block, Table)]
     cells = [cell for table in tables for row in table.select_for(Media.PAGE)[1] for cell in row]
     links = {cell.link for cell in cells if cell.link.startswith("#")}
@@ -378,7 +388,7 @@ def test_campaign_links_lead_to_rows_with_evidence() -> None:
 
 def test_unscored_step_does_not_count_as_missing_impacts() -> None:
     """If only one of six steps was scored, and it finds all impacts, the table shows "1 of 1"."""
-    whole = bench().scenes[0]
+    whole = build_bench().scenes[0]
     curve = whole.curves[0]
     unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])
     short = replace(curve, points=(curve.points[0], *unscored))

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.installed_adapters import clear_entry_point_caches
-from tests.unit.studies.history.toy_engine import toys
+from tests.unit.studies.history.toy_engine import install_toys
 
 import carom
 from carom import Scene, studies
@@ -51,7 +51,7 @@ Asked = list[tuple[int, float, str]]
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
+def recorded_tasks(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
     """The limits that each worker is given with each of its tasks; tasks are carried out in this process."""
     found: Asked = []
 
@@ -98,36 +98,36 @@ def bench(folder: Path, how: How) -> None:
         measure_work_precision([scene()], plan, LocalPool(1, TIME_S, MEMORY_MB), notes=notes, timings=timings)
 
 
-def grow(folder: Path, how: How) -> None:
+def run_growth(folder: Path, how: How) -> None:
     with growth_journal(folder / "a", **how) as journal:
         measure_growth(GrowthOptions(["pic"], sizes=[2], **LIMITS), notes=journal)
 
 
-def attack(folder: Path, how: How) -> None:
+def run_stress(folder: Path, how: How) -> None:
     asked = StressOptions(["pit"], profiles=["tuned"], quick=True, jobs=1, **LIMITS)
     run_stress_campaign(["tunnelling"], asked, out=folder / "out", **how)
 
 
-def search(folder: Path, how: How) -> None:
+def run_tune(folder: Path, how: How) -> None:
     pytest.importorskip("optuna", reason="optuna, extra tune, is missing")
     with tune_journal(folder / "a", **how) as journal:
         tune("pymunk", [scene()], TuneOptions(trials=1, jobs=1, **LIMITS), notes=journal)
 
 
-def look_back(folder: Path, how: How) -> None:
+def run_release_history(folder: Path, how: How) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        toys(folder / ("again" if how else "first"), patch)
+        install_toys(folder / ("again" if how else "first"), patch)
         asked = HistoryOptions(versions=["1.0", "1.1"], profiles=["default"], jobs=1, **LIMITS)
         with history_journal(folder / "a", **how) as journal:
             run_history("toy", [scene()], ReleaseCache(folder / "kept"), asked, notes=journal)
     clear_entry_point_caches()
 
 
-def timed(_folder: Path, _how: How) -> None:
+def run_timed_cross_check(_folder: Path, _how: How) -> None:
     carom.cross_check([scene()], ["pic"], dts=[1 / 60], profiles=["tuned"], jobs=1, **LIMITS)
 
 
-def advice(_folder: Path, _how: How) -> None:
+def run_advise(_folder: Path, _how: How) -> None:
     with LocalPool(1, TIME_S, MEMORY_MB) as pool:
         advise(
             scene(),
@@ -136,32 +136,41 @@ def advice(_folder: Path, _how: How) -> None:
         )
 
 
-def conform(_folder: Path, _how: How) -> None:
+def run_conformance_case(_folder: Path, _how: How) -> None:
     (plan,) = make_suite(["pit"], ["tuned"], None, [], LimitOptions(**LIMITS)).engines
     assert plan.subject is not None
     with plan.subject as subject:
         subject.watch(Setup(scene()))
 
 
-def compare(_folder: Path, _how: How) -> None:
+def compare_two_records(_folder: Path, _how: How) -> None:
     kept = Path(__file__).parents[2] / "earlier_formats" / "results-2.jsonl"
     compare_records(kept, kept)
 
 
 #: Each study, and what starts workers for it: a comparison reads two files, and starts none.
 ALL: dict[str, list[Any]] = {
-    "advise": [pytest.param(advice, marks=pytest.mark.long)],
-    "bench": [bench, pytest.param(grow, marks=pytest.mark.long)],
-    "cross_check": [cross_check, pytest.param(timed, marks=pytest.mark.long)],
+    "advise": [pytest.param(run_advise, marks=pytest.mark.long)],
+    "bench": [bench, pytest.param(run_growth, marks=pytest.mark.long)],
+    "cross_check": [cross_check, pytest.param(run_timed_cross_check, marks=pytest.mark.long)],
     "diff": [],
-    "history": [pytest.param(look_back, marks=pytest.mark.long)],
-    "stress": [attack],
-    "tune": [pytest.param(search, marks=pytest.mark.long)],
+    "history": [pytest.param(run_release_history, marks=pytest.mark.long)],
+    "stress": [run_stress],
+    "tune": [pytest.param(run_tune, marks=pytest.mark.long)],
 }
 #: Commands with a journal, which get `how` to open it.
 KEPT = {
     one
-    for one in (cross_check, bench, grow, attack, search, look_back, timed, advice)
+    for one in (
+        cross_check,
+        bench,
+        run_growth,
+        run_stress,
+        run_tune,
+        run_release_history,
+        run_timed_cross_check,
+        run_advise,
+    )
     if "how" in signature(one).parameters
 }
 
@@ -171,26 +180,26 @@ def test_every_study_has_a_row_in_this_test() -> None:
     assert {one.name for one in iter_modules(studies.__path__)} == set(ALL), "each study needs a row in ALL"
 
 
-def test_record_comparison_starts_no_worker(asked: Asked, tmp_path: Path) -> None:
+def test_record_comparison_starts_no_worker(recorded_tasks: Asked, tmp_path: Path) -> None:
     """Comparing two record files starts no worker process."""
-    compare(tmp_path, {})
-    assert asked == []
+    compare_two_records(tmp_path, {})
+    assert recorded_tasks == []
 
 
-@pytest.mark.parametrize("study", [*(one for own in ALL.values() for one in own), conform])
+@pytest.mark.parametrize("study", [*(one for own in ALL.values() for one in own), run_conformance_case])
 def test_workers_have_study_limits_and_journal_is_reused(
-    study: Callable[[Path, How], None], asked: Asked, tmp_path: Path
+    study: Callable[[Path, How], None], recorded_tasks: Asked, tmp_path: Path
 ) -> None:
     r"""Every worker of a study has the requested limits of memory and time.
 
     A resumed study does not repeat the tasks in its journal.
     """
     study(tmp_path, {})
-    assert {name for _, _, name in asked} - {"DescribeTask"}
-    others = [one for one in asked if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]
+    assert {name for _, _, name in recorded_tasks} - {"DescribeTask"}
+    others = [one for one in recorded_tasks if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]
     assert not others, "asked in a pool with limits of its own: see CONTRIBUTING.md, a new study"
     if study in KEPT:
-        assert {name for _, _, name in asked} - DECLARED
-        asked.clear()
+        assert {name for _, _, name in recorded_tasks} - DECLARED
+        recorded_tasks.clear()
         study(tmp_path, {"resume": True})
-        assert {name for _, _, name in asked} <= DECLARED
+        assert {name for _, _, name in recorded_tasks} <= DECLARED

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import pytest
 from tests.cases import each, release_after
-from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
-from tests.unit.studies.examples import METHODS, campaign_results, growth
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
+from tests.unit.studies.examples import METHODS, build_campaign_results, build_growth
 
 from carom import Results, Scene, cross_check, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
@@ -33,12 +33,12 @@ THUD = staged(
 )
 
 
-def checked(*scenes: Scene, engines: tuple[str, ...] = ("pic", "pit")) -> Results:
+def run_own_methods(*scenes: Scene, engines: tuple[str, ...] = ("pic", "pit")) -> Results:
     """Return a cross-check of some scenes."""
     return cross_check(scenes, engines, profiles=["tuned"], dts=[1 / 60, 1 / 120], timing=False, pool=InProcessPool())
 
 
-def lead(results: Results) -> str:
+def join_lead(results: Results) -> str:
     return " ".join(cross_check_document(results).lead)
 
 
@@ -50,13 +50,13 @@ def test_certified_reference_is_reported_as_certified() -> None:
     three = staged("three", disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(7, 0.2), duration_s=2.0)
     options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcessPool()}
     without = cross_check([three], ["pit"], certified=False, **options)  # type: ignore[arg-type] # of several kinds
-    assert "without independent proof" in lead(without)
+    assert "without independent proof" in join_lead(without)
     pytest.importorskip("flint")
     proven = cross_check([three], ["pit"], certified=True, **options)  # type: ignore[arg-type] # as above
-    assert "every impact of PIC is certified in 1 of 1 scene" in lead(proven)
+    assert "every impact of PIC is certified in 1 of 1 scene" in join_lead(proven)
 
 
-def trend_said(results: Results) -> str:
+def join_trend_text(results: Results) -> str:
     section = build_trend_section(build_grid(results))
     texts = [block.text for block in section.blocks if isinstance(block, Text)]
     return " ".join(texts + [line for block in section.blocks if isinstance(block, Lines) for line in block.items])
@@ -68,15 +68,15 @@ def test_trend_without_errors_has_no_medians() -> None:
     For a late impact it contains a remark on methods that find no impact.
     """
     head_on = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
-    said = trend_said(checked(head_on))
+    said = join_trend_text(run_own_methods(head_on))
     assert "PIT's velocities are right at every step" in said
     assert "There are no medians" in said
-    assert "A method that finds no impact in a scene has fewer scenes." in trend_said(checked(LATE))
+    assert "A method that finds no impact in a scene has fewer scenes." in join_trend_text(run_own_methods(LATE))
 
 
-def stress_lead(endings: dict[str, CellEnding]) -> str:
+def build_stress_lead(endings: dict[str, CellEnding]) -> str:
     """Return the sentences of a campaign in which some engines' cells all end so, and all others pass or hold."""
-    found = campaign_results()
+    found = build_campaign_results()
     cells = {
         (line, method): dataclasses.replace(
             result,
@@ -91,7 +91,7 @@ def stress_lead(endings: dict[str, CellEnding]) -> str:
 
 def test_method_with_unsupported_tests_is_not_ranked() -> None:
     """A method that can't run every stress test is not ranked last; a sentence names it separately."""
-    found = campaign_results()
+    found = build_campaign_results()
     line = next(line.name for line in found.lines if line.kind == "attack")
     cells = {
         key: dataclasses.replace(result, ending=CellEnding.NOT_RUN)
@@ -109,14 +109,14 @@ def test_method_with_unsupported_tests_is_not_ranked() -> None:
 
 def test_equal_methods_are_summarised_together() -> None:
     """If all methods pass equally many stress tests, one sentence states this."""
-    said = stress_lead({})
-    attacks = sum(line.kind == "attack" for line in campaign_results().lines)
+    said = build_stress_lead({})
+    attacks = sum(line.kind == "attack" for line in build_campaign_results().lines)
     assert f"{len(METHODS)} methods each passed {attacks} of {attacks} stress tests." in said
 
 
 def test_growth_of_single_method_has_no_ranking() -> None:
     """The growth of a single method is reported without a fastest engine; otherwise the fastest engine is named."""
-    whole = growth()
+    whole = build_growth()
     alone = dataclasses.replace(whole, curves=whole.curves[:1])
     plain, falling = build_growth_document(whole).lead
     assert plain.startswith(
@@ -136,13 +136,13 @@ def test_impact_reported_twice_is_not_attributed_to_errors(known: bool) -> None:
     It is never an earlier error.
     """
     reference = solve_pic(LATE)
-    row = next(row for row in checked(LATE).rows if row.job.engine == "pit")
-    trace = sure(row.trace)
+    row = next(row for row in run_own_methods(LATE).rows if row.job.engine == "pit")
+    trace = require_value(row.trace)
     again = [0, 0]
-    states = sure(trace.state_before)[again].copy()
+    states = require_value(trace.state_before)[again].copy()
     if not known:
         states["position_first"] = states["position_second"] = float("nan")
-    effective_s = sure(trace.effective_time_s)[again]
+    effective_s = require_value(trace.effective_time_s)[again]
     doubled = dataclasses.replace(
         trace, impacts=trace.impacts[again], state_before=states, effective_time_s=effective_s
     )
@@ -152,7 +152,7 @@ def test_impact_reported_twice_is_not_attributed_to_errors(known: bool) -> None:
     assert cause.endswith("the bodies collide" if known else "not known")
 
 
-def plan_said(scene: Scene) -> str:
+def find_engines_line(scene: Scene) -> str:
     """Return what the plan of a run says that engines do."""
     plan = build_plan([scene], Options(engines=["pit"]), InProcessPool())
     return next(line for line in explain(plan) if line.strip().startswith("engines: "))
@@ -163,11 +163,11 @@ def test_explanation_mentions_free_flight_only_after_impacts() -> None:
 
     Without impacts, it states that no discs meet.
     """
-    assert "run for all 120 steps" in plan_said(THUD)
-    assert "the comparison with PIC ends at 0.553 s, when a disc comes to rest" in plan_said(THUD)
-    assert "free flight" not in plan_said(find_scenes(["gravity/free-fall"])[0].scene)
-    assert plan_said(NOTHING).endswith("because no discs meet in PIC")
-    assert "PIC's last impact at" in plan_said(LATE)
+    assert "run for all 120 steps" in find_engines_line(THUD)
+    assert "the comparison with PIC ends at 0.553 s, when a disc comes to rest" in find_engines_line(THUD)
+    assert "free flight" not in find_engines_line(find_scenes(["gravity/free-fall"])[0].scene)
+    assert find_engines_line(NOTHING).endswith("because no discs meet in PIC")
+    assert "PIC's last impact at" in find_engines_line(LATE)
 
 
 MINE = staged("mine", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
@@ -176,11 +176,11 @@ HEAD_ON = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3.02, 0), duration_s=2.
 AT_A_FRAME = staged("at-a-frame", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
 
 
-def found(scenes: Sequence[Scene | CatalogueScene], *engines: str, profile: str = "tuned") -> Results:
-    return cross_checked(scenes, ["pic", *engines], profiles=[profile], dts=[1 / 24])
+def run_one_profile(scenes: Sequence[Scene | CatalogueScene], *engines: str, profile: str = "tuned") -> Results:
+    return run_cross_check(scenes, ["pic", *engines], profiles=[profile], dts=[1 / 24])
 
 
-def says(results: Results) -> str:
+def join_lead_lines(results: Results) -> str:
     return "\n".join(cross_check_document(results).lead)
 
 
@@ -225,7 +225,7 @@ def test_lead_of_cross_check_has_exactly_the_expected_sentences(
     scenes: Sequence[Scene], engines: Sequence[str], sentences: Sequence[str]
 ) -> None:
     """The lead of a report consists of exactly the expected sentences and a count of runs by grade."""
-    said = cross_check_document(found(scenes, *engines)).lead
+    said = cross_check_document(run_one_profile(scenes, *engines)).lead
     assert len(said) == len(sentences) + 1
     assert sum(sentence.startswith("Of ") for sentence in said) == 1
     assert all(any(re.fullmatch(pattern, sentence) for sentence in said) for pattern in sentences)
@@ -239,11 +239,11 @@ def test_lead_names_engine_that_misses_with_default_settings() -> None:
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     scenes = find_scenes(["paper/missed", "paper/late"])
     first = "Default settings: pymunk misses an impact in 1 of 2 scenes"
-    assert says(found(scenes, "pymunk", profile="default")).startswith(
+    assert join_lead_lines(run_one_profile(scenes, "pymunk", profile="default")).startswith(
         f"{first}; pymunk is within sampling error in 1 scene."
     )
-    both = cross_checked(scenes, ["pic", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24])
-    assert says(both).startswith(f"{first}. Tuned: pymunk is within sampling error in 1 scene.")
+    both = run_cross_check(scenes, ["pic", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24])
+    assert join_lead_lines(both).startswith(f"{first}. Tuned: pymunk is within sampling error in 1 scene.")
 
 
 def test_lead_states_missing_scores_and_wrong_known_answers() -> None:
@@ -251,8 +251,10 @@ def test_lead_states_missing_scores_and_wrong_known_answers() -> None:
 
     If nothing was scored, the lead reports this.
     """
-    one = found(find_scenes(["paper/late"]), "pit")
+    one = run_one_profile(find_scenes(["paper/late"]), "pit")
     known = {name: (answer, 1e-3) for name, (answer, _) in one.known.items()}
-    assert "but not paper/late." in says(dataclasses.replace(one, known=known))
+    assert "but not paper/late." in join_lead_lines(dataclasses.replace(one, known=known))
     nothing = dataclasses.replace(one, rows=tuple(dataclasses.replace(row, score=None, trace=None) for row in one.rows))
-    assert says(nothing).startswith("Nothing was scored, because no requested method ran any of these scenes.")
+    assert join_lead_lines(nothing).startswith(
+        "Nothing was scored, because no requested method ran any of these scenes."
+    )

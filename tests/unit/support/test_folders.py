@@ -16,11 +16,11 @@ OLD: dict[str, str | bytes] = {"index.html": "old page", "results.jsonl": b"old 
 NEW: dict[str, str | bytes] = {"index.html": "new page", "results.jsonl": b"new rows", "report.md": "new text"}
 
 
-def content(folder: Path) -> dict[str, bytes]:
+def read_files(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != MARKER}
 
 
-def as_bytes(files: dict[str, str | bytes]) -> dict[str, bytes]:
+def encode_files(files: dict[str, str | bytes]) -> dict[str, bytes]:
     return {name: text if isinstance(text, bytes) else text.encode() for name, text in files.items()}
 
 
@@ -31,7 +31,7 @@ def test_folder_with_other_files_is_refused_unchanged(tmp_path: Path) -> None:
         claim(tmp_path, "cross-check", "--report")
     with pytest.raises(InputError, match="did not write"):
         write_files(tmp_path, "cross-check", NEW)
-    assert content(tmp_path) == {"index.html": b"mine"}
+    assert read_files(tmp_path) == {"index.html": b"mine"}
     assert not (tmp_path / MARKER).exists()
 
 
@@ -40,7 +40,7 @@ def test_folder_of_another_command_is_refused(tmp_path: Path) -> None:
     write_files(tmp_path / "out", "cross-check", OLD)
     with pytest.raises(InputError, match=r"another command's files \(cross-check, not bench\)"):
         write_files(tmp_path / "out", "bench", NEW)
-    assert content(tmp_path / "out") == as_bytes(OLD)
+    assert read_files(tmp_path / "out") == encode_files(OLD)
 
 
 @each("torn", ["", "b", "bench", "bench\n", "bench\nCarom replaces the fi"])
@@ -60,19 +60,19 @@ def test_other_files_in_a_folder_of_carom_are_kept(tmp_path: Path) -> None:
     write_files(tmp_path / "out", "bench", OLD)
     (tmp_path / "out" / "notes.txt").write_text("mine")
     write_files(tmp_path / "out", "bench", NEW)
-    assert content(tmp_path / "out") == {**as_bytes(NEW), "notes.txt": b"mine"}
+    assert read_files(tmp_path / "out") == {**encode_files(NEW), "notes.txt": b"mine"}
 
 
-def _file(path: Path) -> None:
+def _write_file(path: Path) -> None:
     path.write_text("mine")
 
 
-def _dangling(path: Path) -> None:
+def _write_dangling_link(path: Path) -> None:
     path.symlink_to(path.parent / "nowhere" / "else")
     path.parent.joinpath("nowhere").write_text("mine")
 
 
-@each("made", [_file, _dangling])
+@each("made", [_write_file, _write_dangling_link])
 def test_path_that_is_not_a_folder_is_refused_before_the_work(tmp_path: Path, made: Callable[[Path], None]) -> None:
     """A file, or a link to a path that can't be created, is refused before anything is run."""
     made(tmp_path / "out")
@@ -126,11 +126,11 @@ def test_kill_leaves_all_old_files_or_all_new_files(tmp_path: Path) -> None:
             else:
                 break
         claim(folder, "bench")
-        found.append(content(folder))
-        assert found[-1] in (as_bytes(OLD), as_bytes(NEW))
+        found.append(read_files(folder))
+        assert found[-1] in (encode_files(OLD), encode_files(NEW))
     assert number > 12  # three files, two folders, a rename, three moves, and what tidies up
-    assert found[0] == as_bytes(OLD)
-    assert found[-1] == as_bytes(NEW)
+    assert found[0] == encode_files(OLD)
+    assert found[-1] == encode_files(NEW)
 
 
 def test_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,7 +146,7 @@ def test_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(folders, "_put", full)
     with pytest.raises(OSError, match="No space"):
         write_files(tmp_path / "out", "bench", NEW)
-    assert content(tmp_path / "out") == as_bytes(OLD)
+    assert read_files(tmp_path / "out") == encode_files(OLD)
 
 
 def test_single_file_is_replaced_without_leftovers(tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ def test_single_file_is_replaced_without_leftovers(tmp_path: Path) -> None:
     path = tmp_path / "new" / "page.html"
     write_file(path, "old")
     write_file(path, "new")
-    assert content(path.parent) == {"page.html": b"new"}
+    assert read_files(path.parent) == {"page.html": b"new"}
 
 
 def test_links_and_pipes_are_written_through(tmp_path: Path) -> None:

@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.packaging import core_wasm
-from tests.processes import ran
-from tests.random_scenes import KINDS, TABLES, drawn, slowing, thrown
-from tests.scene_builders import crushed_rows
-from tests.unit.solvers.test_finite_walls import pushed, slid, wide
-from tests.validation.test_contact import held_in_its_landing
+from tests.processes import run_command
+from tests.random_scenes import KINDS, TABLES, draw_scene, draw_slope_scene, draw_table_friction_scene
+from tests.scene_builders import build_crushed_rows
+from tests.unit.solvers.test_finite_walls import draw_pushed_disc, draw_sliding_disc, draw_wide_disc
+from tests.validation.test_contact import build_landing_scene
 
 import carom
 from carom.catalogue import all_scenes
@@ -35,28 +35,28 @@ MOST = 2500
 Job = tuple[carom.Scene, str]
 
 
-def _node() -> str:
+def _find_node() -> str:
     found = shutil.which("node")
     if found is None:
         pytest.skip("there is no node here to run the page's JavaScript in: install Debian's package nodejs")
     return found
 
 
-def _bits(numbers: Any) -> str:
+def _to_bits(numbers: Any) -> str:
     return np.asarray(numbers, dtype="<f8").tobytes().hex()
 
 
 _KNOWN = dict[tuple[str, str], dict[str, Any]]()
 
 
-def _of_carom(scene: carom.Scene, method: str) -> dict[str, Any]:
+def _run_in_carom(scene: carom.Scene, method: str) -> dict[str, Any]:
     """What Carom makes of a scene, solved once: no two scenes of these tests have one name."""
     if (scene.name, method) not in _KNOWN:
-        _KNOWN[scene.name, method] = _solved(scene, method)
+        _KNOWN[scene.name, method] = _solve_scene(scene, method)
     return _KNOWN[scene.name, method]
 
 
-def _solved(scene: carom.Scene, method: str) -> dict[str, Any]:
+def _solve_scene(scene: carom.Scene, method: str) -> dict[str, Any]:
     """What Carom makes of a scene, in the words of `bits.mjs`."""
     scene = carom.Scene.model_validate_json(
         scene.model_dump_json()
@@ -70,51 +70,51 @@ def _solved(scene: carom.Scene, method: str) -> dict[str, Any]:
         "outcome": trace.outcome.name.lower(),
         "bodies": [[int(row["first"]), int(row["second"])] for row in rows],
         "edges": [list(edge) for edge in edges],
-        "floats": [_bits(np.hstack([row[name] for name in names])) for row in rows],
-        "spins": None if trace.spins is None else [_bits(list(row)) for row in trace.spins.tolist()],
+        "floats": [_to_bits(np.hstack([row[name] for name in names])) for row in rows],
+        "spins": None if trace.spins is None else [_to_bits(list(row)) for row in trace.spins.tolist()],
         "ambiguous": list(trace.ambiguous),
-        "modes": [] if trace.modes is None else [_mode(row) for row in trace.modes],
-        "final": _bits(np.hstack([state.ravel() for state in states if state is not None])),
+        "modes": [] if trace.modes is None else [_encode_mode(row) for row in trace.modes],
+        "final": _to_bits(np.hstack([state.ravel() for state in states if state is not None])),
     }
 
 
-def _mode(row: np.void) -> list[Any]:
+def _encode_mode(row: np.void) -> list[Any]:
     numbers = [int(row[name]) for name in ("impacts", "disc", "wall", "before", "after")]
     floats = ("time_s", "position", "velocity", "acceleration", "spin", "spin_rate")
-    return [numbers, _bits(np.hstack([row[name] for name in floats]))]
+    return [numbers, _to_bits(np.hstack([row[name] for name in floats]))]
 
 
-def _of_javascript(jobs: Sequence[Job], folder: Path = SOURCES) -> list[dict[str, Any]]:
+def _run_in_javascript(jobs: Sequence[Job], folder: Path = SOURCES) -> list[dict[str, Any]]:
     lines = [
         json.dumps({"scene": json.loads(scene.model_dump_json()), "method": method, "most": MOST})
         for scene, method in jobs
     ]
-    done = ran([_node(), HERE / "bits.mjs", folder], input="\n".join(lines), check=False)
+    done = run_command([_find_node(), HERE / "bits.mjs", folder], input="\n".join(lines), check=False)
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def _unlike(jobs: Sequence[Job], folder: Path = SOURCES) -> list[str]:
+def _list_different_runs(jobs: Sequence[Job], folder: Path = SOURCES) -> list[str]:
     """Name the runs that differ in any bit."""
-    return _differ(jobs, _of_javascript(jobs, folder))
+    return _compare_runs(jobs, _run_in_javascript(jobs, folder))
 
 
-def _differ(jobs: Sequence[Job], found: Sequence[dict[str, Any]]) -> list[str]:
+def _compare_runs(jobs: Sequence[Job], found: Sequence[dict[str, Any]]) -> list[str]:
     return [
         f"{scene.name} by {method}: {got.get('refused') or sorted(key for key in want if got.get(key) != want[key])}"
         for (scene, method), got in zip(jobs, found, strict=True)
-        if got != (want := _of_carom(scene, method))
+        if got != (want := _run_in_carom(scene, method))
     ]
 
 
-def _catalogue() -> list[Job]:
+def _list_catalogue_jobs() -> list[Job]:
     return [(entry.scene, method) for entry in all_scenes().values() for method in ("pic", "pit")]
 
 
 @each("one_in", release_after(1, [8, 1]))
 def test_page_reproduces_the_catalogue_to_the_bit(one_in: int) -> None:
     """Every time, normal, velocity, spin, mode and final state of PIC and PIT in the page has the bits of Python."""
-    assert _unlike([job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]) == []
+    assert _list_different_runs([job for k, job in enumerate(_list_catalogue_jobs()) if k // 2 % one_in == 0]) == []
 
 
 def test_page_refuses_an_unknown_field_by_name() -> None:
@@ -123,7 +123,7 @@ def test_page_refuses_an_unknown_field_by_name() -> None:
     wall = {"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "bounce": 2.0}
     changes: dict[str, dict[str, Any]] = {"bounce": {"walls": [wall]}, "drag": {"drag": 0.1}}
     lines = "\n".join(json.dumps({"scene": {**scene, **change}, "method": "pic"}) for change in changes.values())
-    done = ran([_node(), HERE / "bits.mjs", SOURCES], input=lines)
+    done = run_command([_find_node(), HERE / "bits.mjs", SOURCES], input=lines)
     assert [json.loads(line) for line in done.stdout.splitlines()] == [{"refused": [name]} for name in changes]
 
 
@@ -147,21 +147,21 @@ def test_comparison_finds_a_rounding_fault_in_the_page(module: str, old: str, ne
     assert old in text
     (tmp_path / module).write_text(text.replace(old, new), encoding="utf-8")
     places = ("tables/", "driven/", "contact/", "walls/")
-    jobs = [job for job in _catalogue() if job[0].name.startswith(places)]
+    jobs = [job for job in _list_catalogue_jobs() if job[0].name.startswith(places)]
     few: list[Job] = [(all_scenes()["tables/fagnano"].scene, "pic")]
-    many = [*jobs, *_tables(range(12)), *_random(range(4, 5))]
-    assert _unlike(few, tmp_path) or _unlike(many, tmp_path)
+    many = [*jobs, *_build_table_jobs(range(12)), *_build_random_jobs(range(4, 5))]
+    assert _list_different_runs(few, tmp_path) or _list_different_runs(many, tmp_path)
 
 
-def _drawn(kind: str, seed: int) -> carom.Scene:
+def _draw_scene(kind: str, seed: int) -> carom.Scene:
     """Draw a scene: of four, one is rough, one falls, and one is both; of eight, two are damped."""
     rough, falls = seed % 2 == 1, seed % 4 > 1
-    scene = drawn(kind, seed, rough=rough, gravity=(0.5, -9.81) if falls else (0.0, 0.0))
+    scene = draw_scene(kind, seed, rough=rough, gravity=(0.5, -9.81) if falls else (0.0, 0.0))
     fields = {"name": f"{scene.name} {rough} {falls}", "duration_s": min(scene.duration_s, 6.0)}
     return scene.model_copy(update={**fields, "damping_per_s": 0.3 if seed % 8 in {1, 4} else 0.0})
 
 
-def _table(seed: int) -> carom.Scene | None:
+def _draw_table(seed: int) -> carom.Scene | None:
     """Draw discs among edges, arcs and circles; of four, one falls, one has driven bodies, and one both."""
     rnd = random.Random(f"in the page {seed}")
     try:
@@ -169,16 +169,16 @@ def _table(seed: int) -> carom.Scene | None:
         walls, discs = list(scene.walls), list(scene.discs)
         if seed % 4 > 1:
             k, way = rnd.randrange(len(walls)), (rnd.choice((0.25, -0.5)), rnd.uniform(-0.5, 0.5))
-            path: dict[str, Any] = {"legs": _legs(rnd)} if rnd.random() < 0.5 else {"velocity_m_s": way}
+            path: dict[str, Any] = {"legs": _draw_legs(rnd)} if rnd.random() < 0.5 else {"velocity_m_s": way}
             walls[k] = walls[k].model_copy(update={**path, "surface_speed_m_s": rnd.choice((0.0, -0.75))})
             still = {"driven": True, "mass_kg": math.inf}
-            path = {"legs": _legs(rnd), "velocity_m_s": (0.0, 0.0)} if rnd.random() < 0.5 else {}
+            path = {"legs": _draw_legs(rnd), "velocity_m_s": (0.0, 0.0)} if rnd.random() < 0.5 else {}
             discs = [disc.model_copy(update={**still, **path} if i == 1 else {}) for i, disc in enumerate(discs)]
         walls += [
             carom.Chain(points_m=[(0, -0.5), (0, 0.5)], bulges=[rnd.choice((1.5, -2.5))]),  # more than half a circle
             carom.Chain(points_m=[(5.5, -6), (6.5, -6)], bulges=[1.0, 1.0], closed=True),  # one circle
         ]
-        falls = {"gravity_m_s2": (0.25, -2.0), **_resisting(rnd)} if seed % 2 else {}
+        falls = {"gravity_m_s2": (0.25, -2.0), **_draw_resistance(rnd)} if seed % 2 else {}
         falls |= {"damping_per_s": 0.25} if seed % 8 == 0 else {}
         fields = {"name": f"table {seed}", "duration_s": 4.0, "walls": walls, "discs": discs, **falls}
         return carom.Scene(**{**dict(scene), **fields})
@@ -186,23 +186,27 @@ def _table(seed: int) -> carom.Scene | None:
         return None
 
 
-def _legs(rnd: random.Random) -> tuple[Leg, ...]:
+def _draw_legs(rnd: random.Random) -> tuple[Leg, ...]:
     return tuple(
         Leg(from_s=begin_s, velocity_m_s=(rnd.uniform(-0.5, 0.5), rnd.choice((0.0, 0.25))))
         for begin_s in (0.0, 0.7, 1.9)
     )
 
 
-def _resisting(rnd: random.Random) -> dict[str, float]:
+def _draw_resistance(rnd: random.Random) -> dict[str, float]:
     return rnd.choice(({}, {"wall_rolling_resistance": 0.1, "wall_tangential_restitution": 0.0}))
 
 
-def _tables(seeds: range) -> list[Job]:
-    scenes = [_crushed(), _hooked(), *(scene for seed in seeds if (scene := _table(seed)) is not None)]
+def _build_table_jobs(seeds: range) -> list[Job]:
+    scenes = [
+        _build_crushed_scene(),
+        _build_hooked_scene(),
+        *(scene for seed in seeds if (scene := _draw_table(seed)) is not None),
+    ]
     return [(scene, how) for scene in scenes for how in ("pic", "pit")]
 
 
-def _crushed() -> carom.Scene:
+def _build_crushed_scene() -> carom.Scene:
     """A wall closes on a disc before another one, until it is crushed after impacts without end."""
     walls = [
         carom.Wall(point_m=(-1.0, 0.0), normal=(1.0, 0.0)),
@@ -212,44 +216,53 @@ def _crushed() -> carom.Scene:
     return carom.Scene(name="crushed", discs=discs, walls=walls, duration_s=5.0)
 
 
-def _hooked() -> carom.Scene:
+def _build_hooked_scene() -> carom.Scene:
     """A disc falls onto an arc of more than half a circle, near its end."""
     walls = [carom.Chain(points_m=[(0.5, -0.25), (0.5, 0.25)], bulges=[-2.0])]
     discs = [carom.Disc(position_m=(0.3, 3.0), velocity_m_s=(0.0, -1.0), radius_m=0.25)]
     return carom.Scene(name="hooked", discs=discs, walls=walls, duration_s=5.0)
 
 
-def _random(seeds: range) -> list[Job]:
-    return [(_drawn(kind, seed), how) for seed in seeds for kind in KINDS for how in ("pic", "pit")]
+def _build_random_jobs(seeds: range) -> list[Job]:
+    return [(_draw_scene(kind, seed), how) for seed in seeds for kind in KINDS for how in ("pic", "pit")]
 
 
 def test_page_reproduces_random_scenes_to_the_bit() -> None:
     """Random scenes of every kind, tables, extreme sizes, and sliding or slowed discs have the bits of Python."""
-    tables = _tables(range(2, 4))  # driven, and driven and falling
+    tables = _build_table_jobs(range(2, 4))  # driven, and driven and falling
     assert len(tables) == 8
-    slips = [(thrown(seed, gives_back=True), "pic") for seed in range(3)]
-    slips += [(held_in_its_landing(regain, 1e19), "pic") for regain in (-1.0, 0.5)]
-    others = [*_slowing(range(3)), *_extreme(range(4)), *_gliding(), (_drawn("far out", 37), "pic")]
-    assert _unlike([*_random(range(1)), *tables, *slips, *others]) == []
+    slips = [(draw_slope_scene(seed, gives_back=True), "pic") for seed in range(3)]
+    slips += [(build_landing_scene(regain, 1e19), "pic") for regain in (-1.0, 0.5)]
+    others = [
+        *_build_slowing_jobs(range(3)),
+        *_build_extreme_jobs(range(4)),
+        *_build_gliding_jobs(),
+        (_draw_scene("far out", 37), "pic"),
+    ]
+    assert _list_different_runs([*_build_random_jobs(range(1)), *tables, *slips, *others]) == []
 
 
-def _slowing(numbers: range) -> list[Job]:
+def _build_slowing_jobs(numbers: range) -> list[Job]:
     """Discs that a table slows down."""
-    return [(slowing(number), how) for number in numbers for how in ("pic", "pit")]
+    return [(draw_table_friction_scene(number), how) for number in numbers for how in ("pic", "pit")]
 
 
-def _extreme(numbers: range) -> list[Job]:
+def _build_extreme_jobs(numbers: range) -> list[Job]:
     """Scenes of every kind in sizes that are computed in other units."""
     scenes = []
     for number in numbers:
         rnd = random.Random(f"extreme {number}")
         length, time = rnd.choice((-300, -230, 210, 260)), rnd.choice((-100, 0, 100))
-        base = slowing(number) if number % 3 == 2 else drawn("anywhere", number, rough=number % 2 == 1)
-        scenes.append(_sized(base, length, time))
+        base = (
+            draw_table_friction_scene(number)
+            if number % 3 == 2
+            else draw_scene("anywhere", number, rough=number % 2 == 1)
+        )
+        scenes.append(_scale_scene(base, length, time))
     return [(scene, how) for scene in scenes for how in ("pic", "pit")]
 
 
-def _sized(scene: carom.Scene, length: int, time: int) -> carom.Scene:
+def _scale_scene(scene: carom.Scene, length: int, time: int) -> carom.Scene:
     """Return a scene in which lengths and times are larger by powers of two."""
 
     def scaled(vector: Sequence[float], exponent: int) -> tuple[float, ...]:
@@ -280,11 +293,16 @@ def _sized(scene: carom.Scene, length: int, time: int) -> carom.Scene:
     return carom.Scene(**{**dict(scene), **more, "discs": discs, "walls": walls})
 
 
-def _gliding() -> list[Job]:
+def _build_gliding_jobs() -> list[Job]:
     """Discs that start to glide along an arc, or are as wide, beyond its circle by a rounding or not; some fall."""
     pulls = ((0.0, 0.0), (1e-9, 0.0))
-    drawn = [(form(random.Random(n)), form.__name__, n, g) for n in range(2) for form in (pushed, slid) for g in pulls]
-    wides = [wide(n).model_copy(update={"name": f"wide {n}"}) for n in (15, 18, 19, 28)]
+    drawn = [
+        (form(random.Random(n)), form.__name__, n, g)
+        for n in range(2)
+        for form in (draw_pushed_disc, draw_sliding_disc)
+        for g in pulls
+    ]
+    wides = [draw_wide_disc(n).model_copy(update={"name": f"wide {n}"}) for n in (15, 18, 19, 28)]
     return [(scene, "pic") for scene in wides] + [
         (scene.model_copy(update={"name": f"{name} {n} {g}", "gravity_m_s2": g}), "pic")
         for (scene, _), name, n, g in drawn
@@ -295,27 +313,27 @@ def _gliding() -> list[Job]:
 @pytest.mark.release
 def test_page_reproduces_crushed_rows_to_the_bit() -> None:
     """Rows of discs that are crushed between mallets and walls have the bits of Python, up to the crush."""
-    assert _unlike([(scene, "pic") for scene, _ in crushed_rows()]) == []
+    assert _list_different_runs([(scene, "pic") for scene, _ in build_crushed_rows()]) == []
 
 
 @pytest.mark.release
 @each("first", range(0, 200, 20))
 def test_page_reproduces_many_random_scenes_to_the_bit(first: int) -> None:
     """200 random scenes of each kind have the bits of Python in the page."""
-    assert _unlike(_random(range(first, first + 20))) == []
+    assert _list_different_runs(_build_random_jobs(range(first, first + 20))) == []
 
 
 @pytest.mark.release
 def test_page_reproduces_100_slowing_and_extreme_scenes() -> None:
     """100 scenes with table deceleration and 100 of extreme sizes have the bits of Python in the page."""
-    assert _unlike([*_slowing(range(3, 103)), *_extreme(range(4, 104))]) == []
+    assert _list_different_runs([*_build_slowing_jobs(range(3, 103)), *_build_extreme_jobs(range(4, 104))]) == []
 
 
 @pytest.mark.release
 @each("first", range(4, 404, 100))
 def test_page_reproduces_400_tables_to_the_bit(first: int) -> None:
     """400 draws of tables, a quarter of them both driven and falling, have the bits of Python in the page."""
-    assert _unlike(_tables(range(first, first + 100))) == []
+    assert _list_different_runs(_build_table_jobs(range(first, first + 100))) == []
 
 
 _IMPORT = re.compile(r'^import (?:\{([^}]*)\} from )?"\./(\w+)\.js";$', re.MULTILINE)
@@ -323,7 +341,7 @@ _EXPORT = re.compile(r"^export (?:(?:async )?function\*?|class) (\w+)|^export \{
 _CONSTANTS = re.compile(r"^export const (.*?);(?: //[^\n]*)?$", re.MULTILINE | re.DOTALL)
 
 
-def _names(listed: str) -> set[str]:
+def _parse_names(listed: str) -> set[str]:
     return {name.split(" as ")[-1].strip() for name in listed.split(",") if name.strip()}
 
 
@@ -336,9 +354,9 @@ def test_page_modules_import_only_from_earlier_modules() -> None:
         assert len(imports) == len(re.findall(r"^import\b", text, re.MULTILINE)), f"{module}: an import is not read"
         for listed, source in imports:
             assert source in exported, f"{module} imports {source}, which comes after it"
-            assert _names(listed) <= exported[source], f"{module} imports from {source} what that does not export"
+            assert _parse_names(listed) <= exported[source], f"{module} imports from {source} what that does not export"
         single = {name for name, _ in _EXPORT.findall(text) if name}
-        listed_names = set().union(*(_names(listed) for _, listed in _EXPORT.findall(text)))
+        listed_names = set().union(*(_parse_names(listed) for _, listed in _EXPORT.findall(text)))
         constants = set(re.findall(r"(?:^|,\n  )(\w+) =", "\n".join(_CONSTANTS.findall(text)), re.MULTILINE))
         exported[module] = single | listed_names | constants
 
@@ -364,7 +382,7 @@ def test_packed_blocks_are_unpacked_unchanged() -> None:
     contents = [page.CORE.read_bytes()[:20_000], b"ab" * 3000 + b"c", noise, noise[:7] * 99, b"<"]
     lines = "\n".join(page.pack_block(content) for content in contents)
     assert "<" not in lines
-    done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=lines)
+    done = run_command([_find_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=lines)
     assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents
 
 
@@ -373,7 +391,9 @@ def test_damaged_block_is_refused(change: str) -> None:
     """A block with a changed length, content or end raises a RangeError that the page is damaged."""
     block = page.pack_block(b"the content of a block" * 10)
     letters = {"length": block[:2] + "}}}}" + block[6:], "letter": block[:30] + "@" + block[31:], "end": block[:40]}
-    done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=f"{block}\n{letters[change]}", check=False)
+    done = run_command(
+        [_find_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=f"{block}\n{letters[change]}", check=False
+    )
     assert "RangeError: this page is damaged" in done.stderr
 
 
@@ -382,7 +402,7 @@ def test_damaged_block_is_refused(change: str) -> None:
 
 def test_committed_wasm_matches_the_sources() -> None:
     """The digest in core.wasm is that of the sources, flags and compiler; ``make generated`` writes the file."""
-    assert core_wasm.sources_digest_of(core_wasm.CORE_WASM.read_bytes()) == core_wasm.sources_digest()
+    assert core_wasm.read_sources_digest(core_wasm.CORE_WASM.read_bytes()) == core_wasm.compute_sources_digest()
 
 
 @pytest.mark.release

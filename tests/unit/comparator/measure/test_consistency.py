@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.planted.faults import DT, ROW, SPEED, faithful
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.planted.faults import DT, ROW, SPEED, replay_reference
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
 from carom.catalogue import catalogue
@@ -19,8 +19,8 @@ from carom.execution.engine_run import observe_run
 REFERENCE = solve_pic(ROW)
 
 
-def own(trace: Trace, reference: Trace = REFERENCE) -> Consistency:
-    return sure(compare(reference, trace).consistency)
+def measure_consistency(trace: Trace, reference: Trace = REFERENCE) -> Consistency:
+    return require_value(compare(reference, trace).consistency)
 
 
 @pytest.mark.long
@@ -31,16 +31,16 @@ def test_pic_and_pit_runs_are_self_consistent(engine: str) -> None:
     for name in ("paper/multiple", "classics/gas", "classics/box", "classics/deflection", "gravity/box"):
         scene = catalogue()[name].scene
         trace = observe_run(adapter, scene, "tuned", 1 / scene.frame_rate_hz)
-        found = own(trace, solve_pic(scene))
+        found = measure_consistency(trace, solve_pic(scene))
         largest = [found.velocity.size, found.position.size, found.across, found.normal_length, found.momentum]
         assert max(largest) < 1e-12, name
         assert found.stamp_s < 1e-12
         assert found.unchecked == 0
 
 
-def pushed_apart(part: float) -> Trace:
+def build_pushed_run(part: float) -> Trace:
     """A run whose struck disc is put aside, once, by so large a part of what the discs close in a step."""
-    trace = faithful(REFERENCE)
+    trace = replay_reference(REFERENCE)
     place = trace.final_position_m.copy()
     place[2, 1] += part * SPEED * DT
     return dataclasses.replace(trace, final_position_m=place)
@@ -48,17 +48,17 @@ def pushed_apart(part: float) -> Trace:
 
 def test_push_within_the_overlap_of_a_step_keeps_the_grade() -> None:
     """Discs that are pushed apart have the verdict DRIFTS; only a push beyond a step's overlap is INACCURATE."""
-    late = faithful(REFERENCE).impacts.copy()
+    late = replay_reference(REFERENCE).impacts.copy()
     late["velocity_second_after"][1, 1] = 1.0  # a PIT that ends far away, so that the end allows anything
     pit = dataclasses.replace(
-        faithful(REFERENCE),
+        replay_reference(REFERENCE),
         impacts=late,
         final_position_m=REFERENCE.final_position_m + 1.0,
         final_velocity_m_s=REFERENCE.final_velocity_m_s + 1.0,
     )
     grades = {}
     for part in (0.5, 0.99, 1.01, 3.0):
-        score = compare(REFERENCE, pushed_apart(part), sampling=pit)
+        score = compare(REFERENCE, build_pushed_run(part), sampling=pit)
         assert Verdict.DRIFTS in score.verdicts
         grades[part] = score.grade
     assert grades == {0.5: Grade.SAMPLED, 0.99: Grade.SAMPLED, 1.01: Grade.INACCURATE, 3.0: Grade.INACCURATE}
@@ -81,7 +81,7 @@ def test_rounding_of_32_bit_floats_is_no_drift() -> None:
         dt_s=DT,
         float_bits=32,
     )
-    assert own(narrow, reference).position.size > 1e-5  # six thousand roundings show
+    assert measure_consistency(narrow, reference).position.size > 1e-5  # six thousand roundings show
     assert not {Verdict.DRIFTS, Verdict.TURNS} & set(compare(reference, narrow).verdicts)
     # It is rounding, and further off than a hundredth of a step's travel: close, and exact no more.
     assert narrow.final_position_m[0] == pytest.approx(
@@ -94,7 +94,7 @@ def test_rounding_of_32_bit_floats_is_no_drift() -> None:
     assert compare(reference, drifted, sampling=reference).grade is Grade.INACCURATE
 
 
-def falling(duration_s: float = 1.0) -> tuple[Scene, Trace, Trace]:
+def build_fall(duration_s: float = 1.0) -> tuple[Scene, Trace, Trace]:
     """A thrown disc without impacts, its reference, and a run by semi-implicit Euler."""
     scene = staged("thrown", disc_at(0, 0, 3, 2), gravity_m_s2=(0, -10), duration_s=duration_s)
     reference, steps = solve_pic(scene), round(duration_s / DT)
@@ -106,7 +106,7 @@ def falling(duration_s: float = 1.0) -> tuple[Scene, Trace, Trace]:
 
 def test_euler_error_of_a_fall_is_only_a_wrong_end() -> None:
     """A fall by semi-implicit Euler ends too low by g dt t / 2: it is MISPLACED and INACCURATE, and consistent."""
-    _, reference, euler = falling()
+    _, reference, euler = build_fall()
     score = compare(reference, euler, sampling=dataclasses.replace(reference, dt_s=DT))
     assert score.verdicts == (Verdict.MISPLACED,)
     assert score.total.final_position * 0.5 == pytest.approx(10 * DT / 2, rel=1e-12)
@@ -115,12 +115,14 @@ def test_euler_error_of_a_fall_is_only_a_wrong_end() -> None:
 
 def test_velocity_change_that_gravity_cannot_explain_is_a_turn() -> None:
     """A velocity change across gravity, or along it by more than gravity gives, has the verdict TURNS."""
-    _, reference, euler = falling()
+    _, reference, euler = build_fall()
     for change, size in (((0.5, 0.0), 0.5), ((0.0, -20.0), 20.0 - 10 * DT), ((0.0, 11.0), 1.0 - 10 * DT)):
         turned = dataclasses.replace(euler, final_velocity_m_s=euler.final_velocity_m_s + np.array([change]))
         score = compare(reference, turned)
         assert Verdict.TURNS in score.verdicts
-        assert own(turned, reference).velocity.size == pytest.approx(size / score.scales.speed_m_s, rel=1e-9)
+        assert measure_consistency(turned, reference).velocity.size == pytest.approx(
+            size / score.scales.speed_m_s, rel=1e-9
+        )
 
 
 def test_resting_disc_has_no_turn() -> None:
@@ -135,11 +137,11 @@ def test_resting_disc_has_no_turn() -> None:
 
 def test_flights_around_an_unknown_impact_are_unchecked() -> None:
     """Flights before and after an impact of unknown state are counted as unchecked, and the run is EXACT."""
-    trace = faithful(REFERENCE)
-    states, effective = sure(trace.state_before).copy(), sure(trace.effective_time_s).copy()
+    trace = replay_reference(REFERENCE)
+    states, effective = require_value(trace.state_before).copy(), require_value(trace.effective_time_s).copy()
     states["position_first"][1] = states["position_second"][1] = effective[1] = math.nan
     unknown = dataclasses.replace(trace, state_before=states, effective_time_s=effective)
-    assert own(unknown).unchecked == 4  # of discs 1 and 2, before and after
+    assert measure_consistency(unknown).unchecked == 4  # of discs 1 and 2, before and after
     assert compare(REFERENCE, unknown, sampling=dataclasses.replace(REFERENCE, dt_s=DT)).grade is Grade.EXACT
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.cases import each, release_after
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
@@ -31,30 +31,30 @@ CONTACT = {
 
 
 @cache
-def run_of(name: str, engine: str, dt_s: float = 1 / 60) -> Trace:
+def run_engine(name: str, engine: str, dt_s: float = 1 / 60) -> Trace:
     """Return a run of a scene by Carom's own methods."""
     return observe_run(load_adapter(engine), CONTACT[name], "tuned", dt_s)
 
 
 @cache
-def reference(name: str) -> Trace:
+def run_reference(name: str) -> Trace:
     """Return PIC's trace."""
     return solve_pic(CONTACT[name])
 
 
-def doctored(change: Callable[[States], States], name: str) -> Score:
+def score_altered_states(change: Callable[[States], States], name: str) -> Score:
     """Return the score of PIC with states that are not its own."""
-    trace = run_of(name, "pic")
-    return compare(reference(name), replace(trace, looks=change(sure(trace.looks))))
+    trace = run_engine(name, "pic")
+    return compare(run_reference(name), replace(trace, looks=change(require_value(trace.looks))))
 
 
 @each("name", [*list(CONTACT)[1::3], *release_after(0, CONTACT)])
 def test_pic_is_exact_in_contact(name: str) -> None:
     """PIC's states in contact equal the closed form to rounding: both grades are EXACT."""
-    score = doctored(lambda looks: looks, name)
-    assert sure(score.contact).grade is Grade.EXACT
+    score = score_altered_states(lambda looks: looks, name)
+    assert require_value(score.contact).grade is Grade.EXACT
     assert score.grade is Grade.EXACT
-    assert sure(score.contact).looks >= 30
+    assert require_value(score.contact).looks >= 30
 
 
 @each("dt_s", release_after(1, [1 / 60, 1 / 240]))
@@ -62,8 +62,8 @@ def test_pic_is_exact_in_contact(name: str) -> None:
 def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
     """PIT, which hops from frame to frame in contact, is SAMPLED, CLOSE or EXACT."""
     sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))
-    score = compare(reference(name), run_of(name, "pit", dt_s), sampling=sampling)
-    assert sure(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+    score = compare(run_reference(name), run_engine(name, "pit", dt_s), sampling=sampling)
+    assert require_value(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
     assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
 
 
@@ -76,14 +76,14 @@ def test_hops_of_two_frames_are_not_hidden_by_skipped_states() -> None:
     (entry,) = find_scenes(["issues/brax-151"])
     trace = observe_run(load_adapter("pit"), entry.scene, "tuned", 0.01)
     score = compare(solve_pic(entry.scene), trace, sampling=trace)
-    assert (sure(score.contact).looks, score.grade) == (150, Grade.SAMPLED)
-    assert sure(score.contact).own.velocity_m_s == pytest.approx(9.8 * 0.01)
+    assert (require_value(score.contact).looks, score.grade) == (150, Grade.SAMPLED)
+    assert require_value(score.contact).own.velocity_m_s == pytest.approx(9.8 * 0.01)
 
 
 @each("name", list(CONTACT))
 def test_states_computed_from_a_trace_equal_those_of_the_run(name: str) -> None:
     """Positions, velocities and spins computed from a trace at any time equal those of a run that ends then."""
-    trace = reference(name)
+    trace = run_reference(name)
     times = np.sort(np.random.default_rng(3).uniform(0.0, trace.end_time_s, 12))
     motion = compute_states_at(trace, times)
     for row, time_s in enumerate(times.tolist()):
@@ -97,8 +97,10 @@ def test_states_computed_from_a_trace_equal_those_of_the_run(name: str) -> None:
 def test_position_error_above_that_of_pit_is_inaccurate() -> None:
     """A position error of 0.2 m in contact, above PIT's 1/6 m, is INACCURATE with the verdict CONTACT."""
     aside = np.array([0.2, 0.0])
-    score = doctored(lambda looks: replace(looks, position_m=looks.position_m + aside), "contact/slide-to-roll")
-    assert sure(sure(score.contact).pit).place_m == pytest.approx(1 / 6, rel=0.01)
+    score = score_altered_states(
+        lambda looks: replace(looks, position_m=looks.position_m + aside), "contact/slide-to-roll"
+    )
+    assert require_value(require_value(score.contact).pit).place_m == pytest.approx(1 / 6, rel=0.01)
     assert score.grade is Grade.INACCURATE
     assert Verdict.CONTACT in score.verdicts
 
@@ -109,8 +111,8 @@ def test_disc_that_is_frozen_in_contact_is_wrong() -> None:
     def frozen(looks: States) -> States:
         return replace(looks, velocity_m_s=np.zeros_like(looks.velocity_m_s))
 
-    score = doctored(frozen, "contact/slide-to-roll")
-    assert sure(score.contact).frozen
+    score = score_altered_states(frozen, "contact/slide-to-roll")
+    assert require_value(score.contact).frozen
     assert score.grade is Grade.WRONG
     assert any("a disc that should move stands still" in finding.reason for finding in score.findings)
 
@@ -123,7 +125,7 @@ def test_jitter_of_a_resting_disc_is_inaccurate_or_wrong(steps: float, grade: Gr
         shake = steps * 10.0 / 60.0 * (-1.0) ** np.arange(len(looks))
         return replace(looks, velocity_m_s=looks.velocity_m_s + shake[:, None, None] * np.array([0.0, 1.0]))
 
-    score = doctored(shaken, "contact/stops")
+    score = score_altered_states(shaken, "contact/stops")
     assert score.grade is grade
     assert any("that should rest" in finding.reason for finding in score.findings)
 
@@ -132,19 +134,19 @@ def test_reduced_spin_is_an_error_of_the_angular_momentum() -> None:
     """A rim that is a tenth too slow is half as much off in the angular momentum u - k R w, for k = 1/2."""
 
     def slowed(looks: States) -> States:
-        return replace(looks, spin_rad_s=0.9 * sure(looks.spin_rad_s))
+        return replace(looks, spin_rad_s=0.9 * require_value(looks.spin_rad_s))
 
-    score = doctored(slowed, "contact/incline-slips")
-    assert sure(score.contact).momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
+    score = score_altered_states(slowed, "contact/incline-slips")
+    assert require_value(score.contact).momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
     assert any("angular momentum about the wall" in finding.reason for finding in score.findings)
 
 
-def reasons(score: Score) -> str:
+def join_reasons(score: Score) -> str:
     """Return what is said of contact."""
     return "".join(finding.reason for finding in score.findings if finding.verdict is Verdict.CONTACT)
 
 
-def moved(looks: States, where: NDArray[np.bool_], place: float = 0.0, speed: float | None = None) -> States:
+def move_states(looks: States, where: NDArray[np.bool_], place: float = 0.0, speed: float | None = None) -> States:
     """Return states on a floor, some of them higher up by a length, or at another speed off the floor."""
     position, velocity = looks.position_m.copy(), looks.velocity_m_s.copy()
     position[where, :, 1] += place
@@ -162,22 +164,24 @@ def test_hopping_of_a_sliding_disc_is_sampled_or_wrong(steps: float, grade: Grad
         up = np.array([0.0, 1.0]) * np.where(looks.time_s > 1.4, shake, 0.0)[:, None]
         return replace(looks, velocity_m_s=looks.velocity_m_s + up[:, None, :])
 
-    trace = run_of("contact/drop", "pic")
-    changed = replace(trace, looks=hopping(sure(trace.looks)))
+    trace = run_engine("contact/drop", "pic")
+    changed = replace(trace, looks=hopping(require_value(trace.looks)))
     score = compare(solve_pic(trace.scene), changed, sampling=solve_pit(trace.scene, frame_rate_hz=60.0))
-    assert sure(score.contact).grade is grade
-    assert sure(score.contact).kept.hop_m_s == pytest.approx(steps / 6.0)
-    assert sure(score.contact).kept.take_offs == pytest.approx(0.5, abs=0.05)
-    assert "hops at" in reasons(score)
+    assert require_value(score.contact).grade is grade
+    assert require_value(score.contact).kept.hop_m_s == pytest.approx(steps / 6.0)
+    assert require_value(score.contact).kept.take_offs == pytest.approx(0.5, abs=0.05)
+    assert "hops at" in join_reasons(score)
 
 
 @each("off, said", [(0.005, "held 0.005 m off its wall"), (-0.005, "held 0.005 m inside its wall")])
 def test_constant_gap_or_overlap_in_contact_is_reported(off: float, said: str) -> None:
     """A disc that is held 5 mm off its wall, or 5 mm inside it, is reported with that distance."""
-    score = doctored(lambda looks: moved(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll")
-    assert sure(score.contact).kept.gap_m == pytest.approx(off)
-    assert sure(score.contact).kept.overlap_m == pytest.approx(-off)
-    assert said in reasons(score)
+    score = score_altered_states(
+        lambda looks: move_states(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll"
+    )
+    assert require_value(score.contact).kept.gap_m == pytest.approx(off)
+    assert require_value(score.contact).kept.overlap_m == pytest.approx(-off)
+    assert said in join_reasons(score)
 
 
 @each("until_s, in_time", [(0.5, False), (1.25, True)])
@@ -185,12 +189,12 @@ def test_bounces_that_end_too_early_are_reported(until_s: float, in_time: bool) 
     """Bounces that should end at 1.342 s are reported if they end at 0.5 s, and not if they end at 1.25 s."""
 
     def dead(looks: States) -> States:
-        return moved(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0)
+        return move_states(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0)
 
-    score = doctored(dead, "contact/drop")
-    assert sure(score.contact).ends_in_time is in_time
-    assert (sure(score.contact).grade is Grade.EXACT) is in_time
-    assert ("bounces end" in reasons(score)) is not in_time
+    score = score_altered_states(dead, "contact/drop")
+    assert require_value(score.contact).ends_in_time is in_time
+    assert (require_value(score.contact).grade is Grade.EXACT) is in_time
+    assert ("bounces end" in join_reasons(score)) is not in_time
 
 
 def test_slip_that_ends_late_is_reported() -> None:
@@ -198,11 +202,11 @@ def test_slip_that_ends_late_is_reported() -> None:
 
     def slipping(looks: States) -> States:
         late = (looks.time_s > 0.4) & (looks.time_s < 1.0)
-        return replace(looks, spin_rad_s=np.where(late[:, None], 0.0, sure(looks.spin_rad_s)))
+        return replace(looks, spin_rad_s=np.where(late[:, None], 0.0, require_value(looks.spin_rad_s)))
 
-    score = doctored(slipping, "contact/slide-to-roll")
-    assert sure(score.contact).late.slips_s == pytest.approx(0.5, abs=0.1)
-    assert "slips end" in reasons(score)
+    score = score_altered_states(slipping, "contact/slide-to-roll")
+    assert require_value(score.contact).late.slips_s == pytest.approx(0.5, abs=0.1)
+    assert "slips end" in join_reasons(score)
 
 
 def test_half_step_of_an_integrator_is_explained() -> None:
@@ -215,11 +219,11 @@ def test_half_step_of_an_integrator_is_explained() -> None:
         slower = looks.velocity_m_s - looks.velocity_m_s[0]
         return replace(looks, position_m=looks.position_m + 0.5 / 60.0 * slower)
 
-    score = doctored(integrated, "contact/stops")
-    assert sure(score.contact).own.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
-    assert sure(score.contact).beyond_m < 1e-12
-    assert sure(score.contact).grade is Grade.SAMPLED
-    assert "an integrator's half step" in reasons(score)
+    score = score_altered_states(integrated, "contact/stops")
+    assert require_value(score.contact).own.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
+    assert require_value(score.contact).beyond_m < 1e-12
+    assert require_value(score.contact).grade is Grade.SAMPLED
+    assert "an integrator's half step" in join_reasons(score)
 
 
 def test_creeping_of_a_resting_disc_is_reported() -> None:
@@ -228,7 +232,9 @@ def test_creeping_of_a_resting_disc_is_reported() -> None:
     def creeping(looks: States) -> States:
         return replace(looks, velocity_m_s=looks.velocity_m_s + np.array([0.008, -0.006]))
 
-    assert "discs that should rest move at 0.01 m/s on average" in reasons(doctored(creeping, "contact/holds"))
+    assert "discs that should rest move at 0.01 m/s on average" in join_reasons(
+        score_altered_states(creeping, "contact/holds")
+    )
 
 
 @each("restitution", release_after(1, [0.2, 0.8, 0.95]))
@@ -241,13 +247,15 @@ def test_pit_of_a_ball_coming_to_rest_is_no_worse_than_sampled(restitution: floa
         scene = scene.model_copy(update={"discs": (disc,), "wall_restitution": restitution, "duration_s": lasts})
         trace = observe_run(load_adapter("pit"), scene, "tuned", 1 / 60)
         score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=60.0))
-        assert sure(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+        assert require_value(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
         assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
 
 
 def test_nan_position_in_contact_is_wrong() -> None:
     """NaN as positions in contact makes the run WRONG."""
-    score = doctored(lambda looks: replace(looks, position_m=np.full_like(looks.position_m, math.nan)), "contact/stops")
+    score = score_altered_states(
+        lambda looks: replace(looks, position_m=np.full_like(looks.position_m, math.nan)), "contact/stops"
+    )
     assert score.grade is Grade.WRONG
 
 
@@ -262,20 +270,20 @@ def test_no_contact_score_without_contact_or_states() -> None:
 
 def test_impact_reported_where_contact_begins_is_not_spurious() -> None:
     """An impact reported at 0 s for a disc that lies on the floor from the start is not spurious."""
-    trace = run_of("contact/stops", "pic")
-    touches = reference("contact/drop").impacts[:1].copy()
+    trace = run_engine("contact/stops", "pic")
+    touches = run_reference("contact/drop").impacts[:1].copy()
     touches["time_s"] = 0.0
     told = replace(trace, impacts=touches, spins=np.zeros(1, SPIN_DTYPE), effective_time_s=None, state_before=None)
-    assert compare(reference("contact/stops"), told).spurious == ()
+    assert compare(run_reference("contact/stops"), told).spurious == ()
 
 
 def test_impact_before_contact_is_spurious() -> None:
     """An impact reported at 0.1 s is spurious for a ball that is in the air for half a second."""
-    trace = run_of("contact/drop", "pic")
+    trace = run_engine("contact/drop", "pic")
     early = np.insert(trace.impacts, 0, trace.impacts[0])
     early["time_s"][0] = 0.1
     told = replace(trace, impacts=early, effective_time_s=None, state_before=None)
-    assert len(compare(reference("contact/drop"), told).spurious) == 1
+    assert len(compare(run_reference("contact/drop"), told).spurious) == 1
 
 
 def test_contact_in_the_last_state_alone_is_measured() -> None:

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.unit.core.feature_times import in_core
+from tests.unit.core.feature_times import build_wall_features
 
 import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit
@@ -25,7 +25,7 @@ ROUNDING = 1e-12
 CIRCLE = ExactCircle(Fraction(0), Fraction(0), Fraction(4))
 
 
-def long_gas(duration_s: float) -> Scene:
+def build_long_gas(duration_s: float) -> Scene:
     gas = catalogue()["classics/gas"].scene
     return gas.model_copy(update={"duration_s": duration_s})
 
@@ -35,7 +35,7 @@ def test_pic_has_no_local_errors_in_a_long_gas() -> None:
 
     Median errors are below 1e-12.
     """
-    trace = solve_pic(long_gas(60.0))
+    trace = solve_pic(build_long_gas(60.0))
     assert len(trace.impacts) > 2000
     local = measure_local_errors(trace, compute_scales(trace.scene, trace))
     assert local.scored == len(trace.impacts)
@@ -47,7 +47,7 @@ def test_pic_has_no_local_errors_in_a_long_gas() -> None:
 
 def test_local_error_of_a_fault_beyond_the_horizon_is_exact() -> None:
     """In a gas far beyond its horizon, 3% less restitution in one impact is a local error of -0.03 there."""
-    trace = solve_pic(long_gas(30.0))
+    trace = solve_pic(build_long_gas(30.0))
     at = len(trace.impacts) - 100
     row = trace.impacts[at]
     from carom.comparator.measure.local_errors import find_own_states
@@ -142,7 +142,7 @@ def test_disc_touches_a_feature_at_the_start_of_its_overlap(
     feature: Feature, place: tuple[float, float], velocity: tuple[float, float]
 ) -> None:
     """A disc that is moved back to the start of its overlap with a feature touches it, to 1e-15."""
-    disc, wall = Mover.at(place, velocity, 0.25), in_core(feature)
+    disc, wall = Mover.at(place, velocity, 0.25), build_wall_features(feature)
     assert wall.gap(0, disc) < -0.01
     ago = wall.overlap_start(0, disc)
     assert ago < 0.0
@@ -156,7 +156,7 @@ def test_disc_touches_a_feature_at_the_start_of_its_overlap(
 )
 def test_overlap_of_a_disc_that_slides_along_a_wall_starts_now(feature: Feature, place: tuple[float, float]) -> None:
     """The overlap of a disc that touches a wall and moves along it starts at 0 s."""
-    assert in_core(feature).overlap_start(0, Mover.at(place, (1.0, 0.0), 0.25)) == 0.0
+    assert build_wall_features(feature).overlap_start(0, Mover.at(place, (1.0, 0.0), 0.25)) == 0.0
 
 
 @each("name", release_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))

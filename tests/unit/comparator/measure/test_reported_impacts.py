@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from tests.planted.altered_runs import DT, GAS, Run, judged, sampled
+from tests.planted.altered_runs import DT, GAS, Run, record_pit, score_run
 from tests.scene_builders import disc_at, staged, wall_at
 
 from carom.comparator import Grade, Score, Verdict
@@ -15,20 +15,20 @@ from carom.model.trace import IMPACT_DTYPE, pair_name
 from carom.solvers.pic import solve_pic
 
 #: PIT in a gas of twelve: its trajectory leaves PIC's, and each of its steps is PIT's own.
-PIT = sampled(GAS)
+PIT = record_pit(GAS)
 TRACE = replace(solve_pic(GAS), dt_s=DT)
 
 
-def reporting(run: Run, impacts: np.ndarray) -> Score:
-    return judged(replace(run, impacts=impacts[np.argsort(impacts["time_s"], kind="stable")]))
+def score_reports(run: Run, impacts: np.ndarray) -> Score:
+    return score_run(replace(run, impacts=impacts[np.argsort(impacts["time_s"], kind="stable")]))
 
 
-def reason(score: Score, verdict: Verdict) -> str:
+def find_reason(score: Score, verdict: Verdict) -> str:
     (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)
     return found
 
 
-def alone(run: Run) -> int:
+def find_isolated_impact(run: Run) -> int:
     """Return an impact before the horizon whose bodies meet nothing else within four steps."""
     rows = run.impacts
     for k in range(len(rows) // 3, len(rows)):
@@ -41,35 +41,35 @@ def alone(run: Run) -> int:
 
 def test_parted_run_with_correct_reports_is_parted() -> None:
     """PIT in a crowd leaves PIC's trajectory and is PARTED, without the verdict MISREPORTED."""
-    score = judged(PIT)
+    score = score_run(PIT)
     assert score.grade is Grade.PARTED
     assert Verdict.MISREPORTED not in score.verdicts
 
 
 def test_unreported_impact_makes_a_parted_run_wrong() -> None:
     """A parted run that does not report one of its impacts is WRONG and MISREPORTED, with no missed impact."""
-    k = alone(PIT)
-    score = reporting(PIT, np.delete(PIT.impacts, k))
+    k = find_isolated_impact(PIT)
+    score = score_reports(PIT, np.delete(PIT.impacts, k))
     assert score.grade is Grade.WRONG
-    assert reason(score, Verdict.MISREPORTED).startswith("1 shown but not reported, the first at ")
+    assert find_reason(score, Verdict.MISREPORTED).startswith("1 shown but not reported, the first at ")
     assert {Verdict.PARTED} == set(score.verdicts) & {Verdict.PARTED, Verdict.MISSED, Verdict.MULTIPLE_MISSED}
 
 
 def test_reported_impact_that_no_state_shows_is_wrong() -> None:
     """A report of two distant bodies makes a parted run WRONG; the reason names the time and the bodies."""
-    k = alone(PIT)
+    k = find_isolated_impact(PIT)
     invented = PIT.impacts[[k]].copy()
     busy = PIT.impacts[np.abs(PIT.impacts["time_s"] - invented[0]["time_s"]) <= 4 * DT]
     met = {frozenset((int(row["first"]), int(row["second"]))) for row in busy}
     invented["first"], invented["second"] = next((a, b) for b in range(12) for a in range(b) if {a, b} not in met)
-    score = reporting(replace(PIT, told=True), np.concatenate([PIT.impacts, invented]))
+    score = score_reports(replace(PIT, told=True), np.concatenate([PIT.impacts, invented]))
     assert score.grade is Grade.WRONG
-    assert reason(score, Verdict.MISREPORTED) == (
+    assert find_reason(score, Verdict.MISREPORTED) == (
         f"1 reported but not shown, the first at {invented[0]['time_s']:.6g} s between {pair_name(invented[0])}"
     )
 
 
-def parting(
+def count_disagreements(
     windows: list[tuple[int, int, bool]], reports: list[int], rests: Sequence[tuple[int, int]] = ()
 ) -> tuple[int, int]:
     """Return how many reports of a pair, at these steps, no window shows, and how many windows have no report.
@@ -96,10 +96,10 @@ def parting(
 
 def test_each_window_gets_its_own_report() -> None:
     """A crowd's window does not take its neighbour's report, and windows in a row take theirs in order."""
-    assert parting([(91, 93, True), (94, 96, False)], [92, 95]) == (0, 0)
-    assert parting([(91, 93, True), (94, 96, False)], [95]) == (0, 0)
-    assert parting([(10, 11, False), (13, 14, False)], [13, 16]) == (0, 0)
-    assert parting([(10, 11, False), (10, 12, True)], [11, 13]) == (0, 0)
+    assert count_disagreements([(91, 93, True), (94, 96, False)], [92, 95]) == (0, 0)
+    assert count_disagreements([(91, 93, True), (94, 96, False)], [95]) == (0, 0)
+    assert count_disagreements([(10, 11, False), (13, 14, False)], [13, 16]) == (0, 0)
+    assert count_disagreements([(10, 11, False), (10, 12, True)], [11, 13]) == (0, 0)
 
 
 def test_extra_and_missing_reports_are_counted() -> None:
@@ -107,20 +107,20 @@ def test_extra_and_missing_reports_are_counted() -> None:
 
     Any other report is counted as not shown.
     """
-    assert parting([(10, 11, False)], [11, 12]) == (1, 0)
-    assert parting([(10, 11, False)], [14]) == (1, 1)
-    assert parting([(10, 11, False)], [13]) == (0, 0)
-    assert parting([(10, 11, False), (13, 14, False)], [11]) == (0, 1)
-    assert parting([], [14]) == (1, 0)
+    assert count_disagreements([(10, 11, False)], [11, 12]) == (1, 0)
+    assert count_disagreements([(10, 11, False)], [14]) == (1, 1)
+    assert count_disagreements([(10, 11, False)], [13]) == (0, 0)
+    assert count_disagreements([(10, 11, False), (13, 14, False)], [11]) == (0, 1)
+    assert count_disagreements([], [14]) == (1, 0)
 
 
 def test_resting_pair_can_have_any_number_of_reports() -> None:
     """A rest shows any number of reports up to two steps away, and needs none; others are not shown."""
-    assert parting([], [4, 5, 6, 7, 8], [(6, 7)]) == (0, 0)
-    assert parting([], [3, 10], [(6, 7)]) == (2, 0)
-    assert parting([], [10, 14], [(2, 8), (16, 20), (40, 41)]) == (0, 0)
-    assert parting([], [12, 30], [(2, 8), (16, 20), (40, 41)]) == (2, 0)
-    assert parting([(10, 11, False)], [], [(6, 11)]) == (0, 1)
+    assert count_disagreements([], [4, 5, 6, 7, 8], [(6, 7)]) == (0, 0)
+    assert count_disagreements([], [3, 10], [(6, 7)]) == (2, 0)
+    assert count_disagreements([], [10, 14], [(2, 8), (16, 20), (40, 41)]) == (0, 0)
+    assert count_disagreements([], [12, 30], [(2, 8), (16, 20), (40, 41)]) == (2, 0)
+    assert count_disagreements([(10, 11, False)], [], [(6, 11)]) == (0, 1)
 
 
 #: A disc that meets a floor and, in the same frame of PIT, a slope. The slope sends it on so slowly that it hops from
@@ -136,14 +136,14 @@ NARROW = staged(
 
 def test_pit_that_hops_on_a_slope_reports_what_it_shows() -> None:
     """PIT that hops on a slope at each frame is PARTED, not MISREPORTED; a false floor report is WRONG."""
-    run = sampled(NARROW)
+    run = record_pit(NARROW)
     hops = run.impacts[run.impacts["second"] == -2]
     assert len(hops) > 50
-    score = judged(run)
+    score = score_run(run)
     assert score.grade is Grade.PARTED
     assert Verdict.MISREPORTED not in score.verdicts
     lie = hops[[2]].copy()
     lie["second"] = -1
-    score = reporting(run, np.concatenate([run.impacts, lie]))
+    score = score_reports(run, np.concatenate([run.impacts, lie]))
     assert score.grade is Grade.WRONG
-    assert reason(score, Verdict.MISREPORTED).startswith("1 reported but not shown, the first at ")
+    assert find_reason(score, Verdict.MISREPORTED).startswith("1 reported but not shown, the first at ")

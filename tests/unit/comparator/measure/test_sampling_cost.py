@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.planted.faults import DT, ROW, carried_off, delayed, faithful, faster, replayed, tunnelling
-from tests.scene_builders import disc_at, staged, sure
+from tests.planted.faults import DT, ROW, carried_off, delayed, faster, replay_impacts, replay_reference, tunnelling
+from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Disc, Outcome, Score, Trace, compare, solve_pic, solve_pit
 from carom.catalogue import catalogue
@@ -23,7 +23,7 @@ REFERENCE = solve_pic(OBLIQUE)
 NAMES = [name for name in catalogue() if not name.startswith("issues/")]
 
 
-def found_after(late_s: float) -> float:
+def compute_velocity_error(late_s: float) -> float:
     """Velocity error of two equal discs, one at rest, found so late: equal masses exchange what is along the normal."""
     reach = math.sqrt(RADII**2 - OFFSET**2)
     right = np.array([reach, OFFSET]) / RADII
@@ -32,7 +32,7 @@ def found_after(late_s: float) -> float:
     return float(np.hypot(*(line[0] * line - right[0] * right)))
 
 
-def late_by(reference: Trace, late_s: float) -> Trace:
+def delay_impact(reference: Trace, late_s: float) -> Trace:
     """The run that finds the one impact so late, and along the line of centres there, as PIT would."""
     impacts = reference.impacts.copy()
     impacts["time_s"] += late_s
@@ -41,53 +41,53 @@ def late_by(reference: Trace, late_s: float) -> Trace:
     passed = SPEED * impacts["normal"][0, 0] * impacts["normal"]
     impacts["velocity_second_after"] = passed
     impacts["velocity_first_after"] = np.array([SPEED, 0.0]) - passed
-    return replayed(reference, impacts)
+    return replay_impacts(reference, impacts)
 
 
-def scored(observed: Trace, sampling: Trace | None = None) -> Score:
+def score_run(observed: Trace, sampling: Trace | None = None) -> Score:
     reference = solve_pic(observed.scene)
     return compare(reference, observed, sampling=sampling or solve_pit(observed.scene, frame_rate_hz=1 / DT))
 
 
-def price() -> float:
+def compute_worst_pit_error() -> float:
     """What PIT pays in `OBLIQUE` at worst over sixteen phases of a step, by the closed form."""
     late_s = math.ceil(REFERENCE.impacts["time_s"][0] / DT) * DT - REFERENCE.impacts["time_s"][0]
-    return max(found_after((late_s + k * DT / 16) % DT) for k in range(16))
+    return max(compute_velocity_error((late_s + k * DT / 16) % DT) for k in range(16))
 
 
 @each("part", [0.0, 1e-6, 0.005, 0.3, 0.999])
 def test_price_is_the_velocity_error_over_pits_worst_phase(part: float) -> None:
     """The price paid is the closed-form velocity error of a late impact over PIT's largest at sixteen phases."""
-    score, off = scored(late_by(REFERENCE, part * DT)), found_after(part * DT)
+    score, off = score_run(delay_impact(REFERENCE, part * DT)), compute_velocity_error(part * DT)
     assert score.total.velocity == pytest.approx(off, rel=1e-9, abs=1e-15)
-    assert score.price_paid == pytest.approx(off / max(off, price()), rel=1e-9, abs=1e-12)
+    assert score.price_paid == pytest.approx(off / max(off, compute_worst_pit_error()), rel=1e-9, abs=1e-12)
 
 
 def test_pic_pays_0_and_pit_at_most_1() -> None:
     """PIC pays 0; PIT pays at most 1 at eight phases, 1 at one of them, and less than 0.2 at another."""
-    assert scored(faithful(REFERENCE)).price_paid == 0.0
+    assert score_run(replay_reference(REFERENCE)).price_paid == 0.0
     paid = []
     for k in range(8):
         ahead = SPEED * k * DT / 8
         one = OBLIQUE.discs[0].model_copy(update={"position_m": (ahead, 0.0)})
         scene = OBLIQUE.model_copy(update={"discs": (one, OBLIQUE.discs[1])})
-        paid.append(scored(solve_pit(scene, frame_rate_hz=1 / DT)).price_paid)
+        paid.append(score_run(solve_pit(scene, frame_rate_hz=1 / DT)).price_paid)
     assert max(paid) == pytest.approx(1.0, abs=1e-9)
     assert min(paid) < 0.2
 
 
 def test_grade_never_improves_with_lateness() -> None:
     """An impact found ever later is EXACT, then CLOSE, SAMPLED up to one step, and INACCURATE beyond."""
-    pit = late_by(REFERENCE, 0.5 * DT)
+    pit = delay_impact(REFERENCE, 0.5 * DT)
     parts = [0.0, 1e-13, 1e-9, 1e-3, 0.0075, 0.02, 0.4, 0.51, 0.97, 1.0, 1.000001, 1.1, 3.0]
-    grades = [scored(late_by(REFERENCE, part * DT), pit).grade for part in parts]
+    grades = [score_run(delay_impact(REFERENCE, part * DT), pit).grade for part in parts]
     assert grades == [Grade.EXACT] * 2 + [Grade.CLOSE] * 3 + [Grade.SAMPLED] * 5 + [Grade.INACCURATE] * 3
 
 
 def test_runs_are_graded_where_pit_has_a_lucky_phase() -> None:
     """If PIT has a frame at the very instant of the impact, runs are compared with PIT's other phases."""
-    lucky = dataclasses.replace(faithful(REFERENCE), method="pit")
-    close, late, later = (scored(late_by(REFERENCE, part * DT), lucky) for part in (0.001, 0.3, 1.1))
+    lucky = dataclasses.replace(replay_reference(REFERENCE), method="pit")
+    close, late, later = (score_run(delay_impact(REFERENCE, part * DT), lucky) for part in (0.001, 0.3, 1.1))
     assert (close.grade, late.grade, later.grade) == (Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE)
     assert 0 < close.price_paid < 0.01 < late.price_paid < 1 < later.price_paid
 
@@ -97,11 +97,11 @@ def test_price_is_relative_to_the_whole_change_if_pit_misses() -> None:
     pit = solve_pit(OBLIQUE, frame_rate_hz=0.4)  # one frame before the impact, the next after the end
     assert len(pit.impacts) == 0
     changed = math.sqrt(1 - (OFFSET / RADII) ** 2)  # all that is along the normal, over the speed
-    late = dataclasses.replace(late_by(REFERENCE, 1e-4), dt_s=2.5)
-    score = scored(late, pit)
-    assert score.price_paid == pytest.approx(found_after(1e-4) / changed, rel=1e-6)
+    late = dataclasses.replace(delay_impact(REFERENCE, 1e-4), dt_s=2.5)
+    score = score_run(late, pit)
+    assert score.price_paid == pytest.approx(compute_velocity_error(1e-4) / changed, rel=1e-6)
     assert score.grade is Grade.CLOSE
-    nothing = scored(pit, pit)
+    nothing = score_run(pit, pit)
     assert nothing.price_paid == pytest.approx(1.0, rel=1e-15)
     assert nothing.grade is Grade.WRONG
 
@@ -112,7 +112,7 @@ def test_velocity_error_in_a_head_on_impact_costs_infinity() -> None:
     PIT is up to 15/16 of a step late at each of two impacts, so its worst lateness is between one and two steps.
     """
     reference = solve_pic(ROW)
-    right, wrong = scored(delayed(reference, 0.3)), scored(faster(reference, 1e-6))
+    right, wrong = score_run(delayed(reference, 0.3)), score_run(faster(reference, 1e-6))
     assert 0.3 / 2 <= right.price_paid <= 0.3 * (1 + 1e-9)
     assert right.grade is Grade.SAMPLED
     assert (wrong.price_paid, wrong.grade) == (math.inf, Grade.INACCURATE)
@@ -120,30 +120,30 @@ def test_velocity_error_in_a_head_on_impact_costs_infinity() -> None:
 
 def test_missed_impact_costs_its_whole_velocity_change() -> None:
     """A run that misses the impact pays its whole velocity change, and is WRONG."""
-    score = scored(tunnelling(REFERENCE, 1))
-    assert score.price_paid == pytest.approx(math.sqrt(1 - OFFSET**2) / price(), rel=1e-9)
+    score = score_run(tunnelling(REFERENCE, 1))
+    assert score.price_paid == pytest.approx(math.sqrt(1 - OFFSET**2) / compute_worst_pit_error(), rel=1e-9)
     assert score.grade is Grade.WRONG
 
 
 @each("value", [math.nan, math.inf])
 def test_non_finite_run_has_an_infinite_price(value: float) -> None:
     """NaN or infinity anywhere in a run makes it WRONG, with an infinite price."""
-    velocity = faithful(REFERENCE).impacts.copy()
+    velocity = replay_reference(REFERENCE).impacts.copy()
     velocity["velocity_first_after"][0, 0] = value
-    elsewhere = faithful(REFERENCE).final_position_m.copy()
+    elsewhere = replay_reference(REFERENCE).final_position_m.copy()
     elsewhere[1, 1] = value
     for broken in (
-        dataclasses.replace(faithful(REFERENCE), impacts=velocity),
-        dataclasses.replace(faithful(REFERENCE), final_position_m=elsewhere),
+        dataclasses.replace(replay_reference(REFERENCE), impacts=velocity),
+        dataclasses.replace(replay_reference(REFERENCE), final_position_m=elsewhere),
     ):
-        assert (scored(broken).price_paid, scored(broken).grade) == (math.inf, Grade.WRONG)
+        assert (score_run(broken).price_paid, score_run(broken).grade) == (math.inf, Grade.WRONG)
 
 
 def test_nan_final_velocity_is_an_infinite_momentum_error() -> None:
     """NaN in a final velocity gives infinite errors of momentum and of final velocity, and not NaN."""
-    velocity = faithful(REFERENCE).final_velocity_m_s.copy()
+    velocity = replay_reference(REFERENCE).final_velocity_m_s.copy()
     velocity[1, 0] = math.nan
-    score = scored(dataclasses.replace(faithful(REFERENCE), final_velocity_m_s=velocity))
+    score = score_run(dataclasses.replace(replay_reference(REFERENCE), final_velocity_m_s=velocity))
     assert score.momentum_error == score.total.final_velocity == math.inf
 
 
@@ -152,17 +152,17 @@ def test_pit_that_ended_early_excuses_no_wrong_end() -> None:
     reference = solve_pic(catalogue()["classics/deflection"].scene)
     pit = solve_pit(reference.scene, frame_rate_hz=60)
     early = dataclasses.replace(pit, end_time_s=0.9 * pit.end_time_s)
-    assert math.isnan(scored(reference, early).sampling.final_position)  # type: ignore[union-attr] # PIT was given
-    assert scored(carried_off(reference, 0.1), early).grade is Grade.INACCURATE
+    assert math.isnan(score_run(reference, early).sampling.final_position)  # type: ignore[union-attr] # PIT was given
+    assert score_run(carried_off(reference, 0.1), early).grade is Grade.INACCURATE
 
 
 @each("outcome", [Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED])
 def test_run_that_ends_before_an_impact_has_an_infinite_price(outcome: Outcome) -> None:
     """A run that ends before the impact is WRONG with an infinite price, whatever outcome it reports."""
-    whole = faithful(REFERENCE)
+    whole = replay_reference(REFERENCE)
     none = {name: getattr(whole, name)[:0] for name in ("impacts", "effective_time_s", "state_before")}
     start = np.array([disc.position_m for disc in OBLIQUE.discs])
-    score = scored(dataclasses.replace(whole, **none, final_position_m=start, end_time_s=0.0, outcome=outcome))
+    score = score_run(dataclasses.replace(whole, **none, final_position_m=start, end_time_s=0.0, outcome=outcome))
     assert (score.price_paid, score.grade) == (math.inf, Grade.WRONG)
 
 
@@ -170,9 +170,9 @@ def test_price_is_nan_without_an_impact_or_pit() -> None:
     """The price is NaN if the scene has no impact, or if there is no PIT run to compare with."""
     apart = OBLIQUE.model_copy(update={"discs": (OBLIQUE.discs[0], Disc(position_m=(3, 3), radius_m=0.5))})
     reference = solve_pic(apart)
-    score = compare(reference, faithful(reference), sampling=solve_pit(apart))
+    score = compare(reference, replay_reference(reference), sampling=solve_pit(apart))
     assert (math.isnan(score.price_paid), score.grade) == (True, Grade.EXACT)
-    assert math.isnan(compare(REFERENCE, late_by(REFERENCE, 1e-3)).price_paid)
+    assert math.isnan(compare(REFERENCE, delay_impact(REFERENCE, 1e-3)).price_paid)
 
 
 def test_scene_that_cannot_be_shifted_has_one_phase() -> None:
@@ -194,10 +194,10 @@ def test_exact_depends_on_the_declared_width_of_floats() -> None:
 
     The reason names 32-bit floats.
     """
-    narrow = dataclasses.replace(late_by(REFERENCE, 1e-6), float_bits=32)
-    assert (scored(narrow).grade, scored(narrow).float_bits) == (Grade.EXACT, 32)
-    assert "32-bit floats" in scored(narrow).findings[0].reason
-    assert scored(dataclasses.replace(narrow, float_bits=64)).grade is Grade.CLOSE
+    narrow = dataclasses.replace(delay_impact(REFERENCE, 1e-6), float_bits=32)
+    assert (score_run(narrow).grade, score_run(narrow).float_bits) == (Grade.EXACT, 32)
+    assert "32-bit floats" in score_run(narrow).findings[0].reason
+    assert score_run(dataclasses.replace(narrow, float_bits=64)).grade is Grade.CLOSE
 
 
 def test_32_bit_floats_excuse_no_lateness_beyond_close() -> None:
@@ -205,7 +205,7 @@ def test_32_bit_floats_excuse_no_lateness_beyond_close() -> None:
     scene = ROW.model_copy(update={"duration_s": 100.0})
     late = dataclasses.replace(delayed(solve_pic(scene), 0.04), float_bits=32)
     assert THRESHOLDS.rounding_32 * scene.duration_s > 0.04 * DT
-    assert scored(late).grade is Grade.SAMPLED
+    assert score_run(late).grade is Grade.SAMPLED
 
 
 def test_own_velocity_error_excludes_what_sampling_costs() -> None:
@@ -213,10 +213,10 @@ def test_own_velocity_error_excludes_what_sampling_costs() -> None:
 
     Without a PIT run the own error is None.
     """
-    pit = late_by(REFERENCE, 0.5 * DT)
-    assert scored(pit, pit).own_velocity == 0.0
-    fine = scored(late_by(REFERENCE, 1e-8), pit)
-    assert sure(fine.against_pit).velocity > 0.01
+    pit = delay_impact(REFERENCE, 0.5 * DT)
+    assert score_run(pit, pit).own_velocity == 0.0
+    fine = score_run(delay_impact(REFERENCE, 1e-8), pit)
+    assert require_value(fine.against_pit).velocity > 0.01
     assert fine.own_velocity == fine.total.velocity < 1e-6
     assert compare(REFERENCE, pit).own_velocity is None
 
@@ -230,7 +230,7 @@ def test_score_repeats_no_number_of_its_largest_errors() -> None:
     plain = [getattr(score, field.name) for field in dataclasses.fields(score)]
     numbers = [value for value in plain if isinstance(value, float) and math.isfinite(value)]
     for errors in (score.total, score.sampling, score.against_pit):
-        found = {name: v for name, v in dataclasses.asdict(sure(errors)).items() if math.isfinite(v) and v}
+        found = {name: v for name, v in dataclasses.asdict(require_value(errors)).items() if math.isfinite(v) and v}
         assert not set(found.values()) & set(numbers)
 
 

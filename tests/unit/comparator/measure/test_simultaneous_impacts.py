@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 from tests.cases import each
-from tests.scene_builders import altered, disc_at, staged, sure, wall_at
+from tests.scene_builders import alter_impact, disc_at, require_value, staged, wall_at
 
 from carom import Scene, compare, solve_pic
 from carom.catalogue import catalogue, find_scenes
@@ -14,7 +14,7 @@ from carom.comparator.measure.simultaneous_impacts import find_admissible_outcom
 from carom.model.walls import Leg
 
 
-def cradle(discs: int, restitution: float = 1.0) -> Scene:
+def build_cradle(discs: int, restitution: float = 1.0) -> Scene:
     """Return a scene in which one disc strikes a row of touching ones."""
     return staged(
         "cradle",
@@ -32,7 +32,7 @@ def test_one_disc_into_two_has_three_admissible_outcomes() -> None:
     sqrt(3)/5 and w = -1/5.
     """
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
-    group = sure(find_first_group(reference))
+    group = require_value(find_first_group(reference))
     assert group.discs == (0, 1, 2)
     assert len(group.contacts) == 3
     outcomes = find_admissible_outcomes(reference.scene, group, 1.0)
@@ -51,7 +51,7 @@ def test_simultaneous_outcome_has_no_negative_impulse() -> None:
     way, other = (math.cos(math.radians(83)), math.sin(math.radians(83))), math.radians(70)
     discs = disc_at(-way[0], -way[1], *way), disc_at(1.0, 0.0), disc_at(math.cos(other), math.sin(other))
     scene = staged("aside", *discs, duration_s=2.0)
-    outcomes = find_admissible_outcomes(scene, sure(find_first_group(solve_pic(scene))), 1.0)
+    outcomes = find_admissible_outcomes(scene, require_value(find_first_group(solve_pic(scene))), 1.0)
     assert [outcome.how for outcome in outcomes] == ["0 on 1, then 0 on 2", "0 on 2"]
 
 
@@ -64,7 +64,7 @@ def test_driven_wall_strikes_with_the_velocity_of_its_leg() -> None:
     scene = staged(
         "squeeze", disc_at(0.75, 0.0), disc_at(2.75, 0.0, -0.5), wall_at(-0.5, 0.0, 1.0, 0.0, legs=legs), duration_s=4.0
     )
-    group = sure(find_first_group(solve_pic(scene)))
+    group = require_value(find_first_group(solve_pic(scene)))
     outcomes = find_admissible_outcomes(scene, group, 1.0)
     assert [outcome.motion_m_s[:, :2].tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
 
@@ -78,15 +78,15 @@ def test_disc_that_falls_onto_a_resting_one_has_two_outcomes() -> None:
     """
     (entry,) = find_scenes(["contact/pressed"])
     reference = solve_pic(entry.scene)
-    group = sure(find_first_group(reference))
+    group = require_value(find_first_group(reference))
     in_turn, at_once = find_admissible_outcomes(entry.scene, group, 2.0)
     np.testing.assert_allclose(in_turn.motion_m_s[:, :2], [[0, 0], [0, 0]], rtol=0, atol=4e-9)
     np.testing.assert_allclose(at_once.motion_m_s[:, :2], [[0, 0], [0, 1]], rtol=0, atol=1e-12)
     assert in_turn.how.startswith("0 on 1, then 0 on wall 0, then 0 on 1")
     assert in_turn.how.endswith(", and so on")
     score = compare(reference, reference)
-    assert sure(score.convention).nearest == 0
-    assert sure(score.convention).distance < 1e-7  # PIC ends by name after a dozen of them
+    assert require_value(score.convention).nearest == 0
+    assert require_value(score.convention).distance < 1e-7  # PIC ends by name after a dozen of them
 
 
 def test_pic_matches_the_first_admissible_outcome() -> None:
@@ -96,7 +96,7 @@ def test_pic_matches_the_first_admissible_outcome() -> None:
     """
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
     score = compare(reference, reference)
-    assert (sure(score.convention).nearest, sure(score.convention).matches) == (0, True)
+    assert (require_value(score.convention).nearest, require_value(score.convention).matches) == (0, True)
     assert "matches admissible outcome 1 of 3" in score.findings[0].reason
     impacts = reference.impacts.copy()
     flip = np.array([1.0, -1.0])
@@ -106,14 +106,14 @@ def test_pic_matches_the_first_admissible_outcome() -> None:
     impacts["second"] = [2, 1]
     mirrored = dataclasses.replace(reference, impacts=impacts)
     other = compare(reference, mirrored)
-    assert (sure(other.convention).nearest, sure(other.convention).matches) == (1, True)
+    assert (require_value(other.convention).nearest, require_value(other.convention).matches) == (1, True)
 
 
 def test_velocities_of_no_order_match_no_outcome() -> None:
     """Velocities that no order of impacts gives match none of the three admissible outcomes."""
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
-    score = compare(reference, altered(reference, 1, velocity_first_after=(0.5, 0.5)))
-    assert not sure(score.convention).matches
+    score = compare(reference, alter_impact(reference, 1, velocity_first_after=(0.5, 0.5)))
+    assert not require_value(score.convention).matches
     assert score.verdicts[0] is Verdict.CONVENTION
     assert "matches none of the 3 admissible outcomes" in score.findings[0].reason
 
@@ -121,8 +121,8 @@ def test_velocities_of_no_order_match_no_outcome() -> None:
 @each("discs", [3, 4, 5])
 def test_row_of_touching_discs_passes_all_speed_to_the_last(discs: int) -> None:
     """In the first outcome of a row of equal elastic discs, the last disc leaves with all the speed."""
-    reference = solve_pic(cradle(discs))
-    group = sure(find_first_group(reference))
+    reference = solve_pic(build_cradle(discs))
+    group = require_value(find_first_group(reference))
     assert group.discs == tuple(range(discs))
     first = find_admissible_outcomes(reference.scene, group, 1.0)[0]
     np.testing.assert_allclose(first.motion_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from tests.cases import each
-from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, faithful, replayed
+from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replay_impacts, replay_reference
 from tests.scene_builders import disc_at, staged, wall_at
 
 from carom import Score, Trace, compare, solve_pic, solve_pit
@@ -24,13 +24,13 @@ PAGE = (ROOT / "docs" / "theory" / "scoring.md").read_text()
 RULES = "".join(path.read_text() for path in (COMPARATOR / "grade_run.py", *COMPARATOR.glob("verdicts/*.py")))
 
 
-def reason(score: Score, verdict: Verdict) -> str:
+def find_reason(score: Score, verdict: Verdict) -> str:
     """Return the reason of a verdict that is reported exactly once."""
     (found,) = (finding.reason for finding in score.findings if finding.verdict is verdict)
     return found
 
 
-def first_column(heading: str) -> list[str]:
+def read_first_column(heading: str) -> list[str]:
     """Return the first cell of each row of the table below a heading of the page."""
     below = PAGE.partition(f"\n## {heading}")[2].partition("\n## ")[0]
     return [row for row in re.findall(r"^\| (.+?) \|", below, re.MULTILINE) if row not in ("verdict", "grade", "---")]
@@ -38,12 +38,12 @@ def first_column(heading: str) -> list[str]:
 
 def test_scoring_page_lists_exactly_the_verdicts() -> None:
     """The table of verdicts in scoring.md has each verdict and no other text."""
-    assert sorted(first_column("6. The verdicts")) == sorted(verdict.value for verdict in Verdict)
+    assert sorted(read_first_column("6. The verdicts")) == sorted(verdict.value for verdict in Verdict)
 
 
 def test_scoring_page_lists_exactly_the_grades() -> None:
     """The table of grades in scoring.md has each grade by its displayed word, from best to worst."""
-    assert first_column("7. The grade") == [mark_of_grade(grade, 64).word for grade in Grade]
+    assert read_first_column("7. The grade") == [mark_of_grade(grade, 64).word for grade in Grade]
 
 
 @each("verdict", Verdict)
@@ -59,22 +59,22 @@ def test_run_that_continues_past_a_standstill_is_wrong() -> None:
     ended = dataclasses.replace(
         whole, impacts=whole.impacts[kept], outcome=Outcome.STANDSTILL, end_time_s=(FIRST_S + LAST_S) / 2
     )
-    completes = dataclasses.replace(replayed(ended, ended.impacts.copy()), outcome=Outcome.COMPLETED)
+    completes = dataclasses.replace(replay_impacts(ended, ended.impacts.copy()), outcome=Outcome.COMPLETED)
     score = compare(ended, completes)
     assert score.grade is Grade.WRONG
     assert Verdict.CONFORMS not in score.verdicts
-    assert "inelastic collapse" in reason(score, Verdict.WENT_ON)
+    assert "inelastic collapse" in find_reason(score, Verdict.WENT_ON)
 
 
 def test_conforms_reason_counts_impacts_up_to_the_horizon() -> None:
     """With a horizon between two impacts, the reason of CONFORMS counts only the first."""
     reference = solve_pic(ROW)
-    score = compare(reference, faithful(reference), horizon=(FIRST_S + LAST_S) / 2)
-    assert reason(score, Verdict.CONFORMS) == "1 of 1 impacts found up to 0.875 s"
-    assert reason(compare(reference, faithful(reference)), Verdict.CONFORMS) == "2 of 2 impacts found"
+    score = compare(reference, replay_reference(reference), horizon=(FIRST_S + LAST_S) / 2)
+    assert find_reason(score, Verdict.CONFORMS) == "1 of 1 impacts found up to 0.875 s"
+    assert find_reason(compare(reference, replay_reference(reference)), Verdict.CONFORMS) == "2 of 2 impacts found"
 
 
-def rebound(restitution: float) -> Trace:
+def run_rebound(restitution: float) -> Trace:
     """Return a disc's run onto a wall, by PIC."""
     scene = staged("rebound", disc_at(-3, 0, 4, 0), wall_at(0, 0, -1, 0), wall_restitution=restitution, duration_s=1.5)
     return solve_pic(scene)
@@ -85,23 +85,23 @@ def test_energy_above_the_reference_is_not_described_as_a_gain() -> None:
 
     The text of ENERGY_GAINED compares final energies.
     """
-    reference, other = rebound(0.5), rebound(0.6)
+    reference, other = run_rebound(0.5), run_rebound(0.6)
     observed = dataclasses.replace(other, scene=reference.scene, dt_s=DT)
     assert kinetic_energy(reference.scene, observed.final_velocity_m_s) < 0.5 * 4.0**2
     score = compare(reference, observed, sampling=solve_pit(reference.scene, frame_rate_hz=1 / DT))
-    assert reason(score, Verdict.ENERGY_GAINED).startswith("0.11 of the energy at the start")
+    assert find_reason(score, Verdict.ENERGY_GAINED).startswith("0.11 of the energy at the start")
     assert Verdict.ENERGY_GAINED.value == "discs end with more kinetic energy than the reference's"
 
 
 def test_late_time_stamp_is_not_described_as_a_wrong_path() -> None:
     """If the time of a path's turn is unknown, a late reported time gives LATE, whose text mentions no path."""
     reference = solve_pic(ROW)
-    observed = faithful(reference)
+    observed = replay_reference(reference)
     impacts = observed.impacts.copy()
     impacts["time_s"][0] += 0.5 * DT
     unknown = np.array([np.nan, impacts["time_s"][1]])
     score = compare(reference, dataclasses.replace(observed, impacts=impacts, effective_time_s=unknown))
-    assert "0.5 steps" in reason(score, Verdict.LATE)
+    assert "0.5 steps" in find_reason(score, Verdict.LATE)
     assert "path" not in Verdict.LATE.value
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, sure
+from tests.scene_builders import disc_at, require_value, staged
 
 from carom.engines.api import (
     Capabilities,
@@ -38,7 +38,7 @@ def test_contact_runs_from_the_lower_disc_to_the_other_body(a: int, b: int, pair
     # What the second receives across the normal, in the scene's directions: exchanged, it receives the opposite.
     nx, ny = contact.normal
     received = (-0.5 * -0.8 * -1, -0.5 * 0.6) if pair[0] == a else (0.5 * -0.8 * -1, 0.5 * 0.6)
-    rub = sure(contact.tangential_impulse_n_s)
+    rub = require_value(contact.tangential_impulse_n_s)
     assert (-ny * rub, nx * rub) == received
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom.engines.api import AdapterError, Contact, Observation, scaled, unscaled
 from carom.solvers.pic import solve_pic
@@ -30,7 +30,7 @@ def test_units_of_powers_of_two_keep_every_bit(length: float, time: float) -> No
     assert (found.impacts["time_s"] / time).tolist() == true.impacts["time_s"].tolist()
     assert end.position_m.tolist() == true.final_position_m.tolist()
     assert end.velocity_m_s.tolist() == true.final_velocity_m_s.tolist()
-    assert sure(end.spin_rad_s).tolist() == sure(true.final_spin_rad_s).tolist()
+    assert require_value(end.spin_rad_s).tolist() == require_value(true.final_spin_rad_s).tolist()
 
 
 def test_contacts_are_converted_back_to_si_units() -> None:

@@ -11,7 +11,7 @@ from tests.scene_builders import disc_at, staged, wall_at
 from carom import Scene
 
 
-def crowd(fall_m_s2: float, **fields: Any) -> Scene:
+def build_crowd(fall_m_s2: float, **fields: Any) -> Scene:
     """Return a scene of discs of unequal mass, one of them immovable, above a wall."""
     discs = disc_at(-2, 2, 1.5, 0.25, m=2), disc_at(1, 2.125, -1, r=0.75), disc_at(3.5, 0.5, m=math.inf)
     law = {"restitution": 0.75, "wall_restitution": 1.0, "gravity_m_s2": (0, -fall_m_s2)}
@@ -38,7 +38,7 @@ for line in sys.stdin:
 """
 
 
-def manifest_of(folder: Path, instead: str = "", **fields: object) -> Path:
+def write_manifest(folder: Path, instead: str = "", **fields: object) -> Path:
     """Write a program of Python, with these lines just before it answers, and its manifest; return the manifest."""
     lines = HONEST.replace("#HERE", instead.replace("\n", "\n    "))
     (folder / "program.py").write_text(lines, encoding="utf-8")

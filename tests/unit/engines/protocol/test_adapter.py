@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
 from tests.processes import PATIENT_S
-from tests.unit.engines.protocol.programs import crowd, manifest_of
+from tests.unit.engines.protocol.programs import build_crowd, write_manifest
 
 from carom.engines.api import AdapterError, CuttableWorld
 from carom.engines.protocol import process
@@ -44,19 +44,19 @@ def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(process, "GRACE_S", PATIENT_S)
 
 
-def still() -> Scene:
+def build_still_scene() -> Scene:
     """Return a scene of one disc at rest."""
     return Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
 
 
-def world_of(folder: Path, instead: str = "") -> ProgramWorld:
+def prepare_world(folder: Path, instead: str = "") -> ProgramWorld:
     """Return a world of the honest program, except for a change."""
-    return program_adapter(manifest_of(folder, instead)).prepare(still(), {"dt_s": 0.5})
+    return program_adapter(write_manifest(folder, instead)).prepare(build_still_scene(), {"dt_s": 0.5})
 
 
 def test_program_answers_every_request(tmp_path: Path) -> None:
     """A program's world steps, is observed, cut, saved and restored, and reports the seconds that it measured."""
-    world = world_of(tmp_path)
+    world = prepare_world(tmp_path)
     assert isinstance(world, CuttableWorld)
     assert world.settings == {"dt_s": 0.5}
     world.advance(3)
@@ -111,7 +111,7 @@ def test_program_answers_every_request(tmp_path: Path) -> None:
 )
 def test_program_error_names_the_engine_and_the_cause(instead: str, told: str, tmp_path: Path) -> None:
     """A refusal, an answer of the wrong form and an exit each raise an AdapterError with engine and cause."""
-    world = world_of(tmp_path, instead)
+    world = prepare_world(tmp_path, instead)
     with pytest.raises(AdapterError) as caught:
         world.advance(1)
     assert told in str(caught.value)
@@ -134,23 +134,23 @@ def test_killed_program_is_reported_with_the_reason_for_the_kill(
     monkeypatch.setattr(process, "MOST_ANSWER_BYTES", 2**20)
     monkeypatch.setattr(process, "GRACE_S", 0.02)  # neither ends by itself
     with pytest.raises(AdapterError, match=told) as caught:
-        world_of(tmp_path, instead).advance(1)
+        prepare_world(tmp_path, instead).advance(1)
     assert "signal" not in str(caught.value)
 
 
 @each("value", [math.inf, -math.inf, math.nan])
 def test_setting_that_json_cannot_express_is_refused(value: float, tmp_path: Path) -> None:
     """Infinity and NaN are refused with the setting's name before the program is called."""
-    path = manifest_of(tmp_path)
+    path = write_manifest(tmp_path)
     path.write_text(path.read_text() + "[profiles.default.settings]\nslop = 0.1\n")
     adapter = program_adapter(path)
     with pytest.raises(AdapterError, match=r"slop must be (finite, as JSON requires|a number), got"):
-        adapter.prepare(still(), {"dt_s": 0.5, "slop": value})
+        adapter.prepare(build_still_scene(), {"dt_s": 0.5, "slop": value})
 
 
 def test_request_to_an_exited_program_raises(tmp_path: Path) -> None:
     """The first request to an exited program reports the exit code, and the next one that it has ended."""
-    world = world_of(tmp_path, "if do == 'step': sys.exit(3)")
+    world = prepare_world(tmp_path, "if do == 'step': sys.exit(3)")
     for told in ("exit code 3", "has ended"):
         with pytest.raises(AdapterError, match=told):
             world.advance(1)
@@ -158,9 +158,9 @@ def test_request_to_an_exited_program_raises(tmp_path: Path) -> None:
 
 def test_exited_program_is_restarted_for_the_next_world(tmp_path: Path) -> None:
     """An adapter starts its program again for the next world after the program has exited."""
-    adapter = program_adapter(manifest_of(tmp_path, "if do == 'step': sys.exit(1)"))
+    adapter = program_adapter(write_manifest(tmp_path, "if do == 'step': sys.exit(1)"))
     for _ in range(2):
-        world = adapter.prepare(still(), {"dt_s": 0.5})
+        world = adapter.prepare(build_still_scene(), {"dt_s": 0.5})
         with pytest.raises(AdapterError, match="exit code 1"):
             world.advance(1)
 
@@ -168,9 +168,9 @@ def test_exited_program_is_restarted_for_the_next_world(tmp_path: Path) -> None:
 def test_other_protocol_version_and_missing_program_are_refused(tmp_path: Path) -> None:
     """A program of another protocol version, and a command that can't be started, raise an AdapterError."""
     with pytest.raises(AdapterError, match="version 2 of the protocol"):
-        world_of(tmp_path, "answer['protocol'] = 2")
+        prepare_world(tmp_path, "answer['protocol'] = 2")
     with pytest.raises(AdapterError, match="can't be started"):
-        program_adapter(manifest_of(tmp_path, command=["./none"])).prepare(still(), {"dt_s": 0.5})
+        program_adapter(write_manifest(tmp_path, command=["./none"])).prepare(build_still_scene(), {"dt_s": 0.5})
 
 
 def test_file_without_dot_slash_in_a_command_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,19 +178,19 @@ def test_file_without_dot_slash_in_a_command_is_reported(tmp_path: Path, monkeyp
 
     The message repeats the program's own error, without the worker's folder.
     """
-    path = manifest_of(tmp_path, command=[sys.executable, "program.py"])
+    path = write_manifest(tmp_path, command=[sys.executable, "program.py"])
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
     with pytest.raises(
         AdapterError, match=r"open file .*program\.py.*; write \./program\.py for the file next to"
     ) as caught:
-        program_adapter(path).prepare(still(), {"dt_s": 0.5})
+        program_adapter(path).prepare(build_still_scene(), {"dt_s": 0.5})
     assert str(tmp_path / "empty") not in str(caught.value)  # a worker's folder, another one each time
 
 
 def test_large_standard_error_does_not_block_a_program(tmp_path: Path) -> None:
     """A program that prints 4 MB on standard error still answers its requests."""
-    world = world_of(tmp_path, "sys.stderr.write('chatter ' * 500_000)")
+    world = prepare_world(tmp_path, "sys.stderr.write('chatter ' * 500_000)")
     world.advance(1)
     world.close()
 
@@ -214,13 +214,13 @@ if now:
 
 
 @pytest.fixture(scope="module")
-def echoing(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
+def echoing_world(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
     """Return a world of a program with given answers."""
-    return world_of(tmp_path_factory.mktemp("echo"), ECHO)
+    return prepare_world(tmp_path_factory.mktemp("echo"), ECHO)
 
 
 @given(told=st.data())
-def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing: ProgramWorld) -> None:
+def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing_world: ProgramWorld) -> None:
     r"""For any line that a program answers with, a request returns or raises an AdapterError.
 
     A sound answer after that is read as usual.
@@ -228,18 +228,18 @@ def test_any_answer_is_a_value_or_an_adapter_error(told: st.DataObject, echoing:
     keys = st.sampled_from(["seconds", "world", "settings", "position_m", "velocity_m_s", "contacts", "pairs", "error"])
     lines = st.dictionaries(keys, ANYTHING).map(json.dumps).map(str.encode) | st.binary(max_size=40)
     asked: tuple[Callable[[], object], ...] = (
-        lambda: echoing.advance(1),
-        echoing.observe,
-        echoing.touching,
-        echoing.save,
-        lambda: echoing.cut(0.5),
+        lambda: echoing_world.advance(1),
+        echoing_world.observe,
+        echoing_world.touching,
+        echoing_world.save,
+        lambda: echoing_world.cut(0.5),
     )
     for ask in asked:
         line = told.draw(lines).replace(b"\n", b" ")
-        echoing.restore(line.hex() or "20")
+        echoing_world.restore(line.hex() or "20")
         with suppress(AdapterError):
             ask()
-    assert echoing.observe().position_m.tolist() == [[0.0, 0.0]]
+    assert echoing_world.observe().position_m.tolist() == [[0.0, 0.0]]
 
 
 @each(
@@ -256,7 +256,7 @@ def test_templates_reproduce_pit(language: str, tmp_path: Path) -> None:
         subprocess.run(command, cwd=folder, check=True)
     adapter = program_adapter(folder / "engine.toml")
     assert not adapter.unavailable()
-    scene = crowd(1.0)
+    scene = build_crowd(1.0)
     found, pit = (observe_run(method, scene, "default", 1 / 60) for method in (adapter, load_adapter("pit")))
     assert len(pit.impacts) > 3
     for field in ("first", "second"):
@@ -279,8 +279,8 @@ def test_published_schema_matches_the_messages() -> None:
 
 def test_program_is_timed_by_its_own_clock(tmp_path: Path) -> None:
     """A timing uses the 0.25 s that the program measured, and not the time that the pipes take."""
-    adapter = program_adapter(manifest_of(tmp_path))
-    assert time_run(adapter, still(), "tuned", 0.5, runs=1).advance_s == 0.25
+    adapter = program_adapter(write_manifest(tmp_path))
+    assert time_run(adapter, build_still_scene(), "tuned", 0.5, runs=1).advance_s == 0.25
 
 
 def test_recorded_session_of_version_1_is_replayed(tmp_path: Path) -> None:
@@ -294,11 +294,11 @@ def test_recorded_session_of_version_1_is_replayed(tmp_path: Path) -> None:
         "        print(json.dumps(answer), flush=True)\n"
         "sys.stdin.readline()\n"
     )
-    path = manifest_of(tmp_path)
+    path = write_manifest(tmp_path)
     (tmp_path / "program.py").write_text(player, encoding="utf-8")
     text = (TEMPLATES / "javascript" / "engine.toml").read_text(encoding="utf-8")
     path.write_text(text.replace('["node", "./engine.mjs"]', json.dumps([sys.executable, "./program.py"])))
-    trace = observe_run(program_adapter(path), crowd(0.0), "default", 1 / 8)
-    pit = observe_run(load_adapter("pit"), crowd(0.0), "default", 1 / 8)
+    trace = observe_run(program_adapter(path), build_crowd(0.0), "default", 1 / 8)
+    pit = observe_run(load_adapter("pit"), build_crowd(0.0), "default", 1 / 8)
     assert trace.impacts["second"].tolist() == pit.impacts["second"].tolist()
     np.testing.assert_allclose(trace.final_position_m, pit.final_position_m, rtol=0, atol=1e-13)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
-from tests.command import carom_command, told
+from tests.command import carom_command, printed_text
 from tests.fake_clock import Clock
-from tests.processes import ended, noted
-from tests.unit.engines.protocol.programs import manifest_of
+from tests.processes import read_pid, wait_until_ended
+from tests.unit.engines.protocol.programs import write_manifest
 
 import carom
 from carom.engines.api import ContactTimes, Stamp
@@ -48,7 +48,7 @@ walls = true
 """
 
 
-def written(folder: Path, text: str) -> Path:
+def write_manifest_text(folder: Path, text: str) -> Path:
     """Write a manifest."""
     path = folder / "engine.toml"
     path.write_text(text, encoding="utf-8")
@@ -60,7 +60,7 @@ def test_manifest_fields_are_loaded(tmp_path: Path) -> None:
 
     A profile's own capabilities complete those of the engine.
     """
-    found = load_manifest(written(tmp_path, WHOLE))
+    found = load_manifest(write_manifest_text(tmp_path, WHOLE))
     assert (found.name, found.engine, found.version) == ("toy", "Toy engine", "1.2")
     assert found.capabilities.contact_times is ContactTimes.SOLVED
     assert found.capabilities.stamp is Stamp.INSTANT
@@ -79,15 +79,15 @@ def test_manifest_fields_are_loaded(tmp_path: Path) -> None:
 
 def test_relative_files_of_a_command_are_resolved_by_the_manifest(tmp_path: Path) -> None:
     """Words of the command that begin with ./ or ../ are resolved relative to the manifest's folder."""
-    command = load_manifest(written(tmp_path, WHOLE)).resolve_command(tmp_path)
+    command = load_manifest(write_manifest_text(tmp_path, WHOLE)).resolve_command(tmp_path)
     assert command == (str(tmp_path / "toy"), "--quiet", str(tmp_path.parent / "shared.js"))
 
 
 def test_missing_program_makes_the_engine_unavailable(tmp_path: Path) -> None:
     """The reason names the missing program and the command that installs it."""
-    found = load_manifest(written(tmp_path, WHOLE))
+    found = load_manifest(write_manifest_text(tmp_path, WHOLE))
     assert found.explain_unavailable(tmp_path) == f"there is no program {tmp_path / 'toy'}; make toy"
-    other = load_manifest(written(tmp_path, WHOLE.replace('"./toy"', '"no-such-program-of-carom"')))
+    other = load_manifest(write_manifest_text(tmp_path, WHOLE.replace('"./toy"', '"no-such-program-of-carom"')))
     assert other.explain_unavailable(tmp_path) == "no-such-program-of-carom is not on the PATH; make toy"
 
 
@@ -97,7 +97,7 @@ def test_npm_package_decides_availability_and_version(tmp_path: Path) -> None:
     whole = whole.replace('"./toy"', f'"{Path(sys.executable).as_posix()}"').replace(
         '"make toy"', '"npm --prefix ../p"'
     )
-    found = load_manifest(written(tmp_path, whole))
+    found = load_manifest(write_manifest_text(tmp_path, whole))
     assert found.explain_unavailable(tmp_path) == f"toys is not installed; npm --prefix {tmp_path.parent / 'p'}"
     assert found.find_version(tmp_path) == ""
     package = tmp_path.parent / "packages/toys/package.json"
@@ -130,7 +130,7 @@ def test_npm_package_decides_availability_and_version(tmp_path: Path) -> None:
 )
 def test_manifest_error_names_the_file_and_the_field(old: str, new: str, told: str, tmp_path: Path) -> None:
     """An invalid manifest is refused with its file, the field or value, and a link to the documentation."""
-    path = written(tmp_path, WHOLE.replace(old, new, 1))
+    path = write_manifest_text(tmp_path, WHOLE.replace(old, new, 1))
     with pytest.raises(AdapterError) as caught:
         load_manifest(path)
     assert str(path) in str(caught.value)
@@ -164,7 +164,7 @@ def test_manifest_path_registers_its_engine(tmp_path: Path, monkeypatch: pytest.
 
     The name of an installed engine is returned unchanged.
     """
-    path = manifest_of(tmp_path)
+    path = write_manifest(tmp_path)
     assert resolve_engine("pit") == "pit"
     assert resolve_engine(str(path)) == "toy"
     assert resolve_engine(f"{tmp_path}/") == "toy"
@@ -176,7 +176,7 @@ def test_manifest_path_registers_its_engine(tmp_path: Path, monkeypatch: pytest.
 
 def test_manifest_adapter_is_loaded_once(tmp_path: Path) -> None:
     """Loading an engine by name twice returns the same adapter, so that its program is started only once."""
-    name = resolve_engine(str(manifest_of(tmp_path)))
+    name = resolve_engine(str(write_manifest(tmp_path)))
     assert load_adapter(name) is load_adapter(name)
 
 
@@ -184,7 +184,7 @@ def test_engine_list_uses_the_manifest_without_starting_it(tmp_path: Path, monke
     """Version and profiles come from the manifest; a missing program or an invalid manifest is a reason."""
     for name, command in (("there", [sys.executable, "-c", "raise SystemExit(1)"]), ("gone", ["./gone"])):
         (tmp_path / name).mkdir()
-        manifest_of(tmp_path / name, name=name, command=command, version="3.2", install="make it")
+        write_manifest(tmp_path / name, name=name, command=command, version="3.2", install="make it")
     (tmp_path / "broken.toml").write_text("name = 5")
     known = [str(tmp_path / name) for name in ("there", "gone", "broken.toml")]
     monkeypatch.setenv(MANIFESTS, os.pathsep.join(known))
@@ -200,7 +200,7 @@ def test_invalid_manifest_path_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     with pytest.raises(AdapterError, match=r"none\.toml"):
         resolve_engine(str(tmp_path / "none.toml"))
     with pytest.raises(AdapterError, match="'pit', like"):
-        resolve_engine(str(manifest_of(tmp_path, name="pit")))
+        resolve_engine(str(write_manifest(tmp_path, name="pit")))
     monkeypatch.setenv(MANIFESTS, "here/engine.toml")
     list_adapter_points.cache_clear()
     with pytest.raises(AdapterError, match="absolute"):
@@ -210,10 +210,10 @@ def test_invalid_manifest_path_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
 @pytest.mark.long
 def test_run_with_a_missing_program_has_exit_code_3(tmp_path: Path) -> None:
     """The command ends as for an engine that is not installed and prints the install command."""
-    path = manifest_of(tmp_path, command=["./gone"], install="make it")
+    path = write_manifest(tmp_path, command=["./gone"], install="make it")
     result = carom_command("run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60")
     assert result.exit_code == 3, result.output
-    assert "make it" in told(result)
+    assert "make it" in printed_text(result)
 
 
 @pytest.mark.long
@@ -221,14 +221,14 @@ def test_hanging_program_is_killed_with_its_worker(tmp_path: Path, monkeypatch: 
     """A run without an answer in time is reported as timed out, and its program has ended."""
     pid = tmp_path / "pid"
     hangs = f"if do == 'step': import os, time; print(os.getpid(), file=open({str(pid)!r}, 'w')); time.sleep(3600)"
-    name = resolve_engine(str(manifest_of(tmp_path, hangs)))
+    name = resolve_engine(str(write_manifest(tmp_path, hangs)))
     scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
     # No time passes until the program hangs: a busy machine may take long to start it.
     monkeypatch.setattr("carom.execution.worker_process.time", Clock(1.0, starts=pid.exists))
     with Lane(1.0) as lane:
         answer = lane.run(ObserveTask(Job(scene, Method(name, "tuned"), 0.5)))
     assert answer.status is Status.TIMED_OUT
-    assert ended(noted(pid))
+    assert wait_until_ended(read_pid(pid))
 
 
 @pytest.mark.long
@@ -237,7 +237,7 @@ def test_manifest_path_is_accepted_as_an_engine(tmp_path: Path) -> None:
 
     A path without a file gives exit code 2.
     """
-    path = manifest_of(tmp_path)
+    path = write_manifest(tmp_path)
     arguments = ["-p", "tuned", "--dt", "1/60", "--no-timing"]
     result = carom_command("run", "paper/missed", "-e", str(path), *arguments)
     assert "toy" in result.output

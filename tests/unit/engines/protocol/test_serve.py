@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from tests.cases import each, long_until
 from tests.installed_adapters import write_distribution
-from tests.processes import ran
-from tests.unit.engines.protocol.programs import crowd
+from tests.processes import run_command
+from tests.unit.engines.protocol.programs import build_crowd
 
 from carom.engines.api import Adapter
 from carom.engines.protocol.adapter import ProgramAdapter, program_adapter
@@ -23,19 +23,19 @@ from carom.execution.engine_run import observe_run
 from carom.model.trace import Trace
 
 #: Discs that bounce from each other and from a floor.
-SCENE = crowd(1.0, duration_s=2.0)
+SCENE = build_crowd(1.0, duration_s=2.0)
 #: Those of Carom's adapters whose engine is a Python package.
 PYTHON = ("box2d", "dart", "drake", "mujoco", "newton", "ode", "pybullet", "pymunk", "rapier")
 
 
-def available(name: str) -> Adapter:
+def load_available_adapter(name: str) -> Adapter:
     adapter = load_adapter(name)
     if reason := explain_unavailable_adapter(adapter):
         pytest.skip(reason)
     return adapter
 
 
-def served(folder: Path, name: str) -> ProgramAdapter:
+def load_served_adapter(folder: Path, name: str) -> ProgramAdapter:
     """Return an adapter behind the protocol."""
     path = folder / "engine.toml"
     command = [sys.executable, "-m", "carom", "serve", name]
@@ -43,7 +43,7 @@ def served(folder: Path, name: str) -> ProgramAdapter:
     return program_adapter(path)
 
 
-def physics(trace: Trace) -> Trace:
+def strip_method_details(trace: Trace) -> Trace:
     """Return a run without what it is called, and without counts of the engine's own, which do not travel."""
     ours = {name: count for name, count in trace.counts.items() if name in {"steps", "pieces", "probes"}}
     own = {name: value for name, value in trace.settings.items() if name != PROFILE}
@@ -53,18 +53,18 @@ def physics(trace: Trace) -> Trace:
 @each("name", long_until(1, ["pymunk", "mujoco"]))
 def test_served_adapter_gives_bit_identical_runs(name: str, tmp_path: Path) -> None:
     """A run through `carom serve` equals the adapter's own run to the bit, including cut steps and settings."""
-    adapter, behind = available(name), served(tmp_path, name)
+    adapter, behind = load_available_adapter(name), load_served_adapter(tmp_path, name)
     for profile in (name for name in ("default", "tuned", "located") if name in adapter.profiles):
         here, there = (observe_run(one, SCENE, profile, 1 / 60) for one in (adapter, behind))
         assert len(here.impacts) >= 2
         assert there.settings[PROFILE] == profile
-        assert physics(here) == physics(there)
+        assert strip_method_details(here) == strip_method_details(there)
 
 
 @each("name", PYTHON)
 def test_served_manifest_has_the_adapters_declarations(name: str, tmp_path: Path) -> None:
     """Capabilities, profiles, accuracies, changes, knobs and the oldest release equal those of the adapter."""
-    adapter, behind = load_adapter(name), served(tmp_path, name)
+    adapter, behind = load_adapter(name), load_served_adapter(tmp_path, name)
     assert behind.capabilities == adapter.capabilities
     assert dict(behind.knobs) == dict(getattr(adapter, "knobs", {}))
     assert list(behind.profiles) == list(adapter.profiles)
@@ -79,7 +79,7 @@ def test_served_manifest_has_the_adapters_declarations(name: str, tmp_path: Path
         )
 
 
-def ask(server: Server, **request: object) -> dict[str, object]:
+def send_request(server: Server, **request: object) -> dict[str, object]:
     return server.answer(json.dumps(request))
 
 
@@ -99,18 +99,20 @@ def test_invalid_request_is_answered_with_an_error(line: str, kind: str, told: s
     error = server.answer(line)["error"]
     assert error["kind"] == kind
     assert error["message"].startswith(told)
-    assert ask(server, do="hello") == {"protocol": 1, "version": "1.0"}
+    assert send_request(server, do="hello") == {"protocol": 1, "version": "1.0"}
 
 
 def test_contacts_with_velocities_cannot_be_served() -> None:
     """An observation whose contacts have velocities gets an error, since the protocol has no field for them."""
     server = Server(load_adapter("pit"), "1.0")
-    told = ask(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "tuned", "dt_s": 0.5})
+    told = send_request(
+        server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "tuned", "dt_s": 0.5}
+    )
     assert "error" not in told
     seen = []
     for _ in range(4):  # the scene's duration
-        ask(server, do="step", world=told["world"], steps=1)
-        seen.append(ask(server, do="observe", world=told["world"]))
+        send_request(server, do="step", world=told["world"], steps=1)
+        seen.append(send_request(server, do="observe", world=told["world"]))
     message = "its contacts have velocities before and after, which the protocol does not support"
     assert {"error": {"kind": "failed", "message": message}} in seen
     assert all("error" in one or one["contacts"] == [] for one in seen)
@@ -119,7 +121,9 @@ def test_contacts_with_velocities_cannot_be_served() -> None:
 def test_unknown_profile_is_refused_by_the_server() -> None:
     """A request to prepare a world with an unknown profile is refused with the profile's name."""
     server = Server(load_adapter("pit"), "1.0")
-    told = ask(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "best", "dt_s": 0.5})
+    told = send_request(
+        server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "best", "dt_s": 0.5}
+    )
     assert told == {"error": {"kind": "refused", "message": "pit has no profile 'best'"}}
 
 
@@ -141,11 +145,11 @@ adapter = Adapter()
 """
 
 
-def talkative(site: Path, version: str, *asked: str) -> subprocess.CompletedProcess[str]:
+def run_talkative_server(site: Path, version: str, *asked: str) -> subprocess.CompletedProcess[str]:
     write_distribution(site, "talkative", {"talkative": "talkative:adapter"}, version=version)
     (site / "talkative.py").write_text(TALKATIVE)
     requests = [{"do": "hello"}, {"do": "prepare", "scene": SCENE.model_dump(mode="json"), "settings": {"dt_s": 1}}]
-    return ran(
+    return run_command(
         [sys.executable, "-m", "carom", "serve", "talkative", *asked],
         input="".join(json.dumps(one) + "\n" for one in requests),
         check=False,
@@ -155,7 +159,7 @@ def talkative(site: Path, version: str, *asked: str) -> subprocess.CompletedProc
 
 def test_engine_output_goes_to_standard_error(tmp_path: Path) -> None:
     """Standard output contains only answers; whatever the engine prints goes to standard error."""
-    done = talkative(tmp_path, "2.5")
+    done = run_talkative_server(tmp_path, "2.5")
     answers = [json.loads(line) for line in done.stdout.splitlines()]
     assert answers == [{"protocol": 1, "version": "2.5"}, {"error": {"kind": "failed", "message": "RuntimeError: no"}}]
     assert done.stderr.splitlines() == ["imported", "preparing"]
@@ -165,11 +169,11 @@ def test_engine_output_goes_to_standard_error(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_too_old_release_is_not_served(tmp_path: Path) -> None:
     """`carom serve` ends with exit code 2 and the reason, and its manifest makes the engine unavailable."""
-    done = talkative(tmp_path / "site", "1.5")
+    done = run_talkative_server(tmp_path / "site", "1.5")
     assert done.returncode == 2
     reason = "Talkative 1.5 is older than 2.0, the oldest release that its adapter drives"
     assert f"talkative: {reason}" in done.stderr
-    shown = ran(
+    shown = run_command(
         [sys.executable, "-m", "carom", "serve", "talkative", "--manifest", "talkative-1.5"],
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "site"), *sys.path])},
     )
@@ -182,7 +186,7 @@ def test_too_old_release_is_not_served(tmp_path: Path) -> None:
 def test_path_option_serves_another_release(tmp_path: Path) -> None:
     """`carom serve --path` searches that folder first and serves the release that it contains."""
     write_distribution(tmp_path / "other", "talkative", {}, version="3.0")
-    done = talkative(tmp_path / "site", "2.5", "--path", str(tmp_path / "other"))
+    done = run_talkative_server(tmp_path / "site", "2.5", "--path", str(tmp_path / "other"))
     assert json.loads(done.stdout.splitlines()[0])["version"] == "3.0"
 
 

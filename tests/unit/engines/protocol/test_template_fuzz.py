@@ -74,7 +74,7 @@ class Talk:
 
 
 @pytest.fixture(params=["javascript", *(pytest.param(name, marks=pytest.mark.long) for name in ("cpp", "rust"))])
-def talk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Talk]:
+def template(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Talk]:
     """A template, built."""
     needed, command = BUILDS[request.param]
     if shutil.which(needed) is None:
@@ -88,19 +88,19 @@ def talk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Talk]:
         yield opened
 
 
-def places(value: Any) -> Iterator[tuple[Any, Any]]:
+def list_places(value: Any) -> Iterator[tuple[Any, Any]]:
     """Yield the place of each value within one: its container, and its key there."""
     keys = value.keys() if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
     for key in list(keys):
         yield value, key
-        yield from places(value[key])
+        yield from list_places(value[key])
 
 
-def mutated(chance: random.Random) -> bytes:
+def mutate_request(chance: random.Random) -> bytes:
     """Return a request with something wrong with it."""
     request = copy.deepcopy(chance.choice(REQUESTS))
     for _ in range(chance.choice((0, 1, 1, 2))):
-        holder, key = chance.choice(list(places(request)))
+        holder, key = chance.choice(list(list_places(request)))
         if chance.random() < 0.3:
             del holder[key]
         else:
@@ -123,26 +123,26 @@ def mutated(chance: random.Random) -> bytes:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("talk", ["cpp", "rust"], indirect=True)
-def test_template_names_a_missing_setting(talk: Talk) -> None:
+@pytest.mark.parametrize("template", ["cpp", "rust"], indirect=True)
+def test_template_names_a_missing_setting(template: Talk) -> None:
     """If a request lacks the setting `dt_s`, the template's error message names it."""
     prepare = next(request for request in REQUESTS if request["do"] == "prepare")
-    assert "there is no dt_s" in talk.ask(json.dumps(prepare | {"settings": {}}).encode())["error"]["message"]
+    assert "there is no dt_s" in template.ask(json.dumps(prepare | {"settings": {}}).encode())["error"]["message"]
 
 
-def test_template_answers_every_invalid_request(talk: Talk) -> None:
+def test_template_answers_every_invalid_request(template: Talk) -> None:
     """A template answers each of 250 invalid or altered requests once, and then a sound session as recorded."""
     chance = random.Random(18)
     for _ in range(LINES):
-        line = mutated(chance)
-        answer = talk.ask(line)
+        line = mutate_request(chance)
+        answer = template.ask(line)
         assert isinstance(answer, dict), line[:200]
         if "error" in answer:
             assert answer["error"]["kind"] in {"refused", "failed"}, line[:200]
             assert isinstance(answer["error"]["message"], str), line[:200]
     world = 0
     for request, recorded in map(json.loads, SESSION.read_text(encoding="utf-8").splitlines()):
-        answer = talk.ask(json.dumps(request | ({"world": world} if "world" in request else {})).encode())
+        answer = template.ask(json.dumps(request | ({"world": world} if "world" in request else {})).encode())
         world = answer.get("world", world)
         assert "error" not in answer
         for field in ("position_m", "velocity_m_s"):

@@ -12,7 +12,7 @@ from carom.model.broad_phase import find_near_pairs, find_near_walls
 ARRANGEMENTS = ["scattered", "column", "line with jitter", "one place", "two clusters far apart", "lattice"]
 
 
-def arranged(arrangement: str, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def draw_positions(arrangement: str, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
     scattered = rng.uniform(-5, 5, (n, 2))
     match arrangement:
         case "scattered":
@@ -29,7 +29,7 @@ def arranged(arrangement: str, n: int, rng: np.random.Generator) -> NDArray[np.f
             return np.stack(np.divmod(rng.permutation(n), 7), axis=1).astype(float)
 
 
-def all_pairs(
+def compare_all_pairs(
     position: NDArray[np.float64], reach: NDArray[np.float64], movable: NDArray[np.bool_]
 ) -> set[tuple[int, int]]:
     i, j = np.triu_indices(len(reach), 1)
@@ -39,7 +39,7 @@ def all_pairs(
     return set(zip(i[near].tolist(), j[near].tolist(), strict=True))
 
 
-def found(
+def list_near_blocks(
     position: NDArray[np.float64], reach: NDArray[np.float64], movable: NDArray[np.bool_]
 ) -> list[list[tuple[int, int]]]:
     blocks = list(find_near_pairs(position, reach, movable))
@@ -59,18 +59,18 @@ def test_near_pairs_equal_those_of_all_pairs(
 ) -> None:
     """Every near pair with a movable disc is returned exactly once, for reaches of any size, also below 0."""
     rng = np.random.default_rng(seed)
-    position = arranged(arrangement, n, rng)
+    position = draw_positions(arrangement, n, rng)
     reach = size * 2.0 ** -rng.uniform(0, octaves, n)
     movable = rng.random(n) >= immovable
-    pairs = [pair for block in found(position, reach, movable) for pair in block]
+    pairs = [pair for block in list_near_blocks(position, reach, movable) for pair in block]
     assert len(pairs) == len(set(pairs))
-    assert set(pairs) == all_pairs(position, reach, movable)
+    assert set(pairs) == compare_all_pairs(position, reach, movable)
 
 
 def test_blocks_are_ordered_by_their_second_discs() -> None:
     """If there are several blocks of pairs, all second discs of a block are below those of the next block."""
     n = 600
-    blocks = found(np.zeros((n, 2)), np.full(n, 0.5), np.ones(n, np.bool_))
+    blocks = list_near_blocks(np.zeros((n, 2)), np.full(n, 0.5), np.ones(n, np.bool_))
     assert len(blocks) > 1
     seconds = [[second for _, second in block] for block in blocks]
     assert all(max(one) < min(next_one) for one, next_one in itertools.pairwise(seconds))
@@ -84,7 +84,7 @@ def test_immovable_discs_at_one_place_are_not_paired() -> None:
     position[[7, n]] = (0.8, 0.0), (0.8, 0.8)
     movable = np.zeros(n + 2, np.bool_)
     movable[[7, n]] = True
-    pairs = [pair for block in found(position, np.full(n + 2, 0.5), movable) for pair in block]
+    pairs = [pair for block in list_near_blocks(position, np.full(n + 2, 0.5), movable) for pair in block]
     others = {k for k in range(n + 2) if k not in (7, n)}
     assert len(pairs) == n + 1
     assert set(pairs) == {(min(7, k), max(7, k)) for k in others} | {(7, n)}
@@ -93,7 +93,7 @@ def test_immovable_discs_at_one_place_are_not_paired() -> None:
 def test_fewer_than_two_discs_have_no_pairs() -> None:
     """No near pairs are returned for no disc and for a single one."""
     for n in (0, 1):
-        assert not any(found(np.zeros((n, 2)), np.ones(n), np.ones(n, np.bool_)))
+        assert not any(list_near_blocks(np.zeros((n, 2)), np.ones(n), np.ones(n, np.bool_)))
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(0, 12))

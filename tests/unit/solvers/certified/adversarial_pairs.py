@@ -25,7 +25,9 @@ class State(NamedTuple):
     radius: float
 
 
-def attack(kind: str, seed: int, length: float = 1.0, speed: float = 1.0) -> tuple[BallBodies, list[State]]:
+def build_adversarial_pairs(
+    kind: str, seed: int, length: float = 1.0, speed: float = 1.0
+) -> tuple[BallBodies, list[State]]:
     """Return eight discs, of which each even one is made to meet, graze or miss the next, and their true states.
 
     Args:

@@ -8,7 +8,7 @@ from flint import arb, ctx
 from tests.cases import each, release_after
 from tests.unit.solvers.certified.adversarial_pairs import (
     KINDS,
-    attack,
+    build_adversarial_pairs,
     is_after_impact_of_pair,
     is_after_impact_on_wall,
 )
@@ -27,7 +27,7 @@ from carom.studies.bench.gas import build_gas_scene
 bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compiled extension is not built")
 
 
-def entries(table: LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], float]:
+def read_bounds(table: LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], float]:
     """Return the bound of each pair of bodies; that of two discs is in one of two rows."""
     n, walls = len(bodies), len(bodies.scene.walls)
     found = {(row, body): bound for bound, row, body in table.up_to(math.inf)}
@@ -35,14 +35,14 @@ def entries(table: LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], flo
     return pairs | {(i, wall_body(k)): found[i, wall_body(k)] for i in range(n) for k in range(walls)}
 
 
-def too_late(kind: str, seeds: range, length: float = 1.0, speed: float = 1.0) -> list[tuple[int, int, int]]:
+def find_late_bounds(kind: str, seeds: range, length: float = 1.0, speed: float = 1.0) -> list[tuple[int, int, int]]:
     """Return seed and bodies of each bound that is above the time of impact of true states within the balls."""
     found = []
     for seed in seeds:
         with ctx.workprec(400):
-            bodies, states = attack(kind, seed, length, speed)
+            bodies, states = build_adversarial_pairs(kind, seed, length, speed)
             table = bounds.LowerBounds(bodies)
-        for (i, body), bound in entries(table, bodies).items():
+        for (i, body), bound in read_bounds(table, bodies).items():
             if body >= 0:
                 wrong = is_after_impact_of_pair(bound, states[i], states[body])
             else:
@@ -59,7 +59,7 @@ def too_late(kind: str, seeds: range, length: float = 1.0, speed: float = 1.0) -
 @each("kind", KINDS)
 def test_no_lower_bound_exceeds_the_time_of_impact(kind: str, numbers: range) -> None:
     """No lower bound exceeds the exact impact time of true states within their balls."""
-    assert too_late(kind, numbers) == []
+    assert find_late_bounds(kind, numbers) == []
 
 
 @pytest.mark.release
@@ -69,7 +69,7 @@ def test_no_lower_bound_in_any_unit_exceeds_the_time_of_impact(kind: str) -> Non
     powers = (-250, -166, 0, 125, 250)
     for number, (a, b) in enumerate(itertools.product(powers, powers)):
         begin = 1000 + 20 * number
-        assert too_late(kind, range(begin, begin + 20), 2.0**a, 2.0**b) == []
+        assert find_late_bounds(kind, range(begin, begin + 20), 2.0**a, 2.0**b) == []
 
 
 @pytest.mark.release
@@ -77,8 +77,8 @@ def test_check_of_bounds_detects_slightly_late_bounds() -> None:
     """Over 90% of the bounds that are moved later by a factor of 1 + 1e-5 are found to be too late."""
     noticed = hits = 0
     for seed in range(60):
-        bodies, states = attack("far", seed)
-        for (i, j), bound in entries(bounds.LowerBounds(bodies), bodies).items():
+        bodies, states = build_adversarial_pairs("far", seed)
+        for (i, j), bound in read_bounds(bounds.LowerBounds(bodies), bodies).items():
             if j >= 0 and is_after_impact_of_pair(math.inf, states[i], states[j]):
                 hits += 1
                 noticed += is_after_impact_of_pair(bound * (1 + 1e-5), states[i], states[j])
@@ -90,17 +90,17 @@ def test_check_of_bounds_detects_slightly_late_bounds() -> None:
 def test_units_change_no_bit_of_a_lower_bound(power: int) -> None:
     """Lower bounds in any unit of length and speed are those in metres, scaled exactly by the unit of time."""
     for seed, kind in enumerate(("any", "graze", "old", "heavy")):
-        plain, _ = attack(kind, seed)
-        scaled, _ = attack(kind, seed, length=2.0**power, speed=2.0 ** (power // 2))
-        expected = {pair: math.ldexp(bound, power - power // 2) for pair, bound in entries_of(plain).items()}
-        assert entries_of(scaled) == expected
+        plain, _ = build_adversarial_pairs(kind, seed)
+        scaled, _ = build_adversarial_pairs(kind, seed, length=2.0**power, speed=2.0 ** (power // 2))
+        expected = {pair: math.ldexp(bound, power - power // 2) for pair, bound in compute_bounds(plain).items()}
+        assert compute_bounds(scaled) == expected
 
 
-def entries_of(bodies: BallBodies) -> dict[tuple[int, int], float]:
-    return entries(bounds.LowerBounds(bodies), bodies)
+def compute_bounds(bodies: BallBodies) -> dict[tuple[int, int], float]:
+    return read_bounds(bounds.LowerBounds(bodies), bodies)
 
 
-def two_that_meet_after_a_second() -> BallBodies:
+def build_two_discs() -> BallBodies:
     discs = [Disc(position_m=(x, 0.0), velocity_m_s=(1.5 - x / 2, 0.0), radius_m=1.0) for x in (0.0, 5.0)]
     return BallBodies(Scene(name="two", discs=discs, duration_s=9.0))
 
@@ -109,10 +109,10 @@ def two_that_meet_after_a_second() -> BallBodies:
 @each("field", ["x", "y", "vx", "vy"])
 def test_state_without_a_usable_value_has_the_start_as_bound(field: str, ball: arb) -> None:
     """A state that is not finite, too large or too uncertain gets the start of its path as lower bound."""
-    bodies = two_that_meet_after_a_second()
+    bodies = build_two_discs()
     bodies.time = [0.25, 0.5]
     getattr(bodies, field)[1] = ball
-    assert entries_of(bodies) == {(0, 1): 0.5}
+    assert compute_bounds(bodies) == {(0, 1): 0.5}
 
 
 def test_updated_bounds_equal_those_of_a_new_table() -> None:
@@ -124,17 +124,17 @@ def test_updated_bounds_equal_those_of_a_new_table() -> None:
         table = bounds.LowerBounds(bodies)
         for _ in range(200):
             at, row, body = table.earliest()
-            assert at == min(entries(table, bodies).values())
+            assert at == min(read_bounds(table, bodies).values())
             assert table.up_to(at)[0] == (at, row, body)
             meeting = meet(bodies, row, body, at)
             if meeting is None or not meeting.decided:
                 table.raise_to(row, body, math.inf)
                 continue
             apply_meeting(bodies, meeting)
-            raised = {pair: bound for pair, bound in entries(table, bodies).items() if bound == math.inf}
+            raised = {pair: bound for pair, bound in read_bounds(table, bodies).items() if bound == math.inf}
             moved = [body for body in (meeting.first, meeting.second) if body >= 0]
             table.changed(*moved)
-            followed, anew = entries(table, bodies), entries_of(bodies)
+            followed, anew = read_bounds(table, bodies), compute_bounds(bodies)
             assert {pair: followed[pair] for pair in anew if pair not in raised or set(pair) & set(moved)} == {
                 pair: bound for pair, bound in anew.items() if pair not in raised or set(pair) & set(moved)
             }
@@ -146,7 +146,7 @@ def test_wall_bound_under_gravity_is_the_start_of_the_path() -> None:
     """Under gravity pairs keep the bounds of straight motion, and walls have the start of the path as bound."""
     straight = build_gas_scene(9, 0.3, duration_s=10.0)
     falling = straight.model_copy(update={"gravity_m_s2": (0.5, -9.81)})
-    one, other = (entries_of(BallBodies(scene)) for scene in (straight, falling))
+    one, other = (compute_bounds(BallBodies(scene)) for scene in (straight, falling))
     assert {pair: bound for pair, bound in other.items() if pair[1] >= 0} == {
         pair: bound for pair, bound in one.items() if pair[1] >= 0
     }
@@ -169,7 +169,7 @@ SCENES = [
 ]
 
 
-def told(certified: CertifiedTrace) -> tuple[object, ...]:
+def summarise_run(certified: CertifiedTrace) -> tuple[object, ...]:
     """Return the digits of a run, and how it ended."""
     trace, degeneracy = certified.trace, certified.degeneracy
     kind = degeneracy and (degeneracy.kind, degeneracy.bodies, degeneracy.proven)
@@ -181,7 +181,7 @@ def test_certified_digits_do_not_depend_on_lower_bounds(scene: Scene, monkeypatc
     """A certified run without lower bounds has the same impacts, digits and ending."""
     bounded = certify(scene, max_impacts=40, digits=20)
     monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
-    assert told(certify(scene, max_impacts=40, digits=20)) == told(bounded)
+    assert summarise_run(certify(scene, max_impacts=40, digits=20)) == summarise_run(bounded)
 
 
 def test_start_bounds_are_the_path_start_until_raised() -> None:

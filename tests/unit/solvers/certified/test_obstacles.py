@@ -3,9 +3,9 @@
 from fractions import Fraction
 
 import pytest
-from tests.scene_builders import sure
-from tests.validation.random_tables import draw
-from tests.validation.table_runs import scene_of
+from tests.scene_builders import require_value
+from tests.validation.random_tables import draw_table
+from tests.validation.table_runs import build_table_scene
 
 from carom import Chain, Disc, Ring, Scene, Wall
 from carom.core.wall_features import build_features
@@ -17,7 +17,7 @@ STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=(0.0, 1.0,
 CLOCKWISE = Chain(points_m=[(-2, 2), (2, 2), (2, -2), (-2, -2)], bulges=(0.0, -1.0, 0.0, -1.0), closed=True)
 
 
-def obstacles(*walls: object) -> tuple[Obstacle, ...]:
+def build_obstacles(*walls: object) -> tuple[Obstacle, ...]:
     disc = Disc(position_m=(0, 0), radius_m=0.5)
     return obstacles_of(Scene(name="table", discs=[disc], walls=walls, duration_s=1))
 
@@ -27,9 +27,9 @@ def test_certified_obstacles_equal_the_wall_features_of_pic() -> None:
     """On random tables certified obstacles have the walls, kinds and edges of PIC's wall features."""
     compared = 0
     for number in range(10):
-        if (drawn := draw(number)) is None:
+        if (drawn := draw_table(number)) is None:
             continue
-        scene = scene_of(drawn[1])
+        scene = build_table_scene(drawn[1])
         found = sorted((one.wall, one.kind, one.edges) for one in obstacles_of(scene) if one.kind is not None)
         outlines = [(k, wall) for k, wall in enumerate(scene.arrays.walls) if isinstance(wall, Outline)]
         widest = max(disc.radius_m for disc in scene.discs)
@@ -42,14 +42,14 @@ def test_certified_obstacles_equal_the_wall_features_of_pic() -> None:
 def test_each_half_plane_is_one_exact_obstacle() -> None:
     """Each half-plane is one obstacle with the number of its wall and exact coordinates."""
     walls = (Wall(point_m=(0, -3), normal=(0, 1)), Wall(point_m=(0.1, 3), normal=(0, -1)))
-    assert [one.wall for one in obstacles(*walls)] == [0, 1]
-    assert obstacles(*walls)[1].shape == Plane((Fraction(0.1), Fraction(3)), (Fraction(0), Fraction(-1)))
+    assert [one.wall for one in build_obstacles(*walls)] == [0, 1]
+    assert build_obstacles(*walls)[1].shape == Plane((Fraction(0.1), Fraction(3)), (Fraction(0), Fraction(-1)))
 
 
 def test_smoothly_joined_sides_are_neighbours() -> None:
     """In a stadium of either direction, each side has neighbours on the same side of the chain."""
     for chain, inner in ((STADIUM, 0), (CLOCKWISE, 1)):
-        found = obstacles(chain)
+        found = build_obstacles(chain)
         assert len(found) == 8
         for side in (0, 1):
             ring = [2 * k + side for k in range(4)]
@@ -57,22 +57,22 @@ def test_smoothly_joined_sides_are_neighbours() -> None:
             assert all(isinstance(arc, Round) and arc.inside == (side == inner) for arc in arcs)
             for number in ring:
                 begin, end = found[number].neighbours
-                assert {wall_index(sure(begin)), wall_index(sure(end))} <= set(ring) - {number}
+                assert {wall_index(require_value(begin)), wall_index(require_value(end))} <= set(ring) - {number}
 
 
 def test_sector_of_an_arc_begins_counterclockwise() -> None:
     """The sector of a stadium's right arc begins at the floor, whichever way the chain runs."""
     for chain, floor, inner in ((STADIUM, 0, 0), (CLOCKWISE, 2, 1)):
-        arc = obstacles(chain)[2 + inner]  # edge 1, of the side inside
+        arc = build_obstacles(chain)[2 + inner]  # edge 1, of the side inside
         begin, _ = arc.neighbours
         assert isinstance(arc.shape, Round)
-        assert sure(arc.shape.sector).begin == (Fraction(0), Fraction(-2))
-        assert wall_index(sure(begin)) == 2 * floor + inner
+        assert require_value(arc.shape.sector).begin == (Fraction(0), Fraction(-2))
+        assert wall_index(require_value(begin)) == 2 * floor + inner
 
 
 def test_ends_and_corners_of_a_chain_have_vertex_neighbours() -> None:
     """Both sides of an open chain's two edges have its three vertices as neighbours; a circle has none."""
-    found = obstacles(Chain(points_m=[(2, 0), (3, 0), (3, 1)]), Ring(centre_m=(-3, 0), radius_m=1))
+    found = build_obstacles(Chain(points_m=[(2, 0), (3, 0), (3, 1)]), Ring(centre_m=(-3, 0), radius_m=1))
     assert [one.kind for one in found] == [EdgeKind.FACE] * 4 + [EdgeKind.VERTEX] * 3 + [EdgeKind.ARC] * 2
     assert [tuple(None if n is None else wall_index(n) for n in one.neighbours) for one in found] == [
         *[(4, 5)] * 2,

@@ -6,7 +6,7 @@ from flint import arb
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.cases import each
-from tests.scene_builders import line
+from tests.scene_builders import build_line_scene
 
 from carom.solvers.certified.impacts import BallEvent, BallImpact
 from carom.solvers.certified.recording import Recording
@@ -58,7 +58,7 @@ def test_impact_is_recorded_only_if_its_digits_are_known(radius: float, known: b
 
     Exact velocities do not make up for an uncertain time.
     """
-    log = Recording(line(0.0, 4.0, velocities=(1.0, 0.0)), 6)
+    log = Recording(build_line_scene(0.0, 4.0, velocities=(1.0, 0.0)), 6)
     log.add(BallEvent(BallImpact(0, 1, arb(1.5, radius), arb(1), arb(0), arb(1), EXACT)))  # type: ignore[arg-type] # four
     assert log.convert() is known
     assert len(log) == known

@@ -22,12 +22,12 @@ from .start_bounds import StartBounds
 MOST = 25
 
 
-def scaled(scene: Scene, length: int, speed: int) -> Scene:
+def scale_scene(scene: Scene, length: int, speed: int) -> Scene:
     """Return a scene whose lengths and speeds are multiplied by powers of two."""
     return in_units(scene, length=2.0**length, time=2.0 ** (length - speed))
 
 
-def numbers(certified: CertifiedTrace, length: int = 0, speed: int = 0) -> dict[str, Any]:
+def collect_numbers(certified: CertifiedTrace, length: int = 0, speed: int = 0) -> dict[str, Any]:
     """Return the result of a certified run, as bytes, in units smaller by powers of two."""
     trace, kind = certified.trace, certified.degeneracy
     rows = {
@@ -48,9 +48,9 @@ def numbers(certified: CertifiedTrace, length: int = 0, speed: int = 0) -> dict[
 
 
 @cache
-def plain_numbers(scene: Scene) -> dict[str, Any]:
+def certify_plain_numbers(scene: Scene) -> dict[str, Any]:
     """Return what the certified run of a scene says as it is."""
-    return numbers(certify(scene, max_impacts=MOST))
+    return collect_numbers(certify(scene, max_impacts=MOST))
 
 
 SCENES = [
@@ -75,8 +75,8 @@ def test_scaling_by_powers_of_two_changes_no_digit(scene: Scene, length: int, dr
     speed = max(-500, min(500, length - drift))
     if scene.gravity_m_s2 != (0.0, 0.0) and abs(2 * speed - length) > 500:
         return  # such a gravity is refused
-    found = certify(scaled(scene, length, speed), max_impacts=MOST)
-    assert numbers(found, length, speed) == plain_numbers(scene)
+    found = certify(scale_scene(scene, length, speed), max_impacts=MOST)
+    assert collect_numbers(found, length, speed) == certify_plain_numbers(scene)
 
 
 @each("length, speed", [(256, 256), (-300, -300), (500, 250)])
@@ -85,15 +85,15 @@ def test_scaling_without_lower_bounds_changes_no_digit(
 ) -> None:
     """Scaling lengths and speeds by powers of two changes no digit of a run with balls alone."""
     monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
-    found = certify(scaled(SCENES[0], length, speed), max_impacts=MOST)
-    assert numbers(found, length, speed) == numbers(certify(SCENES[0], max_impacts=MOST))
+    found = certify(scale_scene(SCENES[0], length, speed), max_impacts=MOST)
+    assert collect_numbers(found, length, speed) == collect_numbers(certify(SCENES[0], max_impacts=MOST))
 
 
 @each("power", [-500, 500])
 def test_scaling_scales_the_proven_errors_too(power: int) -> None:
     """Scaling lengths and speeds by 2^500 scales the proven errors of velocities exactly; those of times stay."""
     plain = certify(SCENES[0], max_impacts=MOST)
-    found = certify(scaled(SCENES[0], power, power), max_impacts=MOST)
+    found = certify(scale_scene(SCENES[0], power, power), max_impacts=MOST)
     assert found.radii["time_s"].tobytes() == plain.radii["time_s"].tobytes()
     assert (
         np.ldexp(found.radii["velocity_first_after"], -power).tobytes() == plain.radii["velocity_first_after"].tobytes()

@@ -12,7 +12,7 @@ from carom.solvers.certified.result import Degenerate, Undecided
 from carom.solvers.certified.selection import Selection
 
 
-def in_two_rows(*, last_speed: float) -> BallBodies:
+def build_two_rows(*, last_speed: float) -> BallBodies:
     """Return two rows far apart, of three discs each, whose middle discs are struck from both sides after about 1 s.
 
     Row 0: both times are known only to be from 1 s less 2e-6 to 1 s. Row 1: one is 1 s more or less 1e-6, and the other
@@ -25,7 +25,7 @@ def in_two_rows(*, last_speed: float) -> BallBodies:
     return bodies
 
 
-def selection(bodies: BallBodies) -> Selection:
+def build_selection(bodies: BallBodies) -> Selection:
     found = Selection(bodies)
     found.end_s = 2.0
     return found
@@ -34,14 +34,14 @@ def selection(bodies: BallBodies) -> Selection:
 def test_impact_within_the_time_ball_of_a_rival_is_undecided() -> None:
     """The next impact is undecided (SHARED_INSTANT) if an exact time is within the wide ball of a rival."""
     with ctx.workprec(128), pytest.raises(Undecided) as caught:
-        selection(in_two_rows(last_speed=1 - 5e-7)).next_impact()
+        build_selection(build_two_rows(last_speed=1 - 5e-7)).next_impact()
     assert caught.value.degeneracy.kind is Degenerate.SHARED_INSTANT
 
 
 def test_certainly_later_rival_leaves_the_next_impact_decided() -> None:
     """If the rival is certainly later, the impact with the wide ball is next, and commutes with the other row."""
     with ctx.workprec(128):
-        choice = selection(in_two_rows(last_speed=0.5)).next_impact()
+        choice = build_selection(build_two_rows(last_speed=0.5)).next_impact()
     assert choice is not None
     assert (choice.meeting.first, choice.meeting.second, choice.commutes) == (3, 4, True)
 

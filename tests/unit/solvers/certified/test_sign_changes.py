@@ -13,12 +13,12 @@ from carom.solvers.certified.sign_changes import find_falls, squared_gap_powers
 
 
 @pytest.fixture(autouse=True)
-def some_bits() -> Iterator[None]:
+def working_precision() -> Iterator[None]:
     with ctx.workprec(128):
         yield
 
 
-def powers_of(roots: list[Fraction], leading: int = 1) -> list[arb]:
+def expand_roots(roots: list[Fraction], leading: int = 1) -> list[arb]:
     """Return the polynomial of these roots, lowest power first."""
     powers = [Fraction(leading)]
     for root in roots:
@@ -33,7 +33,7 @@ def test_falls_of_a_quartic_contain_their_roots(seed: int) -> None:
     roots = [Fraction(rng.gauss(0.5, 1.0)) for _ in range(3)]
     roots.append(roots[0] + Fraction(rng.choice((1e-12, -1e-6, 1.0))))
     leading = rng.choice((1, -1))
-    falls = list(find_falls(powers_of(roots, leading)))
+    falls = list(find_falls(expand_roots(roots, leading)))
     down = sorted(roots)[::2] if leading > 0 else sorted(roots)[1::2]
     ahead = [root for root in down if root > 0]
     assert all(fall.certain for fall in falls)
@@ -51,14 +51,14 @@ def test_falls_of_parabolas_and_lines_contain_their_roots() -> None:
         roots += [roots[0] + Fraction(rng.choice((1e-9, -1e-3, 1.0)))] if seed < 300 else []
         leading = rng.choice((1, -1))
         down = sorted(roots)[0 if leading > 0 else 1 :: 2] if seed < 300 else roots[: leading < 0]
-        falls, ahead = list(find_falls(powers_of(roots, leading))), [root for root in down if root > 0]
+        falls, ahead = list(find_falls(expand_roots(roots, leading))), [root for root in down if root > 0]
         assert [fall.certain for fall in falls] == [True] * len(ahead), seed
         assert all(fall.time.overlaps(ball(root)) for fall, root in zip(falls, ahead, strict=True))
 
 
 def test_touch_of_zero_is_uncertain_and_a_later_fall_is_certain() -> None:
     """For (t - 1)^2 (t - 3) (t - 4), the touch at 1 is uncertain and the fall at 3 is certain."""
-    first, second = find_falls(powers_of([Fraction(1), Fraction(1), Fraction(3), Fraction(4)]))
+    first, second = find_falls(expand_roots([Fraction(1), Fraction(1), Fraction(3), Fraction(4)]))
     assert not first.certain
     assert first.time.overlaps(arb(1))
     assert first.time.rad() < arb(2) ** -40
@@ -69,9 +69,9 @@ def test_touch_of_zero_is_uncertain_and_a_later_fall_is_certain() -> None:
 def test_zero_gap_at_the_start_is_decided_by_the_next_power() -> None:
     """A gap that is 0 at the start and opens has only later falls; one that closes has an uncertain fall at 0."""
     roots = [Fraction(0), Fraction(2), Fraction(3), Fraction(4)]
-    opens = list(find_falls(powers_of(roots, -1)))
+    opens = list(find_falls(expand_roots(roots, -1)))
     assert [(float(fall.time), fall.certain) for fall in opens] == [(2.0, True), (4.0, True)]
-    closes = list(find_falls(powers_of(roots)))
+    closes = list(find_falls(expand_roots(roots)))
     assert [(float(fall.time), fall.certain) for fall in closes] == [(0.0, False), (3.0, True)]
 
 
@@ -98,7 +98,7 @@ def test_fall_of_an_almost_flat_gap_is_narrow() -> None:
 
 def test_falls_after_the_given_time_are_not_returned() -> None:
     """With an end at 2.5 s, the fall at 1 s is found and the one at 3 s is not."""
-    powers = powers_of([Fraction(1), Fraction(2), Fraction(3), Fraction(4)])
+    powers = expand_roots([Fraction(1), Fraction(2), Fraction(3), Fraction(4)])
     assert [float(fall.time) for fall in find_falls(powers, 2.5)] == [1.0]
 
 

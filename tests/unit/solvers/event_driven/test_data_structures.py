@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each, release_after
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.rows import CONTACT_DTYPE
@@ -23,7 +23,7 @@ def test_kernel_structs_match_the_dtypes_of_a_trace(name: str, dtype: np.dtype[n
     struct = core_functions.layouts()[name]
     assert struct.itemsize == dtype.itemsize
     kinds = [(kind.base, kind.shape, place) for kind, place in (struct.fields[name] for name in struct.names)]
-    expected = [sure(dtype.fields)[name][:2] for name in sure(dtype.names)]
+    expected = [require_value(dtype.fields)[name][:2] for name in require_value(dtype.names)]
     assert kinds == [(kind.base, kind.shape, place) for kind, place in expected]
 
 
@@ -88,14 +88,14 @@ BATCH = 64
 GAS = build_hard_disc_gas(200, 0.3)
 
 
-def cells() -> Any:
+def build_cells() -> Any:
     """Return the cells of a gas of 200 discs, with no disc in them."""
     found = core_functions.Cells(GAS.position_m, GAS.radius_m, np.array(GAS.walls))
     assert found.grid[3] > 3
     return found
 
 
-def discs_around(grid: Any, row: int, column: int) -> list[int]:
+def find_discs_around(grid: Any, row: int, column: int) -> list[int]:
     """Return the discs of the nine cells around one, as a scan of the kernel finds them."""
     batches = grid.around(row, column)
     assert max(map(len, batches)) <= BATCH
@@ -105,7 +105,7 @@ def discs_around(grid: Any, row: int, column: int) -> list[int]:
 @given(st.data())
 def test_discs_are_found_in_their_cells_until_removed(data: st.DataObject) -> None:
     """Discs that are added to cells and removed in any order are found exactly while they are there."""
-    grid = cells()
+    grid = build_cells()
     inside: dict[int, tuple[int, int]] = {}
     for disc in data.draw(st.lists(st.integers(0, 99), max_size=60)):
         if disc in inside:
@@ -113,19 +113,19 @@ def test_discs_are_found_in_their_cells_until_removed(data: st.DataObject) -> No
         else:
             inside[disc] = data.draw(st.sampled_from([(2, 2), (2, 3), (3, 3)]))
             grid.add(disc, *inside[disc])
-    assert discs_around(grid, 2, 2) == sorted(inside)
-    assert discs_around(grid, 1, 1) == sorted(disc for disc, cell in inside.items() if cell == (2, 2))
+    assert find_discs_around(grid, 2, 2) == sorted(inside)
+    assert find_discs_around(grid, 1, 1) == sorted(disc for disc, cell in inside.items() if cell == (2, 2))
 
 
 def test_cells_hold_any_number_of_discs() -> None:
     """All of 200 discs in two cells are found, and none after they were removed."""
-    grid = cells()
+    grid = build_cells()
     for disc in range(200):
         grid.add(disc, 2, 2 + disc % 2)
-    assert discs_around(grid, 2, 2) == list(range(200))
+    assert find_discs_around(grid, 2, 2) == list(range(200))
     for disc in np.random.default_rng(1).permutation(200).tolist():
         grid.remove(disc, 2, 2 + disc % 2)
-    assert discs_around(grid, 2, 2) == []
+    assert find_discs_around(grid, 2, 2) == []
 
 
 @each("distance", [0.0, 1e9, 1e17])

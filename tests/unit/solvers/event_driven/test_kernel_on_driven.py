@@ -16,7 +16,7 @@ from carom.solvers.event_driven.run import EventDrivenRun
 pytest.importorskip("carom.core.pic")
 
 
-def legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:
+def build_legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:
     """Return legs along x: when each begins, and its speed."""
     return [{"from_s": begin, "velocity_m_s": (speed, 0.0)} for begin, speed in parts]
 
@@ -24,7 +24,7 @@ def legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:
 _HELD: dict[str, Any] = {"radius_m": 0.25, "mass_kg": math.inf, "driven": True}
 
 
-def mallet(x: float, y: float, speed: float) -> Disc:
+def build_mallet(x: float, y: float, speed: float) -> Disc:
     """Return a disc of radius 1/4 that is driven along x."""
     return Disc(position_m=(x, y), velocity_m_s=(speed, 0.0), **_HELD)
 
@@ -33,18 +33,33 @@ PUCK = disc_at(0.0, 0.0, 1.0, r=0.25)
 #: What meets a puck at one instant, to the bit; and how often it is struck in two seconds.
 AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
     "both edges of a corner": ([PUCK], [Chain(points_m=[(2, -2), (4, 0), (2, 2)], velocity_m_s=(-1.0, 0.0))], 2),
-    "an edge as it turns back": ([PUCK], [Chain(points_m=[(2.25, -1), (2.25, 1)], legs=legs((0, -1), (1, 1)))], 0),
-    "an edge as it turns to come": ([PUCK], [Chain(points_m=[(1.25, -1), (1.25, 1)], legs=legs((0, 0), (1, -1)))], 1),
+    "an edge as it turns back": (
+        [PUCK],
+        [Chain(points_m=[(2.25, -1), (2.25, 1)], legs=build_legs((0, -1), (1, 1)))],
+        0,
+    ),
+    "an edge as it turns to come": (
+        [PUCK],
+        [Chain(points_m=[(1.25, -1), (1.25, 1)], legs=build_legs((0, 0), (1, -1)))],
+        1,
+    ),
     "a wall, and one that sets out then": (
         [PUCK.model_copy(update={"velocity_m_s": (1.0, 1.0)})],
-        [Chain(points_m=[(-3, 1.25), (3, 1.25)]), Chain(points_m=[(1.25, -3), (1.25, 3)], legs=legs((0, 0), (1, -1)))],
+        [
+            Chain(points_m=[(-3, 1.25), (3, 1.25)]),
+            Chain(points_m=[(1.25, -3), (1.25, 3)], legs=build_legs((0, 0), (1, -1))),
+        ],
         2,
     ),
-    "a mallet that is disc 0": ([mallet(1.5, 0.0, -0.5), PUCK], [], 1),
-    "two mallets": ([PUCK, mallet(1.0, 0.375, -1.0), mallet(1.0, -0.375, -1.0)], [], 2),
-    "a disc and a mallet": ([PUCK, disc_at(1.0, 0.375, -1.0, r=0.25), mallet(1.0, -0.375, -1.0)], [], 2),
-    "a mallet as it turns back": ([PUCK, Disc(position_m=(2.5, 0), **_HELD, legs=legs((0, -1), (1, 1)))], [], 0),
-    "a mallet that turns to come": ([PUCK, Disc(position_m=(1.5, 0), **_HELD, legs=legs((0, 0), (1, -1)))], [], 1),
+    "a mallet that is disc 0": ([build_mallet(1.5, 0.0, -0.5), PUCK], [], 1),
+    "two mallets": ([PUCK, build_mallet(1.0, 0.375, -1.0), build_mallet(1.0, -0.375, -1.0)], [], 2),
+    "a disc and a mallet": ([PUCK, disc_at(1.0, 0.375, -1.0, r=0.25), build_mallet(1.0, -0.375, -1.0)], [], 2),
+    "a mallet as it turns back": ([PUCK, Disc(position_m=(2.5, 0), **_HELD, legs=build_legs((0, -1), (1, 1)))], [], 0),
+    "a mallet that turns to come": (
+        [PUCK, Disc(position_m=(1.5, 0), **_HELD, legs=build_legs((0, 0), (1, -1)))],
+        [],
+        1,
+    ),
 }
 
 
@@ -59,14 +74,16 @@ def test_simultaneous_events_match_all_pairs_to_the_bit(name: str) -> None:
     assert plain.impacts == impacts
 
 
-def row(discs: int, gap: float, speed: float) -> Scene:
+def build_row(discs: int, gap: float, speed: float) -> Scene:
     """Return discs in a row between a wall and one that comes, at the head of a mallet."""
     places = [gap + (1.0 + gap) * k for k in range(discs)]
     free = [disc_at(0.5 + x, 0.0, 0.25 * (-1) ** k) for k, x in enumerate(places)]
-    return staged("row", *free, mallet(places[-1] + 1.75 + gap, 0.0, -speed), wall_at(0, 0, 1, 0), duration_s=20.0)
+    return staged(
+        "row", *free, build_mallet(places[-1] + 1.75 + gap, 0.0, -speed), wall_at(0, 0, 1, 0), duration_s=20.0
+    )
 
 
-def pinched(half: float) -> Scene:
+def build_pinched_disc(half: float) -> Scene:
     """Return a disc that goes sideways between an edge and one that comes, each of this half length."""
     edge = Chain(points_m=[(-half, 0), (half, 0)])
     piston = Chain(points_m=[(-half, 2), (half, 2)], velocity_m_s=(0.0, -0.25))
@@ -77,19 +94,19 @@ def pinched(half: float) -> Scene:
 @each("half, outcome", [(3.0, Outcome.CRUSHED), (0.5, Outcome.COMPLETED)])
 def test_disc_between_closing_edges_is_crushed_or_escapes(half: float, outcome: Outcome) -> None:
     """A disc between long closing edges is crushed, and escapes short ones, with the bits of all pairs."""
-    assert_same(pinched(half), 10**6)
-    assert EventDrivenRun(pinched(half)).advance_to(20.0) is outcome
+    assert_same(build_pinched_disc(half), 10**6)
+    assert EventDrivenRun(build_pinched_disc(half)).advance_to(20.0) is outcome
 
 
 @each("discs", [1, *release_after(0, [2, 3])])
 def test_row_of_discs_is_crushed_as_by_all_pairs(discs: int) -> None:
     """A row of discs between a mallet and a wall ends with a note, with the bits of all pairs."""
-    assert assert_same(row(discs, 0.25, 0.125), 10**6).notes
+    assert assert_same(build_row(discs, 0.25, 0.125), 10**6).notes
 
 
 @each(
     "scene, between, time_s",
-    [(row(1, 0.25, 0.125), "wall 0 and disc 1", 8.0), (pinched(3.0), "wall 0 and wall 1", 6.0)],
+    [(build_row(1, 0.25, 0.125), "wall 0 and disc 1", 8.0), (build_pinched_disc(3.0), "wall 0 and wall 1", 6.0)],
 )
 def test_crush_note_has_the_time_at_which_no_space_is_left(scene: Scene, between: str, time_s: float) -> None:
     r"""The note of a crush names the bodies and the time at which no space is left, to 1e-14.
@@ -107,7 +124,7 @@ def test_crush_note_has_the_time_at_which_no_space_is_left(scene: Scene, between
 @each("across", [0.0, -0.5])
 def test_gravity_along_closing_edges_prevents_a_crush(across: float) -> None:
     """Gravity along two short closing edges pulls a disc out in time; gravity along their normal does not."""
-    scene = pinched(0.5).model_copy(update={"gravity_m_s2": (across, -0.5 - across)})
+    scene = build_pinched_disc(0.5).model_copy(update={"gravity_m_s2": (across, -0.5 - across)})
     scene = scene.model_copy(update={"discs": [disc_at(0.0, 1.0, 0.0, 0.5, r=0.25)]})
     expected = Outcome.COMPLETED if across else Outcome.CRUSHED
     assert EventDrivenRun(scene).advance_to(20.0) is expected
@@ -118,7 +135,7 @@ def test_crush_after_the_requested_end_does_not_end_the_run() -> None:
 
     The rule decides after 400 impacts, at 7.96 s.
     """
-    start = row(1, 0.25, 0.125).arrays
+    start = build_row(1, 0.25, 0.125).arrays
     assert EventDrivenRun(start).advance_to(7.99) is Outcome.COMPLETED
     assert EventDrivenRun(start).advance_to(8.01) is Outcome.CRUSHED
 
@@ -135,7 +152,7 @@ def test_disc_that_hits_another_before_a_crush_is_not_crushed(monkeypatch: pytes
 
 def test_edge_on_a_new_leg_strikes_a_disc_again_after_an_epoch() -> None:
     """An edge strikes a disc at 0.75 s, follows it on its next leg, and strikes it again in a new epoch."""
-    edge = Chain(points_m=[(-1, -1), (-1, 1)], legs=legs((0, 0.5), (2, 3)))
+    edge = Chain(points_m=[(-1, -1), (-1, 1)], legs=build_legs((0, 0.5), (2, 3)))
     busy = [Chain(points_m=[(9, y), (11, y)]) for y in (0.0, 1.0)]
     slow = disc_at(0, 0, -0.5, r=0.25)
     quick = disc_at(10, 0.5, 0, 13.125, r=0.25)
@@ -148,7 +165,7 @@ def test_edge_on_a_new_leg_strikes_a_disc_again_after_an_epoch() -> None:
 
 def test_legs_of_a_shaken_wall_are_right_across_epochs() -> None:
     """Two discs in a box with a shaken wall have the bits of all pairs over at least four epochs."""
-    turns = legs(*((0.1 * k, 0.4 * (-1) ** k) for k in range(60)))
+    turns = build_legs(*((0.1 * k, 0.4 * (-1) ** k) for k in range(60)))
     walls = [
         wall_at(0, 0, 1, 0.01, legs=turns),
         *(Wall(point_m=(1, 1), normal=normal) for normal in ((-1, 0), (0, -1))),

@@ -20,7 +20,7 @@ from carom.solvers.event_driven.run import EventDrivenRun
 pytest.importorskip("carom.core.pic")
 
 
-def gas_among(segments: int) -> Scene:
+def build_gas_among_segments(segments: int) -> Scene:
     """Return a gas in a box with short segments between the discs, so that each cell knows few of them."""
     rnd, discs, walls = random.Random(8), [], []
     for row in range(5):
@@ -36,10 +36,10 @@ def gas_among(segments: int) -> Scene:
 @each("segments, most, cells", release_after(1, [(25, 50, 1.0), (25, 200, 1.0), (12, 100, 2.5)]))
 def test_gas_among_segments_matches_all_pairs_to_the_bit(segments: int, most: int, cells: float) -> None:
     """A gas among short segments, few of which each cell lists, has the bits of all pairs."""
-    assert_same(gas_among(segments), most, cells=cells)
+    assert_same(build_gas_among_segments(segments), most, cells=cells)
 
 
-def gas_in_a_polygon(edges: int, radius: float) -> Scene:
+def build_gas_in_polygon(edges: int, radius: float) -> Scene:
     """Return sixteen discs in the middle of a regular polygon, far from its edges."""
     rnd = random.Random(9)
     discs = [
@@ -54,7 +54,7 @@ def gas_in_a_polygon(edges: int, radius: float) -> Scene:
 @each("options", release_after(1, [{"cells": 3.0}, {"contact_s": 0.01}, {"cells": math.inf}, {}]))
 def test_newly_chosen_cells_match_all_pairs_to_the_bit(options: dict[str, float]) -> None:
     """A gas that leaves its first box gets new cells and keeps the bits of all pairs."""
-    scene = gas_in_a_polygon(12, 8.0)
+    scene = build_gas_in_polygon(12, 8.0)
     assert_same(scene, 200, **options)
     run = EventDrivenRun(scene)
     run.advance_to(math.inf, 200)
@@ -64,7 +64,7 @@ def test_newly_chosen_cells_match_all_pairs_to_the_bit(options: dict[str, float]
 @each("radius", release_after(1, [60.0, 6.0]))
 def test_few_predictions_test_all_walls_once_cells_are_chosen(radius: float) -> None:
     """Once a gas has reached the walls of a polygon, under 5% of the predictions test all sides and vertices."""
-    run = EventDrivenRun(gas_in_a_polygon(100, radius))
+    run = EventDrivenRun(build_gas_in_polygon(100, radius))
     run.advance_to(math.inf, 500)
     begun = run.counts
     run.advance_to(math.inf, 1000)
@@ -80,7 +80,7 @@ def test_cells_that_would_crowd_discs_are_not_chosen() -> None:
     """
     box = Chain(points_m=[(-4, -4), (4, -4), (4, 4), (-4, 4)], closed=True)
     far = Chain(points_m=[(5e4, -9), (5e4, 9)])
-    gas = gas_in_a_polygon(3, 9.0).discs
+    gas = build_gas_in_polygon(3, 9.0).discs
     flier = Disc(position_m=(5, 0), velocity_m_s=(1e5, 0), radius_m=0.4)
     scene = Scene(name="flier", discs=[*gas, flier], walls=[box, far], duration_s=1e3)
     assert_same(scene, 300)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each, long_until, release_after
-from tests.random_scenes import jittered, scene_of
-from tests.scene_builders import disc_at, line, staged, sure, wall_at
+from tests.random_scenes import build_scene, draw_jittered_discs
+from tests.scene_builders import build_line_scene, disc_at, require_value, staged, wall_at
 from tests.unit.solvers.run_kinds import all_pairs
 
 from carom import Disc, Outcome, Scene, solve_pic
@@ -20,7 +20,7 @@ from carom.solvers.pic import start_pic_run
 from carom.studies.bench.gas import build_hard_disc_gas
 
 
-def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
+def collect_outcome(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
     return run.log.array().tobytes(), run.positions().tobytes(), run.velocities().tobytes()
 
 
@@ -31,11 +31,11 @@ def run_for(start: DiscArrays, impacts: int, **options: Any) -> EventDrivenRun:
 
 
 STARTS = {
-    "inelastic": jittered(np.random.default_rng(11), 25, restitution=0.8, wall_restitution=0.7),
-    "tilted": jittered(np.random.default_rng(11), 30, tilt=0.3),
-    "immovable": jittered(np.random.default_rng(11), 30, immovable=6),
-    "polydisperse": jittered(np.random.default_rng(11), 60, spread=100.0),
-    "unbounded": jittered(np.random.default_rng(11), 40, walls=False),
+    "inelastic": draw_jittered_discs(np.random.default_rng(11), 25, restitution=0.8, wall_restitution=0.7),
+    "tilted": draw_jittered_discs(np.random.default_rng(11), 30, tilt=0.3),
+    "immovable": draw_jittered_discs(np.random.default_rng(11), 30, immovable=6),
+    "polydisperse": draw_jittered_discs(np.random.default_rng(11), 60, spread=100.0),
+    "unbounded": draw_jittered_discs(np.random.default_rng(11), 40, walls=False),
     "large": build_hard_disc_gas(1000, 0.6),
 }
 
@@ -48,11 +48,11 @@ def test_cells_and_resuming_change_no_bit_of_a_long_run(name: str) -> None:
         run_for(start, n, cell_factor=factor)
         for n, factor in ((impacts, 1.0), (impacts, wide), (impacts // 2 + 16 * len(start) + 7, 1.0))
     )
-    assert outcome_of(narrow) == outcome_of(wider)
+    assert collect_outcome(narrow) == collect_outcome(wider)
     second = EventDrivenRun(start, resume=first.state())
     second.advance_to(math.inf, impacts)
-    log, *state = outcome_of(second)
-    assert (first.log.array().tobytes() + log, *state) == outcome_of(narrow)
+    log, *state = collect_outcome(second)
+    assert (first.log.array().tobytes() + log, *state) == collect_outcome(narrow)
 
 
 @each("room", [1.0, 8.0])
@@ -60,14 +60,14 @@ def test_cells_and_resuming_change_no_bit_of_a_long_run(name: str) -> None:
 def test_cells_in_polygons_match_all_pairs_to_the_bit(sides: int, room: float) -> None:
     """Discs in polygons of 3 to 60 half-planes, tight or wide, have the bits of all pairs over 300 impacts."""
     rng = np.random.default_rng(sides)
-    start = jittered(rng, 12, walls=False)
+    start = draw_jittered_discs(rng, 12, walls=False)
     middle = start.position_m.mean(axis=0)
     reach = room * float(np.max(np.hypot(*(start.position_m - middle).T) + start.radius_m)) + 0.25
     angles = 2 * np.pi * (np.arange(sides) + rng.uniform()) / sides
     normals = -np.stack([np.cos(angles), np.sin(angles)], axis=1)
     rows = np.hstack([middle - reach * normals, normals])
     walls = tuple((float(x), float(y), float(nx), float(ny)) for x, y, nx, ny in rows)
-    scene = scene_of(replace(start, walls=walls, wall_restitution=0.9), 100.0)
+    scene = build_scene(replace(start, walls=walls, wall_restitution=0.9), 100.0)
     kernel, plain = EventDrivenRun(scene), all_pairs(scene)
     for run in (kernel, plain):
         run.advance_to(math.inf, 300)
@@ -95,7 +95,7 @@ def test_simultaneous_impacts_are_ordered_by_disc_number(cell_factor: float) -> 
 
 def test_recording_options_change_only_the_recorded_impacts() -> None:
     """Recording a window of impacts, or none, changes only the log, not the positions and the counts."""
-    start = jittered(np.random.default_rng(11), 40)
+    start = draw_jittered_discs(np.random.default_rng(11), 40)
     whole, window, none = (
         EventDrivenRun(start),
         EventDrivenRun(start, window_s=(2.0, 3.0)),
@@ -116,27 +116,27 @@ def test_recording_options_change_only_the_recorded_impacts() -> None:
 @each("discs", [2, 5])
 def test_impacts_per_disc_do_not_depend_on_recording(gravity: tuple[float, float], discs: int) -> None:
     """A trace counts each disc's impacts, by every solver, also if it records no impact."""
-    scene = scene_of(jittered(np.random.default_rng(5), discs, walls=discs > 2), 3.0)
+    scene = build_scene(draw_jittered_discs(np.random.default_rng(5), discs, walls=discs > 2), 3.0)
     scene = scene.model_copy(update={"gravity_m_s2": gravity})
     kept = solve_pic(scene)
     bodies = np.concatenate([kept.impacts["first"], kept.impacts["second"]])
     expected = np.bincount(bodies[bodies >= 0], minlength=discs)
     for trace in (kept, solve_pic(scene, record="none")):
-        assert sure(trace.impacts_per_disc).tolist() == expected.tolist()
+        assert require_value(trace.impacts_per_disc).tolist() == expected.tolist()
 
 
 def test_run_reports_progress_samples_positions_and_stops() -> None:
     """Progress is reported, positions are sampled only on request, and a run stops at a given time or count."""
-    scene = scene_of(jittered(np.random.default_rng(11), 40), 4.0)
+    scene = build_scene(draw_jittered_discs(np.random.default_rng(11), 40), 4.0)
     seen: list[tuple[int, float]] = []
     trace = solve_pic(scene, sample_times_s=[0.0, 1.0, 2.0], progress=lambda count, time: seen.append((count, time)))
-    assert sure(trace.samples).position_m.shape == (3, 40, 2)
+    assert require_value(trace.samples).position_m.shape == (3, 40, 2)
     assert seen
     assert seen[-1][0] == len(trace.impacts)
     assert solve_pic(scene).samples is None
     short = solve_pic(scene, until_s=1.0)
     assert short.end_time_s == 1.0
-    assert short.final_position_m.tobytes() == sure(trace.samples).position_m[1].tobytes()
+    assert short.final_position_m.tobytes() == require_value(trace.samples).position_m[1].tobytes()
     stopped = solve_pic(scene, max_impacts=7)
     assert stopped.outcome is Outcome.MAX_IMPACTS
     assert stopped.impacts.tobytes() == trace.impacts[:7].tobytes()
@@ -176,7 +176,10 @@ def test_perpendicular_impacts_are_ambiguous_only_with_friction(
 
 def test_run_to_infinity_ends_at_the_last_impact() -> None:
     """A run that is advanced to infinity ends at its last impact, with finite positions."""
-    for run in (all_pairs(line(0.0, 3.0, velocities=(1.0, 0.0))), start_pic_run(line(0.0, 3.0, velocities=(1.0, 0.0)))):
+    for run in (
+        all_pairs(build_line_scene(0.0, 3.0, velocities=(1.0, 0.0))),
+        start_pic_run(build_line_scene(0.0, 3.0, velocities=(1.0, 0.0))),
+    ):
         run.advance_to(math.inf)
         assert run.time_s == 2.0
         np.testing.assert_array_equal(run.positions(), [[2.0, 0.0], [3.0, 0.0]])

@@ -14,16 +14,16 @@ from carom.solvers.pit.solve import MOST_WASTE, FrameRun, build_edges
 Form = Callable[[Scene, FrameClock], FrameRun]
 
 
-def edges_of(scene: Scene) -> Callable[[NDArray[np.void]], NDArray[np.void]] | None:
+def find_edges_function(scene: Scene) -> Callable[[NDArray[np.void]], NDArray[np.void]] | None:
     return None if scene.arrays.has_half_planes else build_edges
 
 
-def plain(scene: Scene, clock: FrameClock) -> FrameRun:
+def start_plain_run(scene: Scene, clock: FrameClock) -> FrameRun:
     """Return a run that makes every test at every frame."""
-    return compiled_forms()["plain"](scene, clock)
+    return list_compiled_forms()["plain"](scene, clock)
 
 
-def compiled_forms() -> dict[str, Form]:
+def list_compiled_forms() -> dict[str, Form]:
     """Return the compiled run as a user gets it, looping plainly, skipping whatever that costs, and sweeping."""
     from carom.core.pit import FrameLoop
 
@@ -31,7 +31,7 @@ def compiled_forms() -> dict[str, Form]:
         return lambda scene, clock: FrameRun(
             FrameLoop(scene.undamped, clock, skips, max_waste, scene.damping_per_s),
             clock,
-            edges_of=edges_of(scene),
+            edges_of=find_edges_function(scene),
             damping=Damping(scene.damping_per_s),
         )
 
@@ -43,14 +43,14 @@ def compiled_forms() -> dict[str, Form]:
     }
 
 
-def finished(scene: Scene, clock: FrameClock, form: Form = plain) -> FrameRun:
+def run_to_end(scene: Scene, clock: FrameClock, form: Form = start_plain_run) -> FrameRun:
     """Return a run at the end of its scene."""
     run = form(scene, clock)
     run.advance_to(scene.duration_s)
     return run
 
 
-def bits(run: FrameRun) -> tuple[bytes, bytes, bytes, bytes, tuple[int, ...], int]:
+def collect_bits(run: FrameRun) -> tuple[bytes, bytes, bytes, bytes, tuple[int, ...], int]:
     """Return everything that a run has found out, as bytes: -0 differs from 0 here, too."""
     position, velocity = np.ascontiguousarray(run.positions()), np.ascontiguousarray(run.velocities())
     impacts, found = run.log.array().tobytes(), run.log.edges()
@@ -60,7 +60,7 @@ def bits(run: FrameRun) -> tuple[bytes, bytes, bytes, bytes, tuple[int, ...], in
 
 def assert_identical(scene: Scene, clock: FrameClock) -> FrameRun:
     """Run a scene by all forms, which must end in the same bytes; return the plain one."""
-    run = finished(scene, clock)
-    for name, form in compiled_forms().items():
-        assert bits(finished(scene, clock, form)) == bits(run), name
+    run = run_to_end(scene, clock)
+    for name, form in list_compiled_forms().items():
+        assert collect_bits(run_to_end(scene, clock, form)) == collect_bits(run), name
     return run

@@ -7,37 +7,43 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.random_scenes import jittered, scene_of
-from tests.scene_builders import disc_at, line, staged, wall_at
-from tests.unit.solvers.pit.run_forms import assert_identical, bits, compiled_forms, finished, plain
+from tests.random_scenes import build_scene, draw_jittered_discs
+from tests.scene_builders import build_line_scene, disc_at, staged, wall_at
+from tests.unit.solvers.pit.run_forms import (
+    assert_identical,
+    collect_bits,
+    list_compiled_forms,
+    run_to_end,
+    start_plain_run,
+)
 
 from carom import Chain, Disc, Scene, Wall, solve_pit
 from carom.solvers.pit.clock import FrameClock
 from carom.studies.bench.gas import build_gas_scene
 
 
-def crowd(seed: int, *, ratio: float, speed: float) -> Scene:
+def build_crowd(seed: int, *, ratio: float, speed: float) -> Scene:
     """Discs of radii in a ratio of up to `ratio`, jostling in a box that they fill to some 4 parts in 10."""
     e = (1.0, 0.9, 0.0)[seed % 3]
-    start = jittered(np.random.default_rng(seed), 150, spread=ratio, immovable=9, restitution=e)
-    return scene_of(replace(start, velocity_m_s=start.velocity_m_s * speed, walls=start.walls[seed % 2 :]), 8.0)
+    start = draw_jittered_discs(np.random.default_rng(seed), 150, spread=ratio, immovable=9, restitution=e)
+    return build_scene(replace(start, velocity_m_s=start.velocity_m_s * speed, walls=start.walls[seed % 2 :]), 8.0)
 
 
 @each("ratio", release_after(1, [3.0, 1.0, 100.0]))
 @each("speed", release_after(1, [1.0, 0.1, 10.0]))
 def test_skipping_in_crowds_matches_the_plain_loop_to_the_bit(ratio: float, speed: float) -> None:
     """A crowd of 150 discs has the same bits with frame skipping as with the plain loop, at any size ratio."""
-    forms = compiled_forms()
+    forms = list_compiled_forms()
     for seed in range(2):
-        scene, clock = crowd(seed, ratio=ratio, speed=speed), FrameClock(rate_hz=30.0)
-        plain = finished(scene, clock, forms["plain"])
-        assert bits(finished(scene, clock, forms["always skipping"])) == bits(plain)
+        scene, clock = build_crowd(seed, ratio=ratio, speed=speed), FrameClock(rate_hz=30.0)
+        plain = run_to_end(scene, clock, forms["plain"])
+        assert collect_bits(run_to_end(scene, clock, forms["always skipping"])) == collect_bits(plain)
         assert len(plain.log) > 30
 
 
 def test_all_forms_agree_on_a_crowd_to_the_bit() -> None:
     """All forms of a PIT run give a fast crowd, with over 100 impacts in half a second, the same bits."""
-    scene = crowd(0, ratio=3.0, speed=3.0).model_copy(update={"duration_s": 0.5})
+    scene = build_crowd(0, ratio=3.0, speed=3.0).model_copy(update={"duration_s": 0.5})
     assert len(assert_identical(scene, FrameClock(rate_hz=30.0)).log) > 100
 
 
@@ -54,7 +60,7 @@ def test_all_forms_agree_on_a_large_disc_among_small_ones() -> None:
 @each("velocity, expected", [(0.0, 0), (2.0**-30, 1)])
 def test_touching_discs_collide_only_if_they_approach(velocity: float, expected: int) -> None:
     """Touching discs collide at the first frame at an approach of 2^-30 m/s, and never at rest, in all forms."""
-    scene = line(0.0, 1.0, velocities=(velocity, 0.0), duration_s=1.0)
+    scene = build_line_scene(0.0, 1.0, velocities=(velocity, 0.0), duration_s=1.0)
     run = assert_identical(scene, FrameClock(rate_hz=8.0))
     assert run.log.array()["time_s"].tolist() == [0.0] * expected
 
@@ -84,10 +90,10 @@ def test_skipping_bounds_are_renewed_over_150000_frames() -> None:
 
     Bounds on skipping are renewed before rounding can exceed their margin.
     """
-    scene = line(0.0, 1000.0, velocities=(0.4, -0.26), restitution=0.5, duration_s=1600.0)
+    scene = build_line_scene(0.0, 1000.0, velocities=(0.4, -0.26), restitution=0.5, duration_s=1600.0)
     clock = FrameClock(rate_hz=100.0)
     assert len(assert_identical(scene, clock).log) == 1
-    looked_at = finished(scene, clock, compiled_forms()["default"]).counts["frames_looked_at"]
+    looked_at = run_to_end(scene, clock, list_compiled_forms()["default"]).counts["frames_looked_at"]
     assert 160_000 // 2**16 <= looked_at <= 20
 
 
@@ -107,8 +113,8 @@ def test_all_forms_agree_over_a_million_frames() -> None:
 
 def test_distant_discs_are_tested_in_at_most_5_of_6000_frames() -> None:
     """Two discs that meet once in 6000 frames are tested in at most 5 of them; the others are skipped."""
-    scene = line(0.0, 60.5, velocities=(1.0, 0.0), duration_s=100.0)
-    counts = finished(scene, FrameClock(rate_hz=60.0), compiled_forms()["default"]).counts
+    scene = build_line_scene(0.0, 60.5, velocities=(1.0, 0.0), duration_s=100.0)
+    counts = run_to_end(scene, FrameClock(rate_hz=60.0), list_compiled_forms()["default"]).counts
     assert counts["frames"] == 6000
     assert counts["frames_looked_at"] <= 5
     assert counts["frames_looked_at"] + counts["frames_skipped"] == 6000
@@ -116,8 +122,8 @@ def test_distant_discs_are_tested_in_at_most_5_of_6000_frames() -> None:
 
 def test_separating_discs_are_tested_in_one_frame() -> None:
     """Three discs that separate are tested in one frame, with six pair tests, and never again."""
-    scene = line(0.0, 1.0, 2.0, velocities=(-1.0, 0.5, 3.0), duration_s=50.0)
-    counts = finished(scene, FrameClock(rate_hz=60.0), compiled_forms()["default"]).counts
+    scene = build_line_scene(0.0, 1.0, 2.0, velocities=(-1.0, 0.5, 3.0), duration_s=50.0)
+    counts = run_to_end(scene, FrameClock(rate_hz=60.0), list_compiled_forms()["default"]).counts
     assert (counts["frames_looked_at"], counts["pair_tests"]) == (1, 6)
 
 
@@ -125,7 +131,7 @@ def test_plain_loop_makes_every_test_at_every_frame() -> None:
     """At each frame the plain loop tests all pairs of 20 discs, and each disc with each wall. Skipping tests fewer."""
     scene = build_gas_scene(20, 0.3, duration_s=1.0)
     clock = FrameClock(rate_hz=60.0)
-    counts, fewer = (finished(scene, clock, compiled_forms()[name]).counts for name in ("plain", "default"))
+    counts, fewer = (run_to_end(scene, clock, list_compiled_forms()[name]).counts for name in ("plain", "default"))
     assert counts["frames_looked_at"] == counts["frames"]
     assert counts["pair_tests"] == counts["frames"] * (20 * 19 // 2 + 20 * len(scene.walls))
     assert fewer["pair_tests"] < counts["pair_tests"]
@@ -138,8 +144,8 @@ def test_skipping_saves_99_percent_of_the_pair_tests() -> None:
     """
     scene = build_gas_scene(1000, 0.3, duration_s=0.5)
     clock = FrameClock(rate_hz=60.0)
-    fast, plain = (finished(scene, clock, compiled_forms()[name]) for name in ("default", "plain"))
-    assert bits(fast) == bits(plain)
+    fast, plain = (run_to_end(scene, clock, list_compiled_forms()[name]) for name in ("default", "plain"))
+    assert collect_bits(fast) == collect_bits(plain)
     assert len(plain.log) > 100
     assert fast.counts["pair_tests"] * 100 <= plain.counts["pair_tests"]
 
@@ -153,19 +159,19 @@ def test_default_run_stops_skipping_where_it_does_not_pay() -> None:
     walls = [wall_at(-0.5, 0, 1, 0), wall_at(11.5, 0, -1, 0)]
     scene = staged("crush", *discs, *walls, duration_s=40.0)
     clock = FrameClock(rate_hz=20.0)
-    run = finished(scene, clock, compiled_forms()["default"])
+    run = run_to_end(scene, clock, list_compiled_forms()["default"])
     tests = 800 * (12 * 11 // 2 + 12 * 2)
-    assert bits(run) == bits(finished(scene, clock))
+    assert collect_bits(run) == collect_bits(run_to_end(scene, clock))
     assert run.counts["pair_tests"] <= 1.1 * tests
-    assert finished(scene, clock, compiled_forms()["always skipping"]).counts["pair_tests"] > 1.5 * tests
+    assert run_to_end(scene, clock, list_compiled_forms()["always skipping"]).counts["pair_tests"] > 1.5 * tests
 
 
 def test_log_arrays_are_read_only_and_do_not_change() -> None:
     """Arrays read from the log during a run are read-only, do not change later, and are prefixes of the last one."""
     scene = build_gas_scene(50, 0.5, duration_s=2.0)
     clock = FrameClock(rate_hz=60.0)
-    whole = finished(scene, clock, compiled_forms()["default"]).log.array()
-    run = compiled_forms()["default"](scene, clock)
+    whole = run_to_end(scene, clock, list_compiled_forms()["default"]).log.array()
+    run = list_compiled_forms()["default"](scene, clock)
     seen = []
     for _ in range(120):
         run.advance_frames(1)
@@ -195,12 +201,14 @@ def test_signs_of_zeros_match_the_plain_loop() -> None:
     ]
     scene = staged("zeros", *discs, duration_s=10.0)
     assert_identical(scene, FrameClock(rate_hz=3.0))
-    start = [form(scene, FrameClock(rate_hz=3.0)) for form in compiled_forms().values()]
-    assert {bits(run) for run in start} == {bits(finished(scene.model_copy(update={"duration_s": 0.0}), FrameClock()))}
+    start = [form(scene, FrameClock(rate_hz=3.0)) for form in list_compiled_forms().values()]
+    assert {collect_bits(run) for run in start} == {
+        collect_bits(run_to_end(scene.model_copy(update={"duration_s": 0.0}), FrameClock()))
+    }
 
 
 @cache
-def met_s(*bulges: float) -> float:
+def find_meeting_time_s(*bulges: float) -> float:
     """When a disc meets a floor of one edge, in all forms."""
     discs = [Disc(position_m=(0.3, 2.0), velocity_m_s=(0.1, -1.003), radius_m=0.25)]
     floor = Chain(points_m=[(-1, 0), (1, 0)], bulges=bulges)
@@ -216,7 +224,7 @@ def test_nearly_flat_arc_is_met_like_a_segment(bulge: float) -> None:
     For the bulge of 1e-3, frames of 1 ms add up to 1.5 ms.
     """
     # The arc's middle is off the segment by the bulge, in metres, at a metre a second; and a frame more or less.
-    assert abs(met_s(bulge) - met_s()) <= abs(bulge) + 1.5e-3 * (abs(bulge) > 1e-4)
+    assert abs(find_meeting_time_s(bulge) - find_meeting_time_s()) <= abs(bulge) + 1.5e-3 * (abs(bulge) > 1e-4)
 
 
 def test_distant_pairs_at_coarse_coordinates_all_collide() -> None:
@@ -241,7 +249,7 @@ def test_distant_wall_is_tested_in_few_frames() -> None:
         disc = Disc(position_m=(0, 0), velocity_m_s=velocity, radius_m=0.5)
         scene = Scene(name="far", discs=[disc], walls=[line], duration_s=9.0)
         clock = FrameClock(rate_hz=1000.0)
-        counts = finished(scene, clock, compiled_forms()["always skipping"]).counts
+        counts = run_to_end(scene, clock, list_compiled_forms()["always skipping"]).counts
         assert counts["frames"] == 9000
         assert counts["frames_looked_at"] <= most
-    assert finished(scene, clock, plain).counts["frames_looked_at"] == 9000
+    assert run_to_end(scene, clock, start_plain_run).counts["frames_looked_at"] == 9000

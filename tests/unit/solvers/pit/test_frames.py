@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each
-from tests.scene_builders import disc_at, line, staged, wall_at
-from tests.unit.solvers.pit.run_forms import finished
+from tests.scene_builders import build_line_scene, disc_at, staged, wall_at
+from tests.unit.solvers.pit.run_forms import run_to_end
 
 from carom.errors import InputError
 from carom.solvers.pic import solve_pic
@@ -38,7 +38,7 @@ def test_pit_impact_matches_the_hand_calculation() -> None:
 
 def test_pit_does_not_correct_positions() -> None:
     """PIT leaves discs overlapping at the frame of the impact; they separate from those positions."""
-    trace = solve_pit(line(0.0, 2.75, velocities=(1.0, 0.0), duration_s=2.5), frame_rate_hz=1.0)
+    trace = solve_pit(build_line_scene(0.0, 2.75, velocities=(1.0, 0.0), duration_s=2.5), frame_rate_hz=1.0)
     # Contact is at 1.75 s; at the frame of 2 s the discs overlap by 1/4; then disc 1 moves on alone for half a second.
     assert trace.impacts["time_s"].tolist() == [2.0]
     np.testing.assert_array_equal(trace.final_position_m[:, 0], [2.0, 3.25])
@@ -81,7 +81,7 @@ def test_impacts_of_one_frame_are_ordered_by_disc_index() -> None:
 
     The impacts after the first are reported as ambiguous.
     """
-    trace = solve_pit(line(0.0, 1.75, 3.0, velocities=(4.0, 0.0, -4.0), duration_s=1.0), frame_rate_hz=4.0)
+    trace = solve_pit(build_line_scene(0.0, 1.75, 3.0, velocities=(4.0, 0.0, -4.0), duration_s=1.0), frame_rate_hz=4.0)
     # At .25 s: 1.0, 1.75, 2.0, so that (0, 1), (0, 2) and (1, 2) overlap; 0 and 1 exchange, then 1 meets 2.
     now = trace.impacts[trace.impacts["time_s"] == 0.25]
     assert [(int(i["first"]), int(i["second"])) for i in now] == [(0, 1), (0, 2), (1, 2)]
@@ -105,17 +105,19 @@ def test_disc_pairs_are_tested_before_walls_in_a_frame() -> None:
 
 def test_overlapping_discs_that_separate_do_not_collide_again() -> None:
     """Discs that still overlap at the frames after a late impact, but separate, do not collide again."""
-    trace = solve_pit(line(0.0, 1.5, velocities=(1.0, 0.0), duration_s=2.0), frame_rate_hz=4.0)
+    trace = solve_pit(build_line_scene(0.0, 1.5, velocities=(1.0, 0.0), duration_s=2.0), frame_rate_hz=4.0)
     assert trace.impacts["time_s"].tolist() == [0.5]
-    late = solve_pit(line(0.0, 1.9375, velocities=(1.0, 0.0), duration_s=4.0, restitution=0.25), frame_rate_hz=1.0)
+    late = solve_pit(
+        build_line_scene(0.0, 1.9375, velocities=(1.0, 0.0), duration_s=4.0, restitution=0.25), frame_rate_hz=1.0
+    )
     assert len(late.impacts) == 1
 
 
 def test_last_frame_before_the_end_is_tested_but_not_the_end() -> None:
     """Frames are tested from 0 s to the last one before the duration; the final state is that at the duration."""
-    scene = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0)
+    scene = build_line_scene(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0)
     assert len(solve_pit(scene, frame_rate_hz=4.0).impacts) == 0
-    longer = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.125)
+    longer = build_line_scene(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.125)
     trace = solve_pit(longer, frame_rate_hz=4.0, skipping=False)
     assert trace.impacts["time_s"].tolist() == [2.0]
     assert trace.end_time_s == 2.125
@@ -127,7 +129,7 @@ def test_last_frame_before_the_end_is_tested_but_not_the_end() -> None:
 def test_frame_rate_that_is_not_positive_is_refused(rate: float) -> None:
     """A frame rate that is 0, negative, infinite or NaN raises an InputError with its name and value."""
     with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
-        solve_pit(line(0.0, velocities=(1.0,)), frame_rate_hz=rate)
+        solve_pit(build_line_scene(0.0, velocities=(1.0,)), frame_rate_hz=rate)
 
 
 @each("against", ["wall", "disc", "immovable"])
@@ -147,4 +149,4 @@ def test_inelastic_impact_is_reported_once(against: str) -> None:
         else:
             mass = math.inf if against == "immovable" else 1.7
             scene = staged("tilted", disc, disc_at(0, 0, r=2.0 - 0.6, m=mass), restitution=0, duration_s=1)
-        assert len(finished(scene, clock).log) == len(solve_pit(scene).impacts) == 1
+        assert len(run_to_end(scene, clock).log) == len(solve_pit(scene).impacts) == 1

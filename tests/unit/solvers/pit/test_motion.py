@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from tests.cases import each, long_until, release_after
-from tests.random_scenes import drawn, slowing, table, thrown
-from tests.unit.solvers.pit.run_forms import assert_identical, bits, compiled_forms, finished
+from tests.random_scenes import draw_scene, draw_slope_scene, draw_table, draw_table_friction_scene
+from tests.unit.solvers.pit.run_forms import assert_identical, collect_bits, list_compiled_forms, run_to_end
 
 from carom import Chain, Disc, Scene, Wall
 from carom.model.walls import Leg
@@ -15,23 +15,23 @@ from carom.solvers.pit.clock import FrameClock
 FALL = (0.4, -9.81)
 
 
-def falling_roughly(number: int) -> Scene:
+def draw_rough_fall(number: int) -> Scene:
     changes = {"wall_rolling_resistance": 0.05, "wall_tangential_restitution": 0.0} if number % 2 else {}
-    return drawn("gas", number, rough=True, gravity=FALL).model_copy(update=changes)
+    return draw_scene("gas", number, rough=True, gravity=FALL).model_copy(update=changes)
 
 
-def falling_on_driven(number: int) -> Scene:
-    return table("driven table", number).model_copy(update={"gravity_m_s2": FALL})
+def draw_fall_on_driven_walls(number: int) -> Scene:
+    return draw_table("driven table", number).model_copy(update={"gravity_m_s2": FALL})
 
 
 #: The scene of a number, of each kind.
 DRAWN: dict[str, Callable[[int], Scene]] = {
-    "damped": lambda number: drawn("gas", number).model_copy(update={"damping_per_s": (0.3, 20.0)[number % 2]}),
-    "driven": lambda number: table("driven table", number),
-    "falling": falling_roughly,
-    "falling on driven walls": falling_on_driven,
-    "thrown": thrown,
-    "table": slowing,
+    "damped": lambda number: draw_scene("gas", number).model_copy(update={"damping_per_s": (0.3, 20.0)[number % 2]}),
+    "driven": lambda number: draw_table("driven table", number),
+    "falling": draw_rough_fall,
+    "falling on driven walls": draw_fall_on_driven_walls,
+    "thrown": draw_slope_scene,
+    "table": draw_table_friction_scene,
 }
 
 
@@ -47,15 +47,15 @@ def test_random_scenes_match_the_plain_loop_to_the_bit(kind: str, numbers: range
 
 def test_frames_are_skipped_once_damped_discs_rest() -> None:
     """Over 30 frames are skipped once damping has stopped all discs; all forms have the same bits."""
-    scene, clock = crowd(damping_per_s=40.0, duration_s=3.0), FrameClock(rate_hz=30.0)
+    scene, clock = build_crowd(damping_per_s=40.0, duration_s=3.0), FrameClock(rate_hz=30.0)
     assert assert_identical(scene, clock).velocities().max() < 1e-30
-    assert finished(scene, clock, compiled_forms()["always skipping"]).counts["frames_skipped"] > 30
+    assert run_to_end(scene, clock, list_compiled_forms()["always skipping"]).counts["frames_skipped"] > 30
 
 
 # Many discs in cells, compared with compiled plain looping -----------------------------------------------------------
 
 
-def crowd(*, fixed: dict[str, Any] | None = None, **fields: Any) -> Scene:
+def build_crowd(*, fixed: dict[str, Any] | None = None, **fields: Any) -> Scene:
     """Return 100 discs of some sizes on a lattice of 1 m in a box, each tenth of which is as `fixed` says."""
     discs = []
     for k in range(100):
@@ -66,38 +66,42 @@ def crowd(*, fixed: dict[str, Any] | None = None, **fields: Any) -> Scene:
         else:
             velocity = (1.5 * math.cos(angle), 1.5 * math.sin(angle))
             discs.append(Disc(position_m=place, velocity_m_s=velocity, radius_m=radius, mass_kg=1.0 + k % 3))
-    fields = {"walls": box(), "restitution": 0.9, "wall_restitution": 0.8, "duration_s": 2.0, **fields}
+    fields = {"walls": build_box_walls(), "restitution": 0.9, "wall_restitution": 0.8, "duration_s": 2.0, **fields}
     return Scene(name="crowd", discs=discs, **fields)
 
 
-def box(**motion: Any) -> list[Wall]:
+def build_box_walls(**motion: Any) -> list[Wall]:
     sides = (((0, 0), (1, 0)), ((10, 0), (-1, 0)), ((0, 0), (0, 1)), ((0, 10), (0, -1)))
     return [Wall(point_m=point, normal=normal, **(motion if k == 0 else {})) for k, (point, normal) in enumerate(sides)]
 
 
-def shaken(times: int, speed: float) -> list[Leg]:
+def build_legs(times: int, speed: float) -> list[Leg]:
     return [Leg(from_s=0.21 * k, velocity_m_s=(speed * math.cos(k), speed * math.sin(2.0 * k))) for k in range(times)]
 
 
 ROOM = Chain(points_m=[(0, 0), (10, 0), (10, 10), (5, 10), (0, 10)], bulges=[0.0, 0.2, 0.0, 0.0, 0.1], closed=True)
 
 CROWDS: dict[str, Callable[[], Scene]] = {
-    "straight": crowd,
-    "friction": lambda: crowd(friction=0.3, wall_friction=0.2),
-    "damped": lambda: crowd(damping_per_s=0.7),
-    "driven wall": lambda: crowd(walls=box(velocity_m_s=(-0.3, 0.1), surface_speed_m_s=0.5), wall_friction=0.3),
-    "shaken wall": lambda: crowd(walls=box(legs=shaken(9, 0.4))),
-    "mallets": lambda: crowd(fixed={"driven": True, "legs": shaken(9, 0.3)}),
-    "falling": lambda: crowd(gravity_m_s2=FALL),
-    "falling on fixed discs": lambda: crowd(gravity_m_s2=FALL, fixed={}),
-    "falling on mallets": lambda: crowd(gravity_m_s2=FALL, fixed={"driven": True, "legs": shaken(9, 0.3)}),
-    "falling on a shaken wall": lambda: crowd(gravity_m_s2=(-5.0, -3.0), walls=box(legs=shaken(9, 0.4))),
-    "falling and rolling": lambda: crowd(gravity_m_s2=FALL, wall_friction=0.3, wall_rolling_resistance=0.02),
-    "table": lambda: crowd(table_deceleration_m_s2=0.8),
-    "table with fixed discs": lambda: crowd(table_deceleration_m_s2=0.8, fixed={}),
-    "room": lambda: crowd(walls=[ROOM]),
-    "falling in a room": lambda: crowd(walls=[ROOM], gravity_m_s2=FALL),
-    "table in a room": lambda: crowd(walls=[ROOM], table_deceleration_m_s2=0.8),
+    "straight": build_crowd,
+    "friction": lambda: build_crowd(friction=0.3, wall_friction=0.2),
+    "damped": lambda: build_crowd(damping_per_s=0.7),
+    "driven wall": lambda: build_crowd(
+        walls=build_box_walls(velocity_m_s=(-0.3, 0.1), surface_speed_m_s=0.5), wall_friction=0.3
+    ),
+    "shaken wall": lambda: build_crowd(walls=build_box_walls(legs=build_legs(9, 0.4))),
+    "mallets": lambda: build_crowd(fixed={"driven": True, "legs": build_legs(9, 0.3)}),
+    "falling": lambda: build_crowd(gravity_m_s2=FALL),
+    "falling on fixed discs": lambda: build_crowd(gravity_m_s2=FALL, fixed={}),
+    "falling on mallets": lambda: build_crowd(gravity_m_s2=FALL, fixed={"driven": True, "legs": build_legs(9, 0.3)}),
+    "falling on a shaken wall": lambda: build_crowd(
+        gravity_m_s2=(-5.0, -3.0), walls=build_box_walls(legs=build_legs(9, 0.4))
+    ),
+    "falling and rolling": lambda: build_crowd(gravity_m_s2=FALL, wall_friction=0.3, wall_rolling_resistance=0.02),
+    "table": lambda: build_crowd(table_deceleration_m_s2=0.8),
+    "table with fixed discs": lambda: build_crowd(table_deceleration_m_s2=0.8, fixed={}),
+    "room": lambda: build_crowd(walls=[ROOM]),
+    "falling in a room": lambda: build_crowd(walls=[ROOM], gravity_m_s2=FALL),
+    "table in a room": lambda: build_crowd(walls=[ROOM], table_deceleration_m_s2=0.8),
 }
 
 
@@ -105,8 +109,8 @@ CROWDS: dict[str, Callable[[], Scene]] = {
 @each("rate_hz", long_until(1, [30.0, 7.0, 240.0]))
 def test_crowds_in_any_motion_match_the_plain_loop_to_the_bit(kind: str, rate_hz: float) -> None:
     """Default, skipping and sweeping runs of 100 discs have the plain loop's bits, for every kind of motion."""
-    scene, clock, forms = CROWDS[kind](), FrameClock(rate_hz=rate_hz), compiled_forms()
-    plain = finished(scene, clock, forms["plain"])
+    scene, clock, forms = CROWDS[kind](), FrameClock(rate_hz=rate_hz), list_compiled_forms()
+    plain = run_to_end(scene, clock, forms["plain"])
     assert len(plain.log) > 50
     for name in ("default", "always skipping", "sweeping"):
-        assert bits(finished(scene, clock, forms[name])) == bits(plain), name
+        assert collect_bits(run_to_end(scene, clock, forms[name])) == collect_bits(plain), name

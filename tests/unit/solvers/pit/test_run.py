@@ -9,8 +9,8 @@ from types import FrameType
 
 import pytest
 from tests.cases import each
-from tests.scene_builders import disc_at, line, staged
-from tests.unit.solvers.pit.run_forms import Form, bits, compiled_forms, finished, plain
+from tests.scene_builders import build_line_scene, disc_at, staged
+from tests.unit.solvers.pit.run_forms import Form, collect_bits, list_compiled_forms, run_to_end, start_plain_run
 
 from carom.errors import InputError
 from carom.model.scene import Scene, Wall
@@ -21,16 +21,16 @@ from carom.studies.bench.gas import build_gas_scene
 CLOCK = FrameClock(rate_hz=24.0)
 
 
-def forms() -> dict[str, Form]:
-    return {"plain": plain, **compiled_forms()}
+def list_forms() -> dict[str, Form]:
+    return {"plain": start_plain_run, **list_compiled_forms()}
 
 
-@pytest.fixture(params=forms())
+@pytest.fixture(params=list_forms())
 def form(request: pytest.FixtureRequest) -> Form:
-    return forms()[request.param]
+    return list_forms()[request.param]
 
 
-def billiard() -> Scene:
+def build_billiard() -> Scene:
     """Three discs in a box; the impacts of one frame are several now and then."""
     return staged(
         "billiard",
@@ -44,7 +44,7 @@ def billiard() -> Scene:
 
 def test_state_between_frames_is_free_flight(form: Form) -> None:
     """Between two frames discs move on with their velocities from the frame before."""
-    run = form(line(0.0, 9.0, velocities=(1.0, -2.0)), FrameClock(rate_hz=4.0))
+    run = form(build_line_scene(0.0, 9.0, velocities=(1.0, -2.0)), FrameClock(rate_hz=4.0))
     run.advance_to(0.625)
     assert run.time_s == 0.625
     assert run.positions()[:, 0].tolist() == [0.625, 7.75]
@@ -52,12 +52,12 @@ def test_state_between_frames_is_free_flight(form: Form) -> None:
 
 def test_advancing_by_frames_equals_advancing_to_a_time(form: Form) -> None:
     """Advancing by 8 frames of 0.25 s equals advancing to 2 s; the frame at 2 s is tested by the next advance."""
-    scene = line(0.0, 3.0, velocities=(1.0, 0.0))
+    scene = build_line_scene(0.0, 3.0, velocities=(1.0, 0.0))
     by_frames, by_time = form(scene, FrameClock(step_s=0.25)), form(scene, FrameClock(step_s=0.25))
     by_frames.advance_frames(8)
     by_time.advance_to(2.0)
     assert by_frames.time_s == by_time.time_s == 2.0
-    assert bits(by_frames) == bits(by_time)
+    assert collect_bits(by_frames) == collect_bits(by_time)
     assert len(by_frames.log) == 0
     by_frames.advance_frames(1)
     assert by_frames.log.array()["time_s"].tolist() == [2.0]
@@ -65,31 +65,31 @@ def test_advancing_by_frames_equals_advancing_to_a_time(form: Form) -> None:
 
 def test_advancing_by_no_frames_or_to_the_past_changes_nothing(form: Form) -> None:
     """Advancing by no frames, or to an earlier time, leaves the run unchanged."""
-    run = form(billiard(), CLOCK)
+    run = form(build_billiard(), CLOCK)
     run.advance_to(1.0)
-    before = bits(run)
+    before = collect_bits(run)
     run.advance_frames(0)
     run.advance_to(0.5)
     assert run.time_s == 1.0
-    assert bits(run) == before
+    assert collect_bits(run) == before
 
 
 def test_impact_limit_ends_the_run_after_a_whole_frame(form: Form) -> None:
     """An impact limit ends the run after the whole frame that reaches it; the run then continues with equal bits."""
-    scene = billiard()
-    whole = finished(scene, CLOCK, form).log.array()
+    scene = build_billiard()
+    whole = run_to_end(scene, CLOCK, form).log.array()
     shared = next(k for k in range(10, len(whole)) if whole["time_s"][k] == whole["time_s"][k - 1])
     run = form(scene, CLOCK)
     assert run.advance_to(10.0, max_impacts=shared) is Outcome.MAX_IMPACTS
     assert run.time_s == whole["time_s"][shared]
     assert run.log.array().tobytes() == whole[whole["time_s"] <= run.time_s].tobytes()
     assert run.advance_to(10.0, max_impacts=10**9) is Outcome.COMPLETED
-    assert bits(run) == bits(finished(scene, CLOCK, form))
+    assert collect_bits(run) == collect_bits(run_to_end(scene, CLOCK, form))
 
 
 def test_impact_limit_of_zero_runs_no_frame(form: Form) -> None:
     """With a limit of 0 impacts no frame is run; a run without remaining frames completes at any limit."""
-    run = form(billiard(), CLOCK)
+    run = form(build_billiard(), CLOCK)
     assert run.advance_to(10.0, max_impacts=0) is Outcome.MAX_IMPACTS
     assert (run.time_s, run.frames) == (0.0, 0)
     assert run.advance_to(0.0, max_impacts=0) is Outcome.COMPLETED
@@ -98,7 +98,7 @@ def test_impact_limit_of_zero_runs_no_frame(form: Form) -> None:
 def test_progress_reports_impacts_and_time(form: Form) -> None:
     """Progress reports impacts and times that never decrease and end with those of the last frame."""
     seen: list[tuple[int, float]] = []
-    run = form(billiard(), CLOCK)
+    run = form(build_billiard(), CLOCK)
     run.advance_to(10.0, progress=lambda impacts, time_s: seen.append((impacts, time_s)))
     assert seen == sorted(seen)
     assert seen[-1] == (len(run.log), CLOCK.time_s(239))
@@ -108,7 +108,7 @@ def test_progress_reports_impacts_and_time(form: Form) -> None:
 def test_negative_or_non_finite_time_is_refused(form: Form, time_s: float) -> None:
     """Advancing to a negative, infinite or NaN time raises an InputError."""
     with pytest.raises(InputError, match="time_s must be"):
-        form(billiard(), CLOCK).advance_to(time_s)
+        form(build_billiard(), CLOCK).advance_to(time_s)
 
 
 class StopError(Exception):
@@ -116,7 +116,7 @@ class StopError(Exception):
 
 
 @contextmanager
-def interrupted_soon() -> Iterator[None]:
+def interrupt_soon() -> Iterator[None]:
     def interrupt(_number: int, frame: FrameType | None) -> None:
         if frame is not None and "coverage" in frame.f_code.co_filename:  # raised there, it would leave a lock held
             signal.setitimer(signal.ITIMER_REAL, 0.001)
@@ -137,16 +137,16 @@ def test_interrupted_run_continues_with_the_same_bits(form: Form) -> None:
     """A signal stops a run of 2,000,000 frames before its end; the run then continues with equal bits."""
     scene = build_gas_scene(300, 0.3)
     run = form(scene, CLOCK)
-    with pytest.raises(StopError), interrupted_soon():
+    with pytest.raises(StopError), interrupt_soon():
         run.advance_frames(2_000_000)
     assert run.frames < 2_000_000
-    if form is plain:  # interrupted in the middle of a frame, for all that it knows
+    if form is start_plain_run:  # interrupted in the middle of a frame, for all that it knows
         return
     frames = run.frames + 10
     run.advance_frames(10)
     whole = form(scene, CLOCK)
     whole.advance_frames(frames)
-    assert bits(run) == bits(whole)
+    assert collect_bits(run) == collect_bits(whole)
 
 
 @pytest.mark.long

@@ -14,13 +14,13 @@ from carom.solvers.pit.clock import FrameClock
 CLOCK = FrameClock(rate_hz=60.0)
 
 
-def bodies(scene: Scene) -> list[int]:
+def list_struck_bodies(scene: Scene) -> list[int]:
     """Return the second bodies of all impacts; every form has them."""
     found: list[int] = assert_identical(scene, CLOCK).log.array()["second"].tolist()
     return found
 
 
-def turned(angle: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def compute_axes(angle: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the unit vectors of axes that are turned."""
     return (math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))
 
@@ -37,7 +37,7 @@ def test_sliding_into_a_perpendicular_wall_adds_one_impact() -> None:
     for k in range(20):
         disc = disc_at(0.0, 1.0, 1.7 + 0.0137 * k, -1.3 - 0.0071 * k, r=0.3)
         scene = Scene(name="corner", discs=[disc], walls=walls, wall_restitution=0.0, duration_s=6.0)
-        assert bodies(scene) == [-1, -2]
+        assert list_struck_bodies(scene) == [-1, -2]
 
 
 @each("angle", np.linspace(0.1, 6.1, 25).tolist())
@@ -46,11 +46,11 @@ def test_sliding_along_an_edge_is_one_impact(angle: float) -> None:
 
     The normal from the nearest point is rounded differently at each place.
     """
-    (ux, uy), (nx, ny) = turned(angle)
+    (ux, uy), (nx, ny) = compute_axes(angle)
     edge = Chain(points_m=[(-9.0 * ux, -9.0 * uy), (9.0 * ux, 9.0 * uy)])
     disc = disc_at(-3.0 * ux + 2.0 * nx, -3.0 * uy + 2.0 * ny, 1.3 * ux - 2.0 * nx, 1.3 * uy - 2.0 * ny, r=0.5)
     scene = Scene(name="slide", discs=[disc], walls=[edge], wall_restitution=0.0, duration_s=3.0)
-    assert bodies(scene) == [-1]
+    assert list_struck_bodies(scene) == [-1]
 
 
 def test_disc_meets_the_inside_of_an_arc_repeatedly() -> None:
@@ -58,7 +58,7 @@ def test_disc_meets_the_inside_of_an_arc_repeatedly() -> None:
     bowl = Chain(points_m=[(-2.0, 0.0), (2.0, 0.0)], bulges=[1.0])
     disc = disc_at(0.3, 0.0, 0.7, -1.0, r=0.25)
     scene = Scene(name="bowl", discs=[disc], walls=[bowl], wall_restitution=0.0, duration_s=2.0)
-    assert len(bodies(scene)) > 20
+    assert len(list_struck_bodies(scene)) > 20
 
 
 def test_joined_discs_do_not_collide_again_on_a_floor() -> None:
@@ -70,7 +70,7 @@ def test_joined_discs_do_not_collide_again_on_a_floor() -> None:
         )
         floor = wall_at(0.0, 0.2, 0.0, 1.0)
         scene = staged("side by side", first, second, floor, restitution=0.0, wall_restitution=0.0, duration_s=4.0)
-        assert bodies(scene) == [1, -1, -1]
+        assert list_struck_bodies(scene) == [1, -1, -1]
 
 
 def test_disc_sent_back_by_a_wall_strikes_an_overlapped_disc_again() -> None:
@@ -78,7 +78,7 @@ def test_disc_sent_back_by_a_wall_strikes_an_overlapped_disc_again() -> None:
     first, second = disc_at(-1.3, -4.0 / 60.0, 30.0, 4.0, r=0.5), disc_at(0.0, 0.0, r=0.5, m=math.inf)
     ceiling = wall_at(0.0, 1.0, 0.0, -1.0)
     scene = staged("back", first, second, ceiling, restitution=0.0, wall_restitution=1.0, duration_s=1.0)
-    assert bodies(scene) == [1, -1, 1]
+    assert list_struck_bodies(scene) == [1, -1, 1]
 
 
 def test_shaken_wall_strikes_a_disc_on_each_approaching_leg() -> None:
@@ -87,7 +87,7 @@ def test_shaken_wall_strikes_a_disc_on_each_approaching_leg() -> None:
     wall = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), legs=legs)
     disc = Disc(position_m=(0.0, 0.6), velocity_m_s=(0.3, -1.0), radius_m=0.5)
     scene = Scene(name="shaken", discs=[disc], walls=[wall], wall_restitution=0.0, duration_s=2.0)
-    assert bodies(scene) == [-1, -1, -1]
+    assert list_struck_bodies(scene) == [-1, -1, -1]
 
 
 def test_discs_of_equal_velocity_on_a_table_collide_once() -> None:
@@ -95,4 +95,4 @@ def test_discs_of_equal_velocity_on_a_table_collide_once() -> None:
     for k in range(20):
         first, second = disc_at(0.0, 0.0, 1.3 + 0.0113 * k, 0.0, r=0.5, m=1.7), disc_at(1.5, 0.0, r=0.5)
         scene = staged("together", first, second, restitution=0.0, table_deceleration_m_s2=0.2, duration_s=3.0)
-        assert bodies(scene) == [1]
+        assert list_struck_bodies(scene) == [1]

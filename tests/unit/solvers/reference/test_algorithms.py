@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.random_scenes import KINDS, drawn
-from tests.scene_builders import line
+from tests.random_scenes import KINDS, draw_scene
+from tests.scene_builders import build_line_scene
 
 from carom import Chain, solve_pit
 from carom.errors import InputError
@@ -23,7 +23,7 @@ MOST_TESTS = 1e6
 def test_solve_pit_matches_algorithm_1_to_the_bit(kind: str, numbers: range) -> None:
     """`solve_pit` gives the impacts and final states of Algorithm 1 on random scenes, to the bit."""
     for number in numbers:
-        scene = drawn(kind, number)
+        scene = draw_scene(kind, number)
         if scene.duration_s * scene.frame_rate_hz * len(scene.discs) ** 2 > MOST_TESTS:
             continue
         trace, found = solve_pit(scene), run_algorithm_1(scene)
@@ -43,7 +43,7 @@ def test_solve_pit_matches_algorithm_1_to_the_bit(kind: str, numbers: range) -> 
 )
 def test_algorithm_1_refuses_unsupported_scenes(fields: dict[str, object]) -> None:
     """Algorithm 1 raises an InputError for gravity, damping, friction and finite walls."""
-    scene = line(0.0, 3.0, velocities=(1.0, 0.0))
+    scene = build_line_scene(0.0, 3.0, velocities=(1.0, 0.0))
     with pytest.raises(InputError, match="Algorithm 1 is for discs and half-planes"):
         run_algorithm_1(type(scene)(**{**dict(scene), **fields}))
 
@@ -53,7 +53,7 @@ def test_algorithm_1_refuses_unsupported_scenes(fields: dict[str, object]) -> No
 
 def test_algorithm_2_resolves_all_impacts_of_one_frame() -> None:
     """Three impacts in a single frame all happen, at 1, 2 and 3 s."""
-    scene = line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
+    scene = build_line_scene(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
     trace = solve_pic_framewise(scene, frame_rate_hz=0.1)
     assert trace.counts["frames"] == 1
     assert trace.impacts["time_s"].tolist() == [1.0, 2.0, 3.0]
@@ -62,14 +62,14 @@ def test_algorithm_2_resolves_all_impacts_of_one_frame() -> None:
 @each("rate", [1.0, 0.5, 0.25])
 def test_algorithm_2_reports_an_impact_at_a_frame_once(rate: float) -> None:
     """An impact exactly at a frame, also at the last one, is reported exactly once."""
-    scene = line(0.0, 5.0, velocities=(1.0, 0.0), duration_s=4.0)
+    scene = build_line_scene(0.0, 5.0, velocities=(1.0, 0.0), duration_s=4.0)
     trace = solve_pic_framewise(scene, frame_rate_hz=rate)
     assert trace.impacts["time_s"].tolist() == [4.0]
 
 
 def test_algorithm_2_frame_rate_defaults_to_the_scene() -> None:
     """Algorithm 2 uses the scene's frame rate unless one is given; the trace has the frame length."""
-    scene = line(0.0, velocities=(1.0,), duration_s=2.0)
+    scene = build_line_scene(0.0, velocities=(1.0,), duration_s=2.0)
     assert solve_pic_framewise(scene).dt_s == 1 / 60
     assert solve_pic_framewise(scene).counts["frames"] == 120
     assert solve_pic_framewise(scene, frame_rate_hz=8.0).dt_s == 0.125
@@ -79,10 +79,10 @@ def test_algorithm_2_frame_rate_defaults_to_the_scene() -> None:
 def test_frame_rate_that_is_not_positive_is_refused(rate: float) -> None:
     """A frame rate that is 0, negative, infinite or NaN raises an InputError with its name and value."""
     with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
-        solve_pic_framewise(line(0.0, velocities=(1.0,)), frame_rate_hz=rate)
+        solve_pic_framewise(build_line_scene(0.0, velocities=(1.0,)), frame_rate_hz=rate)
 
 
 def test_frame_rate_that_is_too_low_is_refused() -> None:
     """A frame rate whose frame length exceeds the largest float raises an InputError with the allowed range."""
     with pytest.raises(InputError, match="frame_rate_hz must be between 1.49e-154 and 6.7e153".replace("+", "[+]")):
-        solve_pic_framewise(line(0.0, velocities=(1.0,)), frame_rate_hz=1e-310)
+        solve_pic_framewise(build_line_scene(0.0, velocities=(1.0,)), frame_rate_hz=1e-310)

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.cases import each, long_until
-from tests.scene_builders import disc_at, staged, sure, wall_at, with_discs
-from tests.unit.report.test_terminal import printed
+from tests.scene_builders import disc_at, require_value, staged, wall_at, with_discs
+from tests.unit.report.test_terminal import print_document
 
 import carom
 from carom import Scene, resolve_impact, solve_pic, solve_pit
@@ -38,7 +38,7 @@ DEGREE = math.radians(1)
 angles = st.floats(0, math.tau)
 
 
-def pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float = 1.0) -> Scene:
+def build_pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float = 1.0) -> Scene:
     """Two discs, the second off centre by `miss`."""
     return staged(
         "pair",
@@ -48,7 +48,7 @@ def pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float
     )
 
 
-def direction_errors(scene: Scene, dt_s: float, lateness: float) -> tuple[int, float]:
+def measure_direction_error(scene: Scene, dt_s: float, lateness: float) -> tuple[int, float]:
     """Impacts that PIT finds, and its worst direction error, where a look falls `lateness` after the contact."""
     at = float(solve_pic(scene).impacts["time_s"][0])
     found = solve_pit(shift_start(scene, -(at + lateness) % dt_s), frame_rate_hz=1 / dt_s).impacts
@@ -61,7 +61,7 @@ def direction_errors(scene: Scene, dt_s: float, lateness: float) -> tuple[int, f
     return len(found), worst
 
 
-def asked(engines: list[str], direction_error_rad: float = DEGREE, **options: Any) -> AdviceOptions:
+def build_options(engines: list[str], direction_error_rad: float = DEGREE, **options: Any) -> AdviceOptions:
     return AdviceOptions(engines, direction_error_rad=direction_error_rad, **options)
 
 
@@ -109,28 +109,28 @@ def test_closed_form_agrees_with_scan_of_overlap(
         assert error(limit + 1e-7 * window.length_s) >= angle - 1e-5
 
 
-@each("scene", [pair(0.3), pair(0.7, mass=5.0), pair(0.05, speed=20, radius=0.05)])
+@each("scene", [build_pair(0.3), build_pair(0.7, mass=5.0), build_pair(0.05, speed=20, radius=0.05)])
 def test_pit_fails_just_above_the_closed_form_step(scene: Scene) -> None:
     """With a step 0.1 % below the closed form, PIT meets the demand from 5 starts; 0.1 % above, one start fails."""
     limit = rank_hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
     for share in (0.001, 0.25, 0.5, 0.75, 0.999):
-        found, worst = direction_errors(scene, limit.dt_s * 0.999, limit.dt_s * 0.999 * share)
+        found, worst = measure_direction_error(scene, limit.dt_s * 0.999, limit.dt_s * 0.999 * share)
         assert found == 1
         assert worst <= DEGREE
-    found, worst = direction_errors(scene, limit.dt_s * 1.001, limit.dt_s * 1.0005)
+    found, worst = measure_direction_error(scene, limit.dt_s * 1.001, limit.dt_s * 1.0005)
     assert found == 0 or worst > DEGREE
 
 
 def test_share_of_missed_grazes_matches_contact_window() -> None:
     """The contact window of a graze is sqrt(R² - b²) / v; with twice that step, PIT misses half of 20 starts."""
-    scene = pair(0.999)
+    scene = build_pair(0.999)
     window_s = math.sqrt(1 - 0.999**2)
     hard = rank_hardest_impacts(solve_pic(scene), Demand(math.radians(90)))[0]
     assert hard.cause is Cause.GRAZE
     assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
     dt_s = 2 * window_s
     assert compute_largest_step(window_s, 0.5) == pytest.approx(dt_s)
-    found = [direction_errors(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
+    found = [measure_direction_error(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
     assert sum(found) == 10
 
 
@@ -139,7 +139,7 @@ def test_cause_is_fast_for_fast_small_disc_and_wall_allows_any_step() -> None:
 
     An impact with a wall does not limit the step.
     """
-    fast = rank_hardest_impacts(solve_pic(pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
+    fast = rank_hardest_impacts(solve_pic(build_pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
     assert fast.cause is Cause.FAST
     assert fast.limit.dt_s == pytest.approx(0.02 / 100)
     walled = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=3.0)
@@ -155,16 +155,21 @@ def test_pymunk_needs_the_step_of_the_closed_form(starts: int, monkeypatch: pyte
     pytest.importorskip("pymunk", reason="pymunk is not installed")
     monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", starts)
     with InProcessPool() as pool:
-        advice = advise(pair(0.4), asked(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2), pool)
+        advice = advise(
+            build_pair(0.4), build_options(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2), pool
+        )
     (found,) = advice.answers
     assert found.method == Method("pymunk", "tuned")
     assert found.ending is SearchEnding.FOUND
     closed = advice.closed_form
     assert advice.sampling is None
-    for answer, limit_s in ((found.never_misses, sure(closed).never_misses_s), (found.demand, sure(closed).demand_s)):
-        assert sure(answer.passes).starts == starts + 1
-        assert sure(answer.passes).dt_s <= limit_s < sure(answer.fails).dt_s
-        assert sure(answer.fails).dt_s <= 1.5 * sure(answer.passes).dt_s * (1 + 1e-9)
+    for answer, limit_s in (
+        (found.never_misses, require_value(closed).never_misses_s),
+        (found.demand, require_value(closed).demand_s),
+    ):
+        assert require_value(answer.passes).starts == starts + 1
+        assert require_value(answer.passes).dt_s <= limit_s < require_value(answer.fails).dt_s
+        assert require_value(answer.fails).dt_s <= 1.5 * require_value(answer.passes).dt_s * (1 + 1e-9)
 
 
 @pytest.mark.long
@@ -175,15 +180,15 @@ def test_unsupported_method_and_refused_steps_are_not_run() -> None:
     """
     for module in ("Box2D", "pybullet"):
         pytest.importorskip(module, reason=f"{module} is not installed")
-    scene = pair(speed=150.0, radius=0.5)
+    scene = build_pair(speed=150.0, radius=0.5)
     with InProcessPool() as pool:
-        advice = advise(scene, asked(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1), pool)
+        advice = advise(scene, build_options(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1), pool)
     assert [unable.method for unable in advice.unable] == [Method("pybullet", "default")]
     assert "150 m/s" in advice.unable[0].reason
     (found,) = advice.answers
-    assert sure(found.refused_s) * 150 >= 2.0
+    assert require_value(found.refused_s) * 150 >= 2.0
     assert found.trials
-    assert all(trial.dt_s < sure(found.refused_s) and not trial.reason for trial in found.trials)
+    assert all(trial.dt_s < require_value(found.refused_s) and not trial.reason for trial in found.trials)
 
 
 @pytest.mark.long
@@ -196,18 +201,19 @@ def test_scene_is_cut_where_rounding_becomes_decisive(monkeypatch: pytest.Monkey
     times = solve_pic(scene).impacts["time_s"]
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
     with InProcessPool() as pool:
-        advice = advise(scene, asked(["pit"], DEGREE, phases=1), pool)
+        advice = advise(scene, build_options(["pit"], DEGREE, phases=1), pool)
     assert advice.cut is ReferenceCut.CHAOS
     assert times[1] < advice.scene.duration_s < times[2]
     assert advice.impacts == 2
     assert any(
-        "Only the time up to" in line and "rounding" in line for line in printed(build_advice_document(advice), 200)
+        "Only the time up to" in line and "rounding" in line
+        for line in print_document(build_advice_document(advice), 200)
     )
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
     with pytest.raises(
         InputError, match="no step can be recommended for 'walled', because from its first impact on, rounding"
     ):
-        advise(scene, asked(["pit"], DEGREE), InProcessPool())
+        advise(scene, build_options(["pit"], DEGREE), InProcessPool())
 
 
 @pytest.mark.long
@@ -219,12 +225,12 @@ def test_scene_is_cut_before_simultaneous_impacts() -> None:
     discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]
     tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
     assert solve_pic(tie).ambiguous == (2,)
-    advice = advise(tie, asked(["pit"], DEGREE, phases=1), InProcessPool())
+    advice = advise(tie, build_options(["pit"], DEGREE, phases=1), InProcessPool())
     assert advice.cut is ReferenceCut.TIE
     assert advice.impacts == 1
     at_once = staged("at once", disc_at(0, 0, 1, 0), *discs[1:], duration_s=9.0)
     with pytest.raises(InputError, match="from its first impact on, a disc meets two others at once"):
-        advise(at_once, asked(["pit"], DEGREE), InProcessPool())
+        advise(at_once, build_options(["pit"], DEGREE), InProcessPool())
 
 
 @pytest.mark.long
@@ -233,36 +239,40 @@ def test_step_of_pit_is_searched_with_friction() -> None:
 
     PIT meets the demand at the step found and fails at the step reported to fail. The text states both ranges.
     """
-    rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
-    advice = advise(rough, asked(["pit"], 5 * DEGREE), InProcessPool())
+    rough = Scene(**{**dict(build_pair(0.3)), "friction": 0.5})
+    advice = advise(rough, build_options(["pit"], 5 * DEGREE), InProcessPool())
     assert advice.closed_form is None
     assert advice.answers == ()
-    answer = sure(advice.sampling).demand
-    for step, right in ((sure(answer.passes).dt_s, True), (sure(answer.fails).dt_s, False)):
-        found, worst = direction_errors(rough, step, step * 0.999)
+    answer = require_value(advice.sampling).demand
+    for step, right in ((require_value(answer.passes).dt_s, True), (require_value(answer.fails).dt_s, False)):
+        found, worst = measure_direction_error(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
-    text = " ".join(" ".join(printed(build_advice_document(advice), 80)).split())
+    text = " ".join(" ".join(print_document(build_advice_document(advice), 80)).split())
     assert "(without friction)" in text
-    assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} steps/s, by search" in text
+    assert f"and {1 / require_value(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} steps/s, by search" in text
 
 
 @pytest.mark.long
 def test_closed_form_ignores_spin_and_excludes_curved_paths() -> None:
     """Without friction, spin does not change the closed form; with gravity or a driven disc there is none."""
-    spinning = with_discs(pair(), spin_rad_s=2.0)
-    steps = [advise(scene, asked(["pit"], DEGREE), InProcessPool()).closed_form for scene in (pair(), spinning)]
-    assert sure(steps[0]) == steps[1]
-    hung = [pair().discs[0], pair().discs[1].model_copy(update={"mass_kg": math.inf})]
-    falling = Scene(**{**dict(pair()), "discs": hung, "gravity_m_s2": (0.0, -0.1)})
+    spinning = with_discs(build_pair(), spin_rad_s=2.0)
+    steps = [
+        advise(scene, build_options(["pit"], DEGREE), InProcessPool()).closed_form for scene in (build_pair(), spinning)
+    ]
+    assert require_value(steps[0]) == steps[1]
+    hung = [build_pair().discs[0], build_pair().discs[1].model_copy(update={"mass_kg": math.inf})]
+    falling = Scene(**{**dict(build_pair()), "discs": hung, "gravity_m_s2": (0.0, -0.1)})
     legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=1.2, velocity_m_s=(0.1, 0.0)))
-    bending = Scene(**{**dict(pair()), "discs": [hung[0], hung[1].model_copy(update={"driven": True, "legs": legs})]})
+    bending = Scene(
+        **{**dict(build_pair()), "discs": [hung[0], hung[1].model_copy(update={"driven": True, "legs": legs})]}
+    )
     for scene in (falling, bending):
-        assert advise(scene, asked(["pit"], 10 * DEGREE, phases=1), InProcessPool()).closed_form is None
+        assert advise(scene, build_options(["pit"], 10 * DEGREE, phases=1), InProcessPool()).closed_form is None
 
 
 def test_impact_in_last_step_is_decided() -> None:
     """A start task finds an impact just before the scene's end, which PIT on the scene itself does not reach."""
-    scene = pair()
+    scene = build_pair()
     at = float(solve_pic(scene).impacts["time_s"][0])
     short = Scene(**{**dict(scene), "duration_s": at * (1 + 1e-6)})
     job = Job(short, PIT_METHOD, 0.05)
@@ -291,7 +301,7 @@ def advice() -> ShownAdvice:
 def test_advice_prints_answer_first_and_settings_code(advice: ShownAdvice) -> None:
     """The first printed line of `carom.advise` is the rate that misses no impact; the settings code is included."""
     (answer,) = advice.answers
-    first = f"paper/late: to miss no impact, use {1.0 / sure(answer.never_misses.passes).dt_s:.4g} steps/s "
+    first = f"paper/late: to miss no impact, use {1.0 / require_value(answer.never_misses.passes).dt_s:.4g} steps/s "
     assert repr(advice).splitlines()[0].startswith(first)
     assert advice.code[answer.method] in repr(advice)
 
@@ -309,6 +319,6 @@ def test_advice_plot_has_one_line_per_method_and_the_target(advice: ShownAdvice)
     rates = [1.0 / trial.dt_s for trial in advice.answers[0].trials if not math.isnan(trial.direction_error_rad)]
     assert np.asarray(found["pymunk tuned"].get_xdata()) == pytest.approx(rates)
     assert np.asarray(found["target: 1°"].get_ydata()) == pytest.approx([1.0, 1.0])
-    page = sure(advice._repr_html_())
+    page = require_value(advice._repr_html_())
     assert "<svg" in page
     assert "to miss no impact" in page

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 from tests.cases import each
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 from carom.execution.job import Answer, Method, Status
 from carom.model.scene import Disc, Scene
@@ -28,7 +28,7 @@ SCENE = Scene(name="one", discs=[Disc(position_m=(0.0, 0.0), radius_m=1.0)], dur
 Curve = Callable[[float, int], tuple[bool, float]]
 
 
-def searched(
+def run_search(
     curve: Curve,
     demand: Demand | None = None,
     *,
@@ -75,16 +75,20 @@ def test_range_below_answer_is_tested_for_two_or_three_octaves() -> None:
     Two octaves are tested if the error is proportional to the step, otherwise three.
     """
     for power, octaves in ((1.0, 2), (0.5, 3)):
-        found, tried = searched(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
+        found, tried = run_search(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
         answer = found.demand
-        assert sure(answer.passes).dt_s == pytest.approx(1 / 120)
-        assert sure(answer.fails).dt_s == pytest.approx(1 / 90)
-        assert sure(answer.passes).even == CONFIRM
+        assert require_value(answer.passes).dt_s == pytest.approx(1 / 120)
+        assert require_value(answer.fails).dt_s == pytest.approx(1 / 90)
+        assert require_value(answer.passes).even == CONFIRM
         assert answer.down_to_s == pytest.approx(1 / 120 / 2**octaves)
         assert answer.monotone
-        below = [dt for dt in generate_step_grid(SCENE, math.inf) if answer.down_to_s <= dt <= sure(answer.passes).dt_s]
+        below = [
+            dt
+            for dt in generate_step_grid(SCENE, math.inf)
+            if answer.down_to_s <= dt <= require_value(answer.passes).dt_s
+        ]
         assert set(below) <= {dt for dt, _ in tried}
-        assert sure(found.never_misses.passes).dt_s == max(
+        assert require_value(found.never_misses.passes).dt_s == max(
             dt for dt in generate_step_grid(SCENE, math.inf) if dt <= 0.1
         )
         assert found.ending is SearchEnding.FOUND
@@ -95,9 +99,9 @@ def test_failing_steps_below_passing_ones_are_reported() -> None:
 
     The answer is not monotone, and reports the finer failures and the coarser passes.
     """
-    found, _ = searched(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
+    found, _ = run_search(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
     answer = found.demand
-    assert sure(answer.passes).dt_s == pytest.approx(1 / 360)
+    assert require_value(answer.passes).dt_s == pytest.approx(1 / 360)
     assert not answer.monotone
     assert [1 / trial.dt_s for trial in answer.finer_failures] == pytest.approx([180, 240])
     assert answer.coarser_passes[0].dt_s == 1.0
@@ -108,20 +112,20 @@ def test_failing_steps_below_passing_ones_are_reported() -> None:
 def test_search_goes_down_to_frame_or_closed_form_step() -> None:
     """If every step passes, the search goes down to a frame or to PIT's step, at most to an eighth of a frame."""
     for guess_s, finest_s in ((math.inf, 1 / 60), (1 / 200, 1 / 240), (1e-6, 1 / 480)):
-        found, _ = searched(lambda dt, _: (False, 1e-3 * dt), guess_s=guess_s)
-        assert sure(found.demand.passes).dt_s == 1.0
+        found, _ = run_search(lambda dt, _: (False, 1e-3 * dt), guess_s=guess_s)
+        assert require_value(found.demand.passes).dt_s == 1.0
         assert found.demand.down_to_s == pytest.approx(finest_s)
 
 
 def test_failure_at_64_starts_moves_answer_to_next_finer_step() -> None:
     """A step that passes at 8 starts but fails at 64 counts as failing, and the next finer step is confirmed."""
-    found, tried = searched(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
+    found, tried = run_search(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
     answer = found.never_misses
-    assert sure(answer.passes).dt_s == pytest.approx(1 / 90)
-    assert sure(answer.fails).dt_s == pytest.approx(1 / 60)
-    assert sure(answer.fails).even == CONFIRM
-    assert (sure(answer.passes).dt_s, CONFIRM) in tried
-    assert answer.down_to_s <= sure(answer.passes).dt_s / 4 * (1 + 1e-9)
+    assert require_value(answer.passes).dt_s == pytest.approx(1 / 90)
+    assert require_value(answer.fails).dt_s == pytest.approx(1 / 60)
+    assert require_value(answer.fails).even == CONFIRM
+    assert (require_value(answer.passes).dt_s, CONFIRM) in tried
+    assert answer.down_to_s <= require_value(answer.passes).dt_s / 4 * (1 + 1e-9)
 
 
 def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
@@ -129,19 +133,19 @@ def test_answer_in_whole_steps_per_frame_is_confirmed() -> None:
 
     If 90 steps/s pass and 60 fail, it is 120 steps/s (two per frame). If 120 fail at 64 starts, it is 180.
     """
-    found, tried = searched(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
+    found, tried = run_search(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
     for answer in (found.never_misses, found.demand):
-        assert sure(answer.passes).dt_s == pytest.approx(1 / 90)
-        assert sure(answer.in_frame).dt_s == pytest.approx(1 / 120)
-        assert sure(answer.in_frame).even == CONFIRM
-        assert (sure(answer.in_frame).dt_s, CONFIRM) in tried
-    found, _ = searched(lambda dt, even: (dt > 1 / 80 or (even == CONFIRM and 1 / 130 < dt < 1 / 110), 1e-3 * dt))
+        assert require_value(answer.passes).dt_s == pytest.approx(1 / 90)
+        assert require_value(answer.in_frame).dt_s == pytest.approx(1 / 120)
+        assert require_value(answer.in_frame).even == CONFIRM
+        assert (require_value(answer.in_frame).dt_s, CONFIRM) in tried
+    found, _ = run_search(lambda dt, even: (dt > 1 / 80 or (even == CONFIRM and 1 / 130 < dt < 1 / 110), 1e-3 * dt))
     assert found.never_misses.passes is not None
     assert found.never_misses.passes.dt_s == pytest.approx(1 / 180)
     assert found.never_misses.in_frame is found.never_misses.passes
-    (large,) = (found for found, _ in [searched(lambda dt, _: (False, 1e-3 * dt))])
-    assert sure(large.demand.passes).dt_s == 1.0
-    assert count_steps_per_frame(sure(large.demand.in_frame).dt_s, 60) == 1
+    (large,) = (found for found, _ in [run_search(lambda dt, _: (False, 1e-3 * dt))])
+    assert require_value(large.demand.passes).dt_s == 1.0
+    assert count_steps_per_frame(require_value(large.demand.in_frame).dt_s, 60) == 1
 
 
 @each("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
@@ -168,15 +172,15 @@ def test_error_independent_of_step_ends_search_at_frame() -> None:
 
     The answer for missing no impact is still given. An error that falls slowly is followed to the finest step.
     """
-    found, tried = searched(lambda dt, _: (dt > 0.2, math.radians(3.0)))
+    found, tried = run_search(lambda dt, _: (dt > 0.2, math.radians(3.0)))
     assert found.ending is SearchEnding.FLAT
     assert found.demand.passes is None
     assert min(dt for dt, _ in tried) == pytest.approx(1 / 60)
-    assert found.flat_from_s == sure(found.never_misses.passes).dt_s
-    sinking, _ = searched(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
+    assert found.flat_from_s == require_value(found.never_misses.passes).dt_s
+    sinking, _ = run_search(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
     assert sinking.flat_from_s is None
     assert sinking.ending is SearchEnding.FINEST
-    needy, tried = searched(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
+    needy, tried = run_search(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
     assert needy.ending is SearchEnding.FLAT
     assert min(dt for dt, _ in tried) <= 1 / 1000
 
@@ -187,10 +191,10 @@ def test_budget_counts_only_steps_actually_taken() -> None:
     def curve(dt_s: float, _: int) -> tuple[bool, float]:
         return dt_s > 1 / 100, DEGREE * 300 * dt_s
 
-    whole, tried = searched(curve)
+    whole, tried = run_search(curve)
     needed = sum(compute_step_limit(1.0, dt_s, even + 3) for dt_s, even in tried)
-    assert searched(curve, budget=needed - 1)[0].ending is SearchEnding.BUDGET
-    early, again = searched(curve, budget=needed // 9, share=0.1)
+    assert run_search(curve, budget=needed - 1)[0].ending is SearchEnding.BUDGET
+    early, again = run_search(curve, budget=needed // 9, share=0.1)
     assert (early.ending, again) == (SearchEnding.FOUND, tried)
     assert early.steps <= needed // 9
     assert whole.ending is SearchEnding.FOUND
@@ -203,11 +207,11 @@ def test_search_stays_within_budget_and_is_deterministic(budget: int) -> None:
     Two searches make the same trials.
     """
     curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls
-    found, tried = searched(curve, budget=budget)
+    found, tried = run_search(curve, budget=budget)
     assert sum(compute_step_limit(1.0, dt, even + 3) for dt, even in tried) <= budget
     assert found.ending is SearchEnding.BUDGET
     assert found.demand.passes is None
-    assert (found, tried) == searched(curve, budget=budget)
+    assert (found, tried) == run_search(curve, budget=budget)
 
 
 def test_refused_steps_are_not_run_and_do_not_fail() -> None:
@@ -215,7 +219,7 @@ def test_refused_steps_are_not_run_and_do_not_fail() -> None:
 
     The finest refused step and its reason are reported. If all steps are refused, nothing is run.
     """
-    found, tried = searched(lambda dt, _: (False, 1e-3 * dt), refuses_above_s=0.01)
+    found, tried = run_search(lambda dt, _: (False, 1e-3 * dt), refuses_above_s=0.01)
     assert max(dt for dt, _ in tried) <= 0.01
     assert found.never_misses.fails is None
     assert found.refused_s == pytest.approx(1 / 90)
@@ -227,10 +231,10 @@ def test_refused_steps_are_not_run_and_do_not_fail() -> None:
 
 def test_crash_at_large_step_fails_and_at_frame_ends_search() -> None:
     """A crash at a step above 0.3 s fails only that step; a crash at one frame ends the search without answer."""
-    found, _ = searched(lambda dt, _: (False, 1e-3 * dt), broken=lambda dt: dt > 0.3)
-    assert sure(found.never_misses.fails).reason == "crashed"
+    found, _ = run_search(lambda dt, _: (False, 1e-3 * dt), broken=lambda dt: dt > 0.3)
+    assert require_value(found.never_misses.fails).reason == "crashed"
     assert found.never_misses.passes is not None
-    found, tried = searched(lambda dt, _: (dt > 0.1, 1e-3 * dt), broken=lambda dt: dt < 0.02)
+    found, tried = run_search(lambda dt, _: (dt > 0.1, 1e-3 * dt), broken=lambda dt: dt < 0.02)
     assert found.ending is SearchEnding.BROKE
     assert found.never_misses.passes is None
     assert tried[-1][0] == pytest.approx(1 / 60)
@@ -248,7 +252,7 @@ def test_unknown_direction_meets_no_demand() -> None:
     assert not some.is_within(Demand(DEGREE, 0.1))
     assert not some.is_within(Demand(DEGREE))
     assert not some.never_misses
-    found, _ = searched(lambda *_: (False, math.nan), Demand(DEGREE))
+    found, _ = run_search(lambda *_: (False, math.nan), Demand(DEGREE))
     assert found.demand.passes is None
 
 

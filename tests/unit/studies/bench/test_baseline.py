@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
-from tests.unit.report.test_terminal import printed
-from tests.unit.studies.examples import HERE, bench
+from tests.unit.report.test_terminal import print_document
+from tests.unit.studies.examples import HERE, build_bench
 
 from carom.errors import InputError
 from carom.studies.bench.baseline import BaselineChange, compare_points, read_baseline
@@ -17,9 +17,9 @@ from carom.studies.bench.result import Bench
 ROUNDS = (1.0, 1.02, 0.99, 1.01, 0.98, 1.0, 1.0)
 
 
-def timed(factor: float, *, error: float = 1.0, engine: str = "pymunk") -> Bench:
+def build_scaled_bench(factor: float, *, error: float = 1.0, engine: str = "pymunk") -> Bench:
     """Return a bench of one engine whose run times over PIT's and errors are multiples of the usual ones."""
-    whole = bench()
+    whole = build_bench()
     curves = []
     for curve in whole.scenes[0].curves:
         mine = curve.engine == engine
@@ -34,10 +34,10 @@ def timed(factor: float, *, error: float = 1.0, engine: str = "pymunk") -> Bench
 
 
 @pytest.fixture(scope="module")
-def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def baseline_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a bench, as it was written."""
     folder = tmp_path_factory.mktemp("earlier")
-    write_bench(timed(1.0), folder, axes=())
+    write_bench(build_scaled_bench(1.0), folder, axes=())
     return folder
 
 
@@ -51,12 +51,14 @@ def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (0.96, BaselineChange.SAME),
     ],
 )
-def test_change_needs_interval_outside_five_percent(earlier: Path, factor: float, change: BaselineChange) -> None:
+def test_change_needs_interval_outside_five_percent(
+    baseline_folder: Path, factor: float, change: BaselineChange
+) -> None:
     r"""A run time has changed only if its confidence interval is outside 5 % of the baseline.
 
     Times are ratios to PIT's. The other engines and all errors are unchanged.
     """
-    found = compare_points(timed(factor), read_baseline(earlier, HERE))
+    found = compare_points(build_scaled_bench(factor), read_baseline(baseline_folder, HERE))
     assert {one.time for one in found if one.point.engine == "pymunk"} == {change}
     assert {one.time for one in found if one.point.engine != "pymunk"} == {BaselineChange.SAME}
     assert {one.accuracy for one in found} == {BaselineChange.SAME}
@@ -64,25 +66,25 @@ def test_change_needs_interval_outside_five_percent(earlier: Path, factor: float
     assert not any(one.point.engine == "pit" for one in found)
 
 
-def test_baseline_summary_counts_changes_and_names_the_worst(earlier: Path) -> None:
+def test_baseline_summary_counts_changes_and_names_the_worst(baseline_folder: Path) -> None:
     r"""The first line counts the regressed and improved run times and names the worst.
 
     A later line counts the errors. If the baseline has none of the points, the text reports this.
     """
-    now = timed(1.5, error=2.0)
-    found = compare_points(now, read_baseline(earlier, HERE))
-    text = " ".join(" ".join(printed(build_bench_document(now, baseline=found), 80)).split())
+    now = build_scaled_bench(1.5, error=2.0)
+    found = compare_points(now, read_baseline(baseline_folder, HERE))
+    text = " ".join(" ".join(print_document(build_bench_document(now, baseline=found), 80)).split())
     assert text.startswith(f"Run time of {len(found)} points compared with the baseline: 12 regressed, 0 improved, ")
     assert "worst: paper/late, pymunk " in text
     assert "Errors: 12 regressed, 0 improved." in text
-    nothing = " ".join(printed(build_bench_document(now, baseline=[]), 80))
+    nothing = " ".join(print_document(build_bench_document(now, baseline=[]), 80))
     assert "The baseline has none of these points" in nothing
 
 
-def test_unusable_baseline_is_refused(earlier: Path, tmp_path: Path) -> None:
+def test_unusable_baseline_is_refused(baseline_folder: Path, tmp_path: Path) -> None:
     """A bench from another machine, a file of another kind and a missing file are refused with the reason."""
     with pytest.raises(InputError, match="ran on another machine"):
-        read_baseline(earlier, replace(HERE, cores=64))
+        read_baseline(baseline_folder, replace(HERE, cores=64))
     other = tmp_path / "other.json"
     other.write_text("[]")
     with pytest.raises(InputError, match=r"is not a bench\.json of carom bench"):

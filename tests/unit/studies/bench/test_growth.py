@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any, TypeVar
 
 import pytest
-from tests.command import carom_command, told
+from tests.command import carom_command, printed_text
 from tests.fake_clock import Clock
 
 from carom.engines.api import Capabilities, Profile
@@ -35,7 +35,7 @@ def test_growth_respects_capabilities_of_the_profile(monkeypatch: pytest.MonkeyP
 
 
 @pytest.fixture
-def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
+def recorded_runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """Engine and number of discs of each run; the runs are carried out in this process, and take a second each."""
     ran: list[tuple[str, int]] = []
 
@@ -55,7 +55,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
 
 
 @pytest.mark.long
-def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, recorded_runs: list[tuple[str, int]]) -> None:
     r"""After Ctrl-C, a growth bench reuses all runs of its journal and runs only the rest.
 
     Ratios to PIT exist only where both runs come from the same session.
@@ -69,7 +69,7 @@ def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, ran: list
     with pytest.raises(KeyboardInterrupt), growth.growth_journal(path) as journal:
         growth.measure_growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal, progress=interrupt)
     two = [("pit", 2), ("pymunk", 2)] * 2  # plain, and falling
-    assert ran == [*two, ("pit", 3)]
+    assert recorded_runs == [*two, ("pit", 3)]
     with growth.growth_journal(path, resume=True) as journal:
         values = [run.answer.value for run in journal.entries.values() if run.answer.value is not None]
         earlier = [replace(value, sitting="2000-01-01T00:00:00+00:00") for value in values]
@@ -77,14 +77,16 @@ def test_interrupted_growth_bench_resumes_from_journal(tmp_path: Path, ran: list
         journal.add([JournalEntry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
     with growth.growth_journal(path, resume=True) as journal:
         found = growth.measure_growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal)
-    assert ran[5:] == [("pymunk", 3), ("pit", 3), ("pymunk", 3), *[("pit", 4), ("pymunk", 4)] * 2]
+    assert recorded_runs[5:] == [("pymunk", 3), ("pit", 3), ("pymunk", 3), *[("pit", 4), ("pymunk", 4)] * 2]
     pit, pymunk = (curve.points for curve in found.curves if not curve.gravity)
     assert [value.timing.advance_s for value in earlier][:3] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
     assert [pymunk[k].ratio == pymunk[k].advance_s / pit[k].advance_s for k in range(3)] == [True, False, True]
     assert math.isnan(pymunk[1].ratio)
 
 
-def test_run_skipped_for_budget_is_retried_with_larger_budget(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+def test_run_skipped_for_budget_is_retried_with_larger_budget(
+    tmp_path: Path, recorded_runs: list[tuple[str, int]]
+) -> None:
     """A run that was skipped because the budget was too short is run when the bench resumes with a larger one."""
     path = tmp_path / "growth.jsonl"
     with growth.growth_journal(path) as journal:
@@ -93,21 +95,23 @@ def test_run_skipped_for_budget_is_retried_with_larger_budget(tmp_path: Path, ra
     with growth.growth_journal(path, resume=True) as journal:
         second = growth.measure_growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
     assert second.curves[0].points[0].reason == ""
-    assert ran == [("pit", 2), ("pit", 2)]  # plain, and falling
+    assert recorded_runs == [("pit", 2), ("pit", 2)]  # plain, and falling
 
 
 @pytest.mark.long
-def test_growth_bench_needs_resume_for_existing_folder(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+def test_growth_bench_needs_resume_for_existing_folder(tmp_path: Path, recorded_runs: list[tuple[str, int]]) -> None:
     """A folder with a growth bench is refused without `--resume`; with it, nothing runs again."""
     command = ["bench", "--grow", "-e", "pit", "--no-own", "--discs", "2", "--out", str(tmp_path / "out")]
     for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
         result = carom_command(*command, *arguments)
         assert result.exit_code == exit_code, result.output
-        assert ("continue from them by --resume" in told(result)) == (exit_code == 2)
-    assert ran == [("pit", 2), ("pit", 2)]  # plain, and falling
+        assert ("continue from them by --resume" in printed_text(result)) == (exit_code == 2)
+    assert recorded_runs == [("pit", 2), ("pit", 2)]  # plain, and falling
 
 
-def test_unused_budget_passes_to_later_growth_runs(monkeypatch: pytest.MonkeyPatch, ran: list[tuple[str, int]]) -> None:
+def test_unused_budget_passes_to_later_growth_runs(
+    monkeypatch: pytest.MonkeyPatch, recorded_runs: list[tuple[str, int]]
+) -> None:
     """The first two runs may use 100 s each; the last may use the 200 s that the others left."""
     allowed: list[float] = []
 
@@ -117,6 +121,6 @@ def test_unused_budget_passes_to_later_growth_runs(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(growth, "_find_skip_reason", note)
     growth.measure_growth(GrowthOptions(["pit"], sizes=[2, 3], own=False, budget_s=100.0))
-    assert len(ran) == len(allowed) == 4
+    assert len(recorded_runs) == len(allowed) == 4
     assert allowed[:2] == [pytest.approx(100.0, abs=10.0)] * 2
     assert allowed[3] == pytest.approx(200.0, abs=50.0)

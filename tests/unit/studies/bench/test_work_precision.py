@@ -17,7 +17,7 @@ from tests.cases import each
 from tests.command import carom_command
 from tests.fake_clock import Clock
 from tests.processes import PATIENT_S
-from tests.scene_builders import disc_at, staged, sure
+from tests.scene_builders import disc_at, require_value, staged
 
 from carom import Scene
 from carom.errors import InputError, UnknownNameError
@@ -45,7 +45,7 @@ def scene() -> Scene:
     return staged("oblique", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5)
 
 
-def point(engine: str, seconds: float, error: float, missed: int = 0) -> Point:
+def build_point(engine: str, seconds: float, error: float, missed: int = 0) -> Point:
     spread = Spread(seconds, seconds, seconds)
     timing = CellTiming(100, 3, spread, spread, spread, 0.0, spread, spread, None, None)
     return Point(engine, "tuned", 0.01, error, error, error, 1, 1, missed, 0, timing=timing)
@@ -77,9 +77,14 @@ def test_pareto_front_contains_only_unbeaten_points() -> None:
     Points with a missed impact are not part of it. `find_cheapest` returns the fastest point within the target
     error.
     """
-    a, b, c, d = point("a", 1, 0.1), point("b", 2, 0.2), point("c", 3, 0.01), point("d", 0.5, 0.0, missed=1)
+    a, b, c, d = (
+        build_point("a", 1, 0.1),
+        build_point("b", 2, 0.2),
+        build_point("c", 3, 0.01),
+        build_point("d", 0.5, 0.0, missed=1),
+    )
     assert find_pareto_front([a, b, c, d]) == (a, c)
-    assert find_pareto_front([a, point("e", 1.5, 0.1 - 1e-16)]) == (a,)
+    assert find_pareto_front([a, build_point("e", 1.5, 0.1 - 1e-16)]) == (a,)
     assert find_cheapest([a, b, c, d], 0.1) == a
     assert find_cheapest([a, b, c, d], 0.05) == c
     assert find_cheapest([a, b, c, d], 0.001) is None
@@ -105,7 +110,7 @@ def test_bench_measures_errors_and_times(scene: Scene, tmp_path: Path) -> None:
     first = run(resume=False)
     again = run(resume=True)
     assert first.scenes == again.scenes
-    assert len(measured_in(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
+    assert len(load_measures(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
     with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
         bench = measure_work_precision([scene], replace(plan, timing=False), InProcessPool(), notes=journal)
     assert bench.scenes[0].noise is None
@@ -129,7 +134,7 @@ def test_point_beyond_the_budget_is_untimed_with_reason(scene: Scene, monkeypatc
     monkeypatch.setattr("carom.studies.bench.timing_pass.time", Clock())
     coarse, fine = (Method("pit", "tuned"), 0.1), (Method("pit", "tuned"), 0.01)
     # Three rounds of ten times the coarse run's 2 s are more than the quarter of a budget that one method may take.
-    found = sure(TimeScene(scene, (coarse, fine), rounds=3, budget_s=200.0).run(InProcessPool()).value)
+    found = require_value(TimeScene(scene, (coarse, fine), rounds=3, budget_s=200.0).run(InProcessPool()).value)
     assert dict(found.timings)[coarse].rounds == 3
     assert "would take about 60 s of a budget of 200 s" in dict(found.untimed)[fine]
 
@@ -170,8 +175,8 @@ def test_abort_during_timing_affects_only_its_own_method(scene: Scene) -> None:
     aborts, pit = (Method("aborts", "tuned"), 0.1), (Method("pit", "tuned"), 0.1)
     with Lane() as lane:
         timing = TimeScene(scene, (aborts, pit), rounds=3).run(lane).value
-    assert "SIGABRT" in dict(sure(timing).untimed)[aborts]
-    assert dict(sure(timing).timings)[pit].rounds == 3
+    assert "SIGABRT" in dict(require_value(timing).untimed)[aborts]
+    assert dict(require_value(timing).timings)[pit].rounds == 3
 
 
 def test_noise_probe_measures_scatter_of_fixed_work() -> None:
@@ -274,7 +279,7 @@ def test_bench_command_writes_page_diagrams_and_json(tmp_path: Path) -> None:
     assert "--resume" in again.output
 
 
-def measured_in(path: Path) -> list[tuple[float, Measures]]:
+def load_measures(path: Path) -> list[tuple[float, Measures]]:
     with score_journal(path, resume=True) as journal:
         return [(r.key.dt_s, r.answer.value) for r in journal.entries.values() if r.answer.value is not None]
 
@@ -286,21 +291,23 @@ def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[
     with score_journal(tmp_path / "journal.jsonl") as journal:
         measure_work_precision([scene], plan, InProcessPool(), notes=journal)
         ran = next(iter(journal.entries.values()))
-        unmeasured = replace(sure(ran.answer.value), total=replace(sure(ran.answer.value).total, velocity=math.nan))
+        unmeasured = replace(
+            require_value(ran.answer.value), total=replace(require_value(ran.answer.value).total, velocity=math.nan)
+        )
         journal.add(
             [
                 replace(ran, key=replace(ran.key, dt_s=0.5), answer=Answer(Status.RAN, value=unmeasured)),
                 replace(ran, key=replace(ran.key, dt_s=1.0), answer=Answer(Status.CRASHED, "by SIGABRT")),
             ]
         )
-    errors = [(dt_s, measures.total.velocity) for dt_s, measures in measured_in(tmp_path / "journal.jsonl")]
+    errors = [(dt_s, measures.total.velocity) for dt_s, measures in load_measures(tmp_path / "journal.jsonl")]
     monkeypatch.chdir(tmp_path)
     names = {"json": json, "np": np, "Path": Path, "errors": errors}
-    exec(documented("jobs ="), names)  # noqa: S102 - our own documentation
+    exec(find_documented_line("jobs ="), names)  # noqa: S102 - our own documentation
     return names
 
 
-def documented(start: str) -> str:
+def find_documented_line(start: str) -> str:
     """Return the line of docs/reference/bench.md that begins so."""
     lines = (Path(__file__).parents[4] / "docs" / "reference" / "bench.md").read_text().splitlines()
     return next(line for line in lines if line.startswith(start))
@@ -308,7 +315,7 @@ def documented(start: str) -> str:
 
 def test_documented_numpy_line_reads_journal(jobs: dict[str, Any]) -> None:
     """The documented numpy line reads the errors of all completed runs from a journal, bit for bit."""
-    found = eval(documented("np."), jobs)  # noqa: S307 - our own documentation
+    found = eval(find_documented_line("np."), jobs)  # noqa: S307 - our own documentation
     assert found.tobytes() == np.array([error for _, error in jobs["errors"]]).tobytes()
 
 
@@ -319,7 +326,7 @@ def test_documented_pandas_line_reads_journal(jobs: dict[str, Any]) -> None:
     The errors are numbers, and NaN for a job without a result.
     """
     jobs["pd"] = pytest.importorskip("pandas", reason="pandas is not installed")
-    frame = eval(documented("pd."), jobs)  # noqa: S307 - our own documentation
+    frame = eval(find_documented_line("pd."), jobs)  # noqa: S307 - our own documentation
     found = frame["answer.value.total.velocity"].to_numpy(float)
     assert found.tobytes() == np.array([*(error for _, error in jobs["errors"]), math.nan]).tobytes()
     assert frame["key.method.engine"].tolist() == ["pit"] * 4
@@ -328,7 +335,7 @@ def test_documented_pandas_line_reads_journal(jobs: dict[str, Any]) -> None:
 def test_documented_duckdb_query_reads_journal(jobs: dict[str, Any]) -> None:
     """The documented DuckDB query returns the largest error of each step, bit for bit."""
     jobs["duckdb"] = pytest.importorskip("duckdb", reason="duckdb is not installed")
-    found = eval(documented("duckdb."), jobs).fetchall()  # noqa: S307 - our own documentation
+    found = eval(find_documented_line("duckdb."), jobs).fetchall()  # noqa: S307 - our own documentation
     assert repr(sorted(found)) == repr(sorted(("pit", dt_s, error) for dt_s, error in jobs["errors"]))
 
 
@@ -367,4 +374,4 @@ def test_interrupted_bench_keeps_journal_and_suggests_resume(tmp_path: Path) -> 
     assert process.returncode == 130
     assert "--resume continues from them" in errors
     assert "Traceback" not in errors
-    assert measured_in(journal), journal.read_text()
+    assert load_measures(journal), journal.read_text()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.cases import each, release_after
 from tests.fake_clock import Clock
-from tests.scene_builders import cross_checked, disc_at, staged, sure, wall_at
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged, wall_at
 
 import carom
 from carom import Disc, Scene, Wall
@@ -36,13 +36,13 @@ def scene() -> Scene:
     return staged("meeting", disc_at(0, 0, 1, 0), disc_at(3, 0, -1, 0), duration_s=2.0)
 
 
-def statuses(results: carom.Results) -> dict[str, Status]:
+def list_statuses(results: carom.Results) -> dict[str, Status]:
     return {row.job.engine: row.status for row in results.rows}
 
 
-def tried(scenes: list[Scene], *engines: str) -> carom.Results:
+def run_tuned(scenes: list[Scene], *engines: str) -> carom.Results:
     """Each engine's tuned profile in steps of 0.1 s, in this process and untimed."""
-    return cross_checked(scenes, engines, dts=[0.1], profiles=["tuned"])
+    return run_cross_check(scenes, engines, dts=[0.1], profiles=["tuned"])
 
 
 class HangsWhenTimed(InProcessPool):
@@ -72,19 +72,19 @@ def test_hang_during_timing_keeps_the_run_and_other_times(scene: Scene) -> None:
 
 def test_non_finite_state_ends_the_run_as_wrong(scene: Scene) -> None:
     """A run whose state becomes NaN ends at the last finite state and is graded wrong."""
-    row = tried([scene], "goes-nan").rows[0]
-    assert sure(row.trace).outcome is Outcome.NON_FINITE
+    row = run_tuned([scene], "goes-nan").rows[0]
+    assert require_value(row.trace).outcome is Outcome.NON_FINITE
     assert row.grade is Grade.WRONG
-    assert np.isfinite(sure(row.trace).final_position_m).all()
+    assert np.isfinite(require_value(row.trace).final_position_m).all()
 
 
 def test_engine_warning_ends_the_run(scene: Scene) -> None:
     """An engine that reports a warning is cut short; the steps before are kept and the finding quotes the warning."""
-    row = tried([scene], "warns").rows[0]
-    assert sure(row.trace).outcome is Outcome.WARNED
-    assert sure(row.trace).counts["steps"] == 2
-    assert sure(row.score).verdicts[0] is Verdict.CUT_SHORT
-    assert "BADQACC" in sure(row.score).findings[0].reason
+    row = run_tuned([scene], "warns").rows[0]
+    assert require_value(row.trace).outcome is Outcome.WARNED
+    assert require_value(row.trace).counts["steps"] == 2
+    assert require_value(row.score).verdicts[0] is Verdict.CUT_SHORT
+    assert "BADQACC" in require_value(row.score).findings[0].reason
 
 
 def test_engine_output_and_log_files_are_contained(
@@ -105,7 +105,7 @@ def test_unavailable_and_unsupported_rows_have_reasons(scene: Scene) -> None:
     fast = Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(11, 0), radius_m=1)], duration_s=1)
     soft = Scene(name="soft", discs=scene.discs, restitution=0.25, duration_s=1)
     falling = Scene(name="falling", discs=scene.discs, gravity_m_s2=(0, -9.81), duration_s=1)
-    results = tried([walled, fast, soft, falling], "missing", "only-discs", "broken")
+    results = run_tuned([walled, fast, soft, falling], "missing", "only-discs", "broken")
     reasons = {(row.job.scene.name, row.job.engine): (row.status, row.reason) for row in results.rows}
     assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
     assert "pip install surely-not-installed" in reasons["walled", "missing"][1]
@@ -131,14 +131,14 @@ def test_score_ends_when_a_disc_comes_to_rest() -> None:
     ball = Disc(position_m=(0, 2), radius_m=1)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
-    results = cross_checked([scene], ["pic", "pit"], dts=[1 / 60])
+    results = run_cross_check([scene], ["pic", "pit"], dts=[1 / 60])
     # It closes at 4, 1 and 1/4 m/s. The second impact is at t0 + 2 e v0 / g, with t0 = v0 / g = 1/2, and is seen a
     # frame later. The third is slower than 2.5 g / 60: a step can't distinguish it from rest, and PIT doesn't have it.
     second_s = 0.5 * (1 + 2 * 0.25)
     seen_s = (math.floor(second_s * 60) + 1) / 60
     for row in results.rows:
-        assert sure(row.score).horizon_s == pytest.approx(seen_s, rel=1e-12)
-        assert (sure(row.score).grade is Grade.EXACT) == (row.job.engine == "pic")
+        assert require_value(row.score).horizon_s == pytest.approx(seen_s, rel=1e-12)
+        assert (require_value(row.score).grade is Grade.EXACT) == (row.job.engine == "pic")
 
 
 @pytest.mark.long
@@ -159,7 +159,7 @@ def test_run_returns_the_trace_of_the_solver(scene: Scene, process: str, request
     assert (direct.impacts == through.impacts).all()
     assert (direct.final_velocity_m_s == through.final_velocity_m_s).all()
     assert through.settings["form"] == "event-driven"
-    assert sure(through.samples).position_m.shape == (121, 2, 2)
+    assert require_value(through.samples).position_m.shape == (121, 2, 2)
     direct, through = carom.solve_pit(scene, frame_rate_hz=60), carom.run(scene, "pit", dt=1 / 60)
     assert (direct.impacts == through.impacts).all()
 
@@ -168,7 +168,7 @@ def test_run_returns_the_trace_of_the_solver(scene: Scene, process: str, request
 def test_number_of_stored_states_is_limited() -> None:
     """With 10000 steps, a trace stores 2049 to 4097 evenly spaced states, the first at time 0."""
     scene = Scene(name="long", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1)
-    samples = sure(carom.run(scene, "pic", dt=1e-4).samples)
+    samples = require_value(carom.run(scene, "pic", dt=1e-4).samples)
     assert 2048 < len(samples.time_s) <= 4097
     assert np.allclose(samples.position_m[:, 0, 0], samples.time_s, rtol=0, atol=1e-12)
 
@@ -199,13 +199,13 @@ def test_invalid_cross_check_option_is_refused_with_its_value(scene: Scene, give
 def test_default_steps_are_fractions_of_the_scene_frame(scene: Scene) -> None:
     """By default, a scene is run with steps of a frame, a quarter and a sixteenth of it."""
     assert compute_default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
-    results = cross_checked([scene], ["pit"])
+    results = run_cross_check([scene], ["pit"])
     assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
 
 
 def test_default_methods_are_pit_and_two_forms_of_pic(scene: Scene) -> None:
     """By default, PIT is run once, and PIC frame by frame and event-driven."""
-    results = cross_checked([scene], ["pic", "pit"], dts=[0.1])
+    results = run_cross_check([scene], ["pic", "pit"], dts=[0.1])
     assert [(row.job.engine, row.job.profile) for row in results.rows] == [
         ("pic", "frame-by-frame"),
         ("pic", "event-driven"),
@@ -224,7 +224,7 @@ def test_default_methods_are_pit_and_two_forms_of_pic(scene: Scene) -> None:
 )
 def test_own_methods_are_selected_by_common_profile_names(scene: Scene, asked: str, found: set[str]) -> None:
     """`default` and `tuned` select forms of PIC and PIT, which are shown with their own names."""
-    results = cross_checked([scene], ["pic", "pit"], dts=[0.1], profiles=[asked])
+    results = run_cross_check([scene], ["pic", "pit"], dts=[0.1], profiles=[asked])
     assert {row.job.method.label for row in results.rows} == found
     assert {row.trace.profile for row in results.rows if row.trace} == {row.job.profile for row in results.rows}
 
@@ -246,7 +246,7 @@ def test_time_ratio_is_relative_to_pit(scene: Scene, monkeypatch: pytest.MonkeyP
         pool=InProcessPool(),
     )
     ratios = {row.job.engine: row.time_ratio for row in results.rows}
-    times = {row.job.engine: sure(row.timing) for row in results.rows}
+    times = {row.job.engine: require_value(row.timing) for row in results.rows}
     assert ratios == {"pit": 1.0, "pic": times["pic"].advance_s / times["pit"].advance_s}
     assert ratios["pic"] != 1.0
     for timing in times.values():
@@ -262,7 +262,7 @@ def test_run_without_pit_is_not_graded(scene: Scene, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(execute, "PIT_METHOD", Method("aborts", "tuned"))
     row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
     assert row.grade is Grade.UNGRADED
-    assert Verdict.UNCOMPARED in sure(row.score).verdicts
+    assert Verdict.UNCOMPARED in require_value(row.score).verdicts
 
 
 def test_scene_with_too_many_impacts_is_unsupported(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -271,21 +271,21 @@ def test_scene_with_too_many_impacts_is_unsupported(monkeypatch: pytest.MonkeyPa
     endless = staged(
         "endless", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1e9
     )
-    row = cross_checked([endless], ["pit"]).rows[0]
+    row = run_cross_check([endless], ["pit"]).rows[0]
     assert row.status is Status.UNSUPPORTED
     assert "100 impacts come before" in row.reason
 
 
 def test_failing_profile_is_a_row_with_reason(scene: Scene) -> None:
     """A profile whose settings fail or are invalid gets a row with the reason; the other engines run."""
-    results = cross_checked([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"])
+    results = run_cross_check([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"])
     failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
     assert "KeyError: 'no such'" in failed["default"]
     assert "setting 'list' of profile 'tuned'" in failed["tuned"]
-    assert statuses(results)["pit"] is Status.RAN
+    assert list_statuses(results)["pit"] is Status.RAN
 
 
-def contents(trace: Trace) -> dict[str, object]:
+def dump_trace(trace: Trace) -> dict[str, object]:
     """Return what a trace holds, arrays with their types as bytes."""
     parts = {"samples": trace.samples, "local_truth": trace.local_truth}
     values: dict[str, object] = {**vars(trace), **dict.fromkeys(parts)}
@@ -326,7 +326,7 @@ def test_interrupted_cross_check_resumes_from_journal(
     assert before == 3
     assert len(ran) == 9 - before  # two methods and PIC's default, each at the scene's own phase and two more
     for one, other in zip(whole.rows, again.rows, strict=True):
-        assert contents(sure(one.trace)) == contents(sure(other.trace))
+        assert dump_trace(require_value(one.trace)) == dump_trace(require_value(other.trace))
         assert repr(one.score) == repr(other.score)
         assert one.spread == other.spread
 

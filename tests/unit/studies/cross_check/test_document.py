@@ -21,7 +21,7 @@ def folder(results: Results, tmp_path: Path) -> Path:
     return tmp_path
 
 
-def tables(document: Document) -> dict[str, list[list[list[str]]]]:
+def list_tables(document: Document) -> dict[str, list[list[list[str]]]]:
     """Return the lines of all tables of a page by the heading of their section, without the step in it."""
     return {
         section.heading.partition(", a")[0]: [
@@ -36,8 +36,8 @@ def tables(document: Document) -> dict[str, list[list[list[str]]]]:
 def test_tables_from_records_equal_those_of_the_run(results: Results, folder: Path) -> None:
     """Each table that is rebuilt from results.jsonl, except the settings, equals that of the run."""
     run, rebuilt = cross_check_document(results), rebuild_document(*read_records(folder / "results.jsonl"))
-    again = {heading: found for heading, found in tables(rebuilt).items() if found and heading != "Settings used"}
-    assert again == {heading: tables(run)[heading] for heading in again}
+    again = {heading: found for heading, found in list_tables(rebuilt).items() if found and heading != "Settings used"}
+    assert again == {heading: list_tables(run)[heading] for heading in again}
     assert {"Every method against PIC", "Run time", "Error against step", "All cells at all steps"} <= set(again)
 
 
@@ -64,7 +64,7 @@ def test_large_report_lists_only_the_worst_scenes_and_runs(results: Results, mon
     whole = build_grid(results)
     monkeypatch.setattr(cells_section, "MOST_CELLS", 2)
     monkeypatch.setattr(scene_sections, "MOST_SCENES", 1)
-    few = tables(document := cross_check_document(results))
+    few = list_tables(document := cross_check_document(results))
     ranks = [-1 if cell.rank is None else cell.rank for cell in whole.runs]
     second = sorted(ranks)[-2]
     (listed,) = few["All cells at all steps"]

@@ -24,7 +24,7 @@ from carom.studies.cross_check.run import cross_check, execute
 from carom.studies.cross_check.skipping_section import build_skipping_section
 
 
-def plan(name: str, **options: Any) -> str:
+def explain_scene(name: str, **options: Any) -> str:
     return "\n".join(explain(build_plan([catalogue()[name]], Options(**options), InProcessPool())))
 
 
@@ -44,7 +44,7 @@ SAID = [
 @each("name, options, said", SAID)
 def test_explanation_describes_what_runs_and_what_is_skipped(name: str, options: dict[str, Any], said: str) -> None:
     """The explanation states PIC's form, PIT's tested frames, the steps, the stored states and the phases."""
-    assert said in plan(name, engines=["pit"], **options)
+    assert said in explain_scene(name, engines=["pit"], **options)
 
 
 @each(
@@ -57,7 +57,7 @@ def test_explanation_describes_what_runs_and_what_is_skipped(name: str, options:
 )
 def test_explanation_starts_with_skipped_work(name: str, skipped: str) -> None:
     """The first line of a scene lists the work that it does not need, with the numbers of the coarsest step."""
-    first = plan(name, engines=["pit"]).splitlines()[0]
+    first = explain_scene(name, engines=["pit"]).splitlines()[0]
     assert re.fullmatch(rf"{name}: .*; skipped: {skipped}", first)
 
 
@@ -73,7 +73,7 @@ def test_time_saved_by_skipping_is_measured() -> None:
         assert saved.with_s > 0.0
         assert saved.ratio > 0.0
     assert measure_pit_saving(scene, 1e-7) is None
-    assert " times as long" in plan("classics/gas", engines=["pit"], dts=[1 / 60])
+    assert " times as long" in explain_scene("classics/gas", engines=["pit"], dts=[1 / 60])
 
 
 def test_report_has_section_on_skipped_work() -> None:
@@ -97,7 +97,7 @@ def test_report_has_section_on_skipped_work() -> None:
 def test_explanation_names_the_form_of_pic_that_runs() -> None:
     """For classics/box, the explanation names event-driven PIC with a grid, 13 impacts and 13 predictions."""
     found = "13 impacts in 13 predictions"
-    assert f"PIC: event-driven, with a grid of cells: {found}" in plan("classics/box", engines=["pit"])
+    assert f"PIC: event-driven, with a grid of cells: {found}" in explain_scene("classics/box", engines=["pit"])
 
 
 def test_explanation_lists_engine_that_is_not_installed() -> None:
@@ -190,4 +190,4 @@ def test_explanation_of_scene_with_too_many_impacts(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(scene_reference, "MOST_IMPACTS", 3)
     row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False, pool=InProcessPool()).rows[0]
     assert row.status is Status.UNSUPPORTED
-    assert f"not run: {row.reason}" in plan("classics/gas", engines=["pit"])
+    assert f"not run: {row.reason}" in explain_scene("classics/gas", engines=["pit"])

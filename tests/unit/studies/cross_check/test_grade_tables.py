@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from tests.cases import each
-from tests.scene_builders import cross_checked, sure
+from tests.scene_builders import require_value, run_cross_check
 
 from carom.catalogue import find_scenes
 from carom.comparator import Grade
@@ -22,10 +22,10 @@ def results() -> Results:
     """The paper's four cases, and two scenes of no group of which one's name begins with the other's."""
     scene = find_scenes(["paper/late"])[0].scene
     own = [scene.model_copy(update={"name": name}) for name in ("mine", "mine-too")]
-    return cross_checked([*find_scenes(["paper"]), *own], ["pic", "pit"], dts=[1 / 24], profiles=["tuned"])
+    return run_cross_check([*find_scenes(["paper"]), *own], ["pic", "pit"], dts=[1 / 24], profiles=["tuned"])
 
 
-def tables(results: Results, medium: Media) -> list[tuple[list[str], list[list[Cell]]]]:
+def list_tables(results: Results, medium: Media) -> list[tuple[list[str], list[list[Cell]]]]:
     """Return headings and rows of the first section's tables."""
     section = build_methods_section(build_grid(results))
     found = [block.select_for(medium) for block in section.select_for(medium) if isinstance(block, Table)]
@@ -34,7 +34,7 @@ def tables(results: Results, medium: Media) -> list[tuple[list[str], list[list[C
 
 def test_group_columns_count_their_scenes(results: Results) -> None:
     """Each group of scenes is a column with the number of its scenes; scenes without a group share one column."""
-    ((heads, _),) = tables(results, Media.PAGE)
+    ((heads, _),) = list_tables(results, Media.PAGE)
     assert heads[4:-1] == ["paper 4 scenes", "others 2 scenes"]
 
 
@@ -43,7 +43,7 @@ def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) 
 
     PIT is good in 0 of the paper's 4 scenes and misses impacts in 2.
     """
-    ((heads, rows),) = tables(results, Media.PAGE)
+    ((heads, rows),) = list_tables(results, Media.PAGE)
     paper, others = rows[0][heads.index("paper 4 scenes")], rows[0][heads.index("others 2 scenes")]
     assert (paper.text, paper.corner) == ("0 of 4", Mark.WRONG.symbol)
     assert paper.title.startswith("an impact is missed in 2 scenes")
@@ -54,7 +54,7 @@ def test_group_cell_counts_good_scenes_and_links_to_the_worst(results: Results) 
 
 def test_methods_table_sums_missed_impacts_per_method(results: Results) -> None:
     """The row of PIT shows the sum of its missed impacts over all scenes; PIC has no row."""
-    (heads, rows) = tables(results, Media.DETAIL)[0]
+    (heads, rows) = list_tables(results, Media.DETAIL)[0]
     missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
     lines = {row[0].line: [cell.text for cell in row] for row in rows}
     assert lines["PIT"][heads.index("impacts - +")] == f"-{missed}"
@@ -63,7 +63,7 @@ def test_methods_table_sums_missed_impacts_per_method(results: Results) -> None:
 
 def test_terminal_table_counts_scenes_per_grade(results: Results) -> None:
     """In a terminal, the row of a method shows the number of scenes of each grade."""
-    (heads, rows) = tables(results, Media.TERMINAL)[0]
+    (heads, rows) = list_tables(results, Media.TERMINAL)[0]
     ((name, *counts),) = [[cell.text for cell in row] for row in rows]
     marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.column.engine == "pit"]
     assert name == "PIT"
@@ -73,8 +73,8 @@ def test_terminal_table_counts_scenes_per_grade(results: Results) -> None:
 
 def test_table_of_one_scene_has_physical_units() -> None:
     """For one scene, errors have units: PIT is 37.5 ms late in paper/late at 1/24 s and 6.25 ms at 1/96 s."""
-    found = cross_checked(find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96])
-    coarse, fine, *_ = tables(found, Media.TERMINAL)
+    found = run_cross_check(find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96])
+    coarse, fine, *_ = list_tables(found, Media.TERMINAL)
     (heads, ((*cells,),)) = coarse
     shown = dict(zip((head.split()[0] for head in heads), (cell.text for cell in cells), strict=True))
     assert (shown["method"], shown["impacts"], shown["time"], shown["energy"]) == ("PIT", "1/1", "+37.5", "0")
@@ -83,16 +83,19 @@ def test_table_of_one_scene_has_physical_units() -> None:
 
 
 @pytest.fixture(scope="module")
-def several() -> Results:
+def results_with_profiles() -> Results:
     """The paper's four cases by PIT and by three profiles of an engine, of which one steps up to the contact."""
-    return cross_checked(find_scenes(["paper"]), ["pic", "pit", "pymunk"], dts=[1 / 24])
+    return run_cross_check(find_scenes(["paper"]), ["pic", "pit", "pymunk"], dts=[1 / 24])
 
 
-def test_terminal_and_report_order_methods_equally(several: Results) -> None:
+def test_terminal_and_report_order_methods_equally(results_with_profiles: Results) -> None:
     """The terminal, page and Markdown order methods equally, by the mean grade."""
-    (heads, counted), *_ = tables(several, Media.TERMINAL)
+    (heads, counted), *_ = list_tables(results_with_profiles, Media.TERMINAL)
     orders = [[row[0].line for row in counted]]
-    orders += [[row[0].line for row in tables(several, medium)[0][1]] for medium in (Media.PAGE, Media.MARKDOWN)]
+    orders += [
+        [row[0].line for row in list_tables(results_with_profiles, medium)[0][1]]
+        for medium in (Media.PAGE, Media.MARKDOWN)
+    ]
     assert orders[0] == orders[1] == orders[2]
     assert orders[0][0] == "pymunk located"
     assert len(orders[0]) == 4
@@ -113,42 +116,42 @@ def test_terminal_and_report_order_methods_equally(several: Results) -> None:
 
 
 @each("scene", ["paper/missed", "paper/late", "paper/multiple"])
-def test_terminal_and_report_order_methods_equally_for_one_scene(several: Results, scene: str) -> None:
+def test_terminal_and_report_order_methods_equally_for_one_scene(results_with_profiles: Results, scene: str) -> None:
     """For one scene, the tables of the terminal and the report list the methods in the same order."""
-    rows = tuple(row for row in several.rows if row.job.scene.name == scene)
-    alone = replace(several, rows=rows)
-    (_, terminal), *_ = tables(alone, Media.TERMINAL)
-    (_, page), *_ = tables(alone, Media.PAGE)
+    rows = tuple(row for row in results_with_profiles.rows if row.job.scene.name == scene)
+    alone = replace(results_with_profiles, rows=rows)
+    (_, terminal), *_ = list_tables(alone, Media.TERMINAL)
+    (_, page), *_ = list_tables(alone, Media.PAGE)
     assert [row[0].line for row in terminal] == [row[0].line for row in page]
     assert len(page) == 4
 
 
-def test_methods_are_ranked_by_grade_then_error_ratio(several: Results) -> None:
+def test_methods_are_ranked_by_grade_then_error_ratio(results_with_profiles: Results) -> None:
     r"""Better grades rank first, then lower ratios of the error to PIT's, then runs without a result.
 
     A close run does not compensate for a wrong one. The float width does not matter.
     """
-    row = next(row for row in several.rows if row.score and row.score.grade is Grade.SAMPLED)
+    row = next(row for row in results_with_profiles.rows if row.score and row.score.grade is Grade.SAMPLED)
     assert row.score is not None
     exact, close = (replace(row, score=replace(row.score, grade=grade)) for grade in (Grade.EXACT, Grade.CLOSE))
     cheap, dear = (replace(row, score=replace(row.score, price_paid=paid)) for paid in (0.25, 0.5))
     none = replace(row, status=Status.CRASHED, score=None, trace=None)
 
     def standing(*rows: Row) -> tuple[float, float]:
-        return compute_standing(build_grid(replace(several, rows=rows)).runs)
+        return compute_standing(build_grid(replace(results_with_profiles, rows=rows)).runs)
 
     order = [exact, close, cheap, dear, none]
     mixed = [none, dear, close, cheap, exact]
     assert sorted(mixed, key=standing) == order
-    narrow = replace(exact, score=replace(sure(exact.score), float_bits=32))
+    narrow = replace(exact, score=replace(require_value(exact.score), float_bits=32))
     assert standing(exact) == standing(narrow)
     wrong = replace(row, score=replace(row.score, grade=Grade.WRONG))
     assert standing(row, row, row) < standing(close, wrong, row)
 
 
-def test_scenes_table_has_one_column_for_pic(several: Results) -> None:
+def test_scenes_table_has_one_column_for_pic(results_with_profiles: Results) -> None:
     """The table of scenes has one column for both profiles of PIC and one for each profile of an engine."""
-    grid = build_grid(several)
+    grid = build_grid(results_with_profiles)
     assert [column.name for column in grid.columns.values()][:2] == ["PIC frame-by-frame", "PIC event-driven"]
     section = build_scenes_section(grid)
     (table,) = (block for block in section.select_for(Media.PAGE) if isinstance(block, Table))

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from tests.cases import each
 from tests.command import carom_command
-from tests.scene_builders import cross_checked, disc_at, staged
+from tests.scene_builders import disc_at, run_cross_check, staged
 
 import carom
 from carom import Scene
@@ -62,7 +62,7 @@ def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: 
 
     The replay has one run per profile.
     """
-    results = cross_checked([scene], ["pit"], dts=[1 / 24])
+    results = run_cross_check([scene], ["pit"], dts=[1 / 24])
     build_report(results).write(tmp_path)
     assert (tmp_path / PLAY_PAGE).exists() == linked
     ((name, data),) = pack_replays(build_grid(results))
@@ -74,7 +74,7 @@ def test_report_has_play_page_only_if_a_scene_supports_it(scene: Scene, linked: 
 
 
 @pytest.fixture(autouse=True)
-def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def opened_pages(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The pages that a browser was asked to open; none opens here."""
     pages: list[str] = []
 
@@ -88,12 +88,12 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 @pytest.mark.usefixtures("in_process")
 def test_demo_opens_page_of_engine_that_misses_an_impact(
-    monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, opened_pages: list[str], tmp_path: Path
 ) -> None:
     """With a display, the demo opens the play page on a scene in which default pymunk misses an impact."""
     monkeypatch.setattr("carom.web.open_page.has_display", lambda: True)
     found = carom.demo(tmp_path / "mine.html")
-    assert opened == [(tmp_path / "mine.html").as_uri()]
+    assert opened_pages == [(tmp_path / "mine.html").as_uri()]
     assert found.opened
     assert found.replay.score.missed
     assert len(found.replay.reference.impacts) == 1
@@ -105,7 +105,7 @@ def test_demo_opens_page_of_engine_that_misses_an_impact(
 
 @pytest.mark.usefixtures("in_process")
 def test_demo_without_display_prints_path_of_page(
-    monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, opened_pages: list[str], tmp_path: Path
 ) -> None:
     """Without a display, the demo writes the page, prints its path and opens no browser."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
@@ -118,7 +118,7 @@ def test_demo_without_display_prints_path_of_page(
     (path,) = re.findall(r"Play page, to throw the discs yourself: (\S+)", result.output)
     assert Path(path).is_relative_to(tmp_path)
     assert Path(path).is_file()
-    assert opened == []
+    assert opened_pages == []
 
 
 @pytest.mark.long

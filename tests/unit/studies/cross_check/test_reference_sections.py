@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from tests.scene_builders import cross_checked, disc_at, staged, wall_at
+from tests.scene_builders import disc_at, run_cross_check, staged, wall_at
 
 from carom.catalogue import all_scenes
 from carom.execution.results import Results
@@ -39,7 +39,7 @@ def test_report_states_when_a_disc_comes_to_rest() -> None:
         wall_restitution=0.0,
         duration_s=2.0,
     )
-    results = cross_checked([ball], ["pic", "pit"], dts=[1 / 24])
+    results = run_cross_check([ball], ["pic", "pit"], dts=[1 / 24])
     lines = [
         b.items for b in build_reference_section(build_grid(results)).select_for(Media.TERMINAL) if isinstance(b, Lines)
     ]
@@ -50,7 +50,7 @@ def test_report_states_when_a_disc_comes_to_rest() -> None:
 def test_rolling_disc_is_not_reported_as_unreliable() -> None:
     """For discs that roll from the start, the only remark is that runs are compared up to 0 s."""
     scene = all_scenes()["contact/struck"].scene
-    results = cross_checked([scene], ["pit"], dts=[1 / 24])
+    results = run_cross_check([scene], ["pit"], dts=[1 / 24])
     told = [
         b.items for b in build_reference_section(build_grid(results)).select_for(Media.TERMINAL) if isinstance(b, Lines)
     ]

@@ -31,33 +31,33 @@ HOSTILE = "</script><b>'\""
 
 
 @pytest.fixture(scope="module")
-def shown() -> Replay:
+def missed_replay() -> Replay:
     """The paper's first case, whose one impact PIT misses, under a name that would end a script."""
     scene = find_scenes(["paper/missed"])[0].scene.model_copy(update={"name": HOSTILE})
     return carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
 
 
-def test_replay_computes_score_unless_given(shown: Replay) -> None:
+def test_replay_computes_score_unless_given(missed_replay: Replay) -> None:
     """A replay keeps a given score and otherwise compares the two runs."""
-    assert shown.score.missed == (0,)
-    given = carom.compare(shown.reference, shown.observed, sampling=shown.observed)
-    assert carom.replay(shown.reference, shown.observed, score=given).score is given
+    assert missed_replay.score.missed == (0,)
+    given = carom.compare(missed_replay.reference, missed_replay.observed, sampling=missed_replay.observed)
+    assert carom.replay(missed_replay.reference, missed_replay.observed, score=given).score is given
 
 
-def test_notebook_cell_is_a_sandboxed_iframe_with_the_page(shown: Replay) -> None:
+def test_notebook_cell_is_a_sandboxed_iframe_with_the_page(missed_replay: Replay) -> None:
     """In a notebook, a replay is one sandboxed iframe that contains the page and may only run scripts."""
-    cell = shown._repr_html_()
+    cell = missed_replay._repr_html_()
     assert cell
     found = re.fullmatch(r'<iframe [^<>]*sandbox="allow-scripts"[^<>]* srcdoc="([^"<>]*)"></iframe>', cell)
     assert found
-    assert unescape(found[1]) == shown.html()
+    assert unescape(found[1]) == missed_replay.html()
 
 
-def test_replay_page_has_data_and_one_hashed_script(shown: Replay, tmp_path: Path) -> None:
+def test_replay_page_has_data_and_one_hashed_script(missed_replay: Replay, tmp_path: Path) -> None:
     """The page has one block of data and one script, allowed by its hash; the scene's name is escaped."""
-    path = shown.save(tmp_path / "replay.html")
+    path = missed_replay.save(tmp_path / "replay.html")
     page = path.read_text(encoding="utf-8")
-    assert page == shown.html()
+    assert page == missed_replay.html()
     (block,) = re.findall(r'<script type="text/plain" data-scene="[^"<>]*">([\w+/=]+)</script>', page)
     data = json.loads(gzip.decompress(base64.b64decode(block)))
     (run,) = data["runs"]
@@ -69,19 +69,21 @@ def test_replay_page_has_data_and_one_hashed_script(shown: Replay, tmp_path: Pat
     assert 'id="replay-alone"' in page
 
 
-def test_replay_of_pic_is_not_marked_as_sampled(shown: Replay) -> None:
+def test_replay_of_pic_is_not_marked_as_sampled(missed_replay: Replay) -> None:
     """A replay of PIC has the scene's frame as step and is not marked as sampled."""
-    page = carom.replay(shown.reference, shown.reference).html()
+    page = carom.replay(missed_replay.reference, missed_replay.reference).html()
     (block,) = re.findall(r'data-scene="[^"<>]*">([\w+/=]+)</script>', page)
     (run,) = json.loads(gzip.decompress(base64.b64decode(block)))["runs"]
     assert (run["dt"], run["sampled"]) == (pytest.approx(1 / 24), False)
 
 
 @pytest.mark.long
-def test_gif_pauses_at_the_missed_impact(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_gif_pauses_at_the_missed_impact(
+    missed_replay: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The GIF has frames of 40 ms that differ, and one longer frame at the missed impact."""
     monkeypatch.setattr(films, "_FILM_S", 1)
-    with Image.open(shown.save(tmp_path / "replay.gif")) as film:
+    with Image.open(missed_replay.save(tmp_path / "replay.gif")) as film:
         lasts = []
         for frame in range(film.n_frames):  # type: ignore[attr-defined]
             film.seek(frame)
@@ -92,7 +94,7 @@ def test_gif_pauses_at_the_missed_impact(shown: Replay, tmp_path: Path, monkeypa
         assert film.convert("RGB").tobytes() != first
     assert min(lasts) == 40
     assert max(lasts) >= 1000 * (films._HELD_S - films._FLASH_S)  # noqa: SLF001 - while looks fade frames differ
-    assert sum(lasts) == 40 * _frames(shown)
+    assert sum(lasts) == 40 * _count_frames(missed_replay)
 
 
 @dataclass(frozen=True)
@@ -111,67 +113,68 @@ class _Film:
 
 
 @pytest.fixture
-def film(shown: Replay) -> Iterator[_Film]:
-    made = films.build_film(shown.reference, shown.observed, shown.score)
-    yield _Film(made, films._compute_frame_times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
+def film(missed_replay: Replay) -> Iterator[_Film]:
+    made = films.build_film(missed_replay.reference, missed_replay.observed, missed_replay.score)
+    yield _Film(made, films._compute_frame_times(missed_replay.reference.scene, _find_closest_time_s(missed_replay)))  # noqa: SLF001
     made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
 
 
-def _deepest_s(shown: Replay) -> float:
+def _find_closest_time_s(missed_replay: Replay) -> float:
     """Return when two discs that fly on are nearest to each other."""
-    one, other = shown.reference.scene.discs
+    one, other = missed_replay.reference.scene.discs
     apart, passing = (np.subtract(getattr(other, of), getattr(one, of)) for of in ("position_m", "velocity_m_s"))
     return float(-(apart @ passing) / (passing @ passing))
 
 
-def _at(cross: Line2D) -> np.ndarray:
+def _get_position(cross: Line2D) -> np.ndarray:
     place: np.ndarray = np.array(cross.get_xydata(), dtype=float)[0]
     return place
 
 
-def _frames(shown: Replay) -> int:
-    return len(films._compute_frame_times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
+def _count_frames(missed_replay: Replay) -> int:
+    return len(films._compute_frame_times(missed_replay.reference.scene, _find_closest_time_s(missed_replay)))  # noqa: SLF001
 
 
-def test_last_film_frame_shows_final_positions(shown: Replay, film: _Film) -> None:
+def test_last_film_frame_shows_final_positions(missed_replay: Replay, film: _Film) -> None:
     r"""In the last frame, the circles are at the final positions of the exact and the observed run.
 
     The right picture also shows the exact run and the last check.
     """
     _, circles = film.show(len(film.times) - 1)
     left, right = ([circle.get_center() for circle in drawn] for drawn in circles[:2])
-    exact, seen = shown.reference.final_position_m, shown.observed.final_position_m
+    exact, seen = missed_replay.reference.final_position_m, missed_replay.observed.final_position_m
     assert np.array(left) == pytest.approx(exact, abs=1e-5)
     assert np.array(right[:6]) == pytest.approx(np.concatenate([seen, exact, seen]), abs=1e-5)
 
 
-def test_film_marks_missed_impact_with_cross(shown: Replay, film: _Film) -> None:
+def test_film_marks_missed_impact_with_cross(missed_replay: Replay, film: _Film) -> None:
     """A cross at the point of contact is visible in the last frame and not in the first."""
     pictures, _ = film.show(0)
     (cross,) = [line for line in pictures[1].lines if line.get_marker() == "x"]
-    (impact,) = shown.reference.impacts
-    met_s, one = impact["time_s"], shown.reference.scene.discs[0]
+    (impact,) = missed_replay.reference.impacts
+    met_s, one = impact["time_s"], missed_replay.reference.scene.discs[0]
     centre = np.add(one.position_m, met_s * np.array(one.velocity_m_s))
-    assert np.hypot(*(_at(cross) - centre)) == pytest.approx(one.radius_m)
+    assert np.hypot(*(_get_position(cross) - centre)) == pytest.approx(one.radius_m)
     for frame, visible in ((0, False), (len(film.times) - 1, True)):
         film.show(frame)
         assert cross.get_visible() is visible
 
 
-def test_film_frame_shows_the_latest_check_before_it(shown: Replay, film: _Film) -> None:
+def test_film_frame_shows_the_latest_check_before_it(missed_replay: Replay, film: _Film) -> None:
     """The dashed discs are at the positions of the last check before the frame (checks every 1/24 s)."""
     _, (_, right, _) = film.show(int(np.searchsorted(film.times, 2.5 / 24)))
     dashed = [circle for circle in right if circle.get_linestyle() == "--"]
-    discs = shown.reference.scene.discs
+    discs = missed_replay.reference.scene.discs
     looked = [np.add(disc.position_m, 2 / 24 * np.array(disc.velocity_m_s)) for disc in discs]
     assert np.array([circle.get_center() for circle in dashed]) == pytest.approx(np.array(looked), abs=1e-5)
 
 
-def test_outline_of_a_check_fades(shown: Replay, film: _Film) -> None:
+def test_outline_of_a_check_fades(missed_replay: Replay, film: _Film) -> None:
     """The outline of a check is opaque in its first frame, fainter four frames later and gone after twelve."""
     first = int(np.searchsorted(film.times, 10 / 24 - 1e-9))
     place = np.add(
-        shown.reference.scene.discs[0].position_m, 10 / 24 * np.array(shown.reference.scene.discs[0].velocity_m_s)
+        missed_replay.reference.scene.discs[0].position_m,
+        10 / 24 * np.array(missed_replay.reference.scene.discs[0].velocity_m_s),
     )
     for frame, alpha in ((first, 1.0), (first + 4, 1 - 4 / 11.25), (first + 12, 0.0)):
         _, (_, right, _) = film.show(frame)
@@ -183,23 +186,23 @@ def test_outline_of_a_check_fades(shown: Replay, film: _Film) -> None:
         assert max(strengths, default=0.0) == pytest.approx(alpha)
 
 
-def test_film_slows_down_and_pauses_at_the_miss(shown: Replay, film: _Film) -> None:
+def test_film_slows_down_and_pauses_at_the_miss(missed_replay: Replay, film: _Film) -> None:
     r"""A frame is 1/150 of the scene; just before the miss it is an eighth of that, and then the film pauses.
 
     The pause has 38 frames of 40 ms (1.5 s).
     """
-    steps, held_s = np.diff(film.times), _deepest_s(shown)
-    even_s = shown.reference.scene.duration_s / 150
+    steps, held_s = np.diff(film.times), _find_closest_time_s(missed_replay)
+    even_s = missed_replay.reference.scene.duration_s / 150
     assert steps[0] == pytest.approx(even_s)
     assert steps[-1] == pytest.approx(even_s, rel=0.02)
     (held,) = np.nonzero(np.abs(film.times - held_s) < 1e-12)
     assert len(held) == 38
     assert steps[held[0] - 2] == pytest.approx(even_s / 8)
     assert (steps >= 0).all()
-    assert film.times[-1] == shown.reference.scene.duration_s
+    assert film.times[-1] == missed_replay.reference.scene.duration_s
 
 
-def test_film_magnifies_the_missed_impact(shown: Replay, film: _Film) -> None:
+def test_film_magnifies_the_missed_impact(missed_replay: Replay, film: _Film) -> None:
     r"""At the miss, an inset magnifies 2.5 radii around the contact point, and does not cover that point.
 
     In the first frame there is no inset.
@@ -209,11 +212,11 @@ def test_film_magnifies_the_missed_impact(shown: Replay, film: _Film) -> None:
     (frame,) = [part for part in right.patches if isinstance(part, Rectangle)]
     assert not inset.get_visible()
     assert not frame.get_visible()
-    film.show(int(np.searchsorted(film.times, _deepest_s(shown))))
+    film.show(int(np.searchsorted(film.times, _find_closest_time_s(missed_replay))))
     assert inset.get_visible()
     assert frame.get_visible()
     (cross,) = [line for line in right.lines if line.get_marker() == "x"]
-    place, radius = _at(cross), shown.reference.scene.discs[0].radius_m
+    place, radius = _get_position(cross), missed_replay.reference.scene.discs[0].radius_m
     assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(
         np.array([place - 2.5 * radius, place + 2.5 * radius])
     )
@@ -233,36 +236,36 @@ def test_film_of_large_discs_has_no_inset() -> None:
 
 
 @pytest.mark.long
-def test_mp4_contains_every_frame(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mp4_contains_every_frame(missed_replay: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each frame of the film is passed to ffmpeg as a whole, and the output of ffmpeg is the file."""
     monkeypatch.setattr(films, "_FILM_S", 1)
     program = tmp_path / "ffmpeg"
     program.write_text(f"#!{sys.executable}\nimport sys\nopen(sys.argv[-1], 'wb').write(sys.stdin.buffer.read())\n")
     program.chmod(0o755)
     with rc_context({"animation.ffmpeg_path": str(program)}):
-        frames = shown.save(tmp_path / "replay.mp4").read_bytes()
+        frames = missed_replay.save(tmp_path / "replay.mp4").read_bytes()
     size = 4 * 640 * 352  # four bytes a pixel, 8 by 4.4 inches of 80
-    assert len(frames) == size * _frames(shown)
+    assert len(frames) == size * _count_frames(missed_replay)
     assert frames[:size] != frames[-size:]
 
 
 def test_unsupported_film_format_or_missing_ffmpeg_is_refused(
-    shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    missed_replay: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An unknown file type, or .mp4 without ffmpeg, is refused with the reason, and no file is written."""
     with pytest.raises(InputError, match=r"\.html, \.gif or \.mp4, got '\.avi'"):
-        shown.save(tmp_path / "replay.avi")
+        missed_replay.save(tmp_path / "replay.avi")
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda _: False))
     with pytest.raises(MissingExtraError, match="needs the program ffmpeg"):
-        shown.save(tmp_path / "replay.mp4")
+        missed_replay.save(tmp_path / "replay.mp4")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_replay_of_traces_of_two_scenes_is_refused(shown: Replay) -> None:
+def test_replay_of_traces_of_two_scenes_is_refused(missed_replay: Replay) -> None:
     """A replay of traces from two different scenes is refused."""
     other: Scene = find_scenes(["paper/late"])[0].scene
     with pytest.raises(InputError, match="only traces of one scene"):
-        carom.replay(shown.reference, carom.solve_pic(other))
+        carom.replay(missed_replay.reference, carom.solve_pic(other))
 
 
 @pytest.mark.long
@@ -275,7 +278,7 @@ def test_replay_accepts_names_of_scene_and_engine() -> None:
     assert carom.replay(shown.reference, "pit", dt=0.01).observed.dt_s == 0.01
 
 
-def test_replay_of_existing_run_refuses_a_step(shown: Replay) -> None:
+def test_replay_of_existing_run_refuses_a_step(missed_replay: Replay) -> None:
     """A step for a run that already exists is refused, because it would have no effect."""
     with pytest.raises(InputError, match="dt is allowed only with an engine name"):
-        carom.replay(shown.reference, shown.observed, dt=0.1)
+        carom.replay(missed_replay.reference, missed_replay.observed, dt=0.1)

@@ -22,7 +22,7 @@ from carom.studies.cross_check.run_sections import (
 )
 
 
-def rows_of(section: Section) -> list[list[Cell]]:
+def get_table_rows(section: Section) -> list[list[Cell]]:
     """The rows of a section's one table, as a page shows them."""
     (table,) = (block for block in section.blocks if isinstance(block, Table))
     return table.select_for(Media.PAGE)[1]
@@ -48,7 +48,7 @@ def test_spread_over_phases_has_a_section(results: Results) -> None:
     rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
     wide = replace(results, rows=rows, phases=12)
     section = build_spread_section(build_grid(wide))
-    shown = [[cell.text for cell in row] for row in rows_of(section)]
+    shown = [[cell.text for cell in row] for row in get_table_rows(section)]
     assert {row[1] for row in shown} == {"toy tuned"}
     assert all({"0.012", "0.046", "25 %"} <= set(row) for row in shown)
     assert section.heading in render_markdown(cross_check_document(wide))
@@ -58,11 +58,11 @@ def test_spread_over_phases_has_a_section(results: Results) -> None:
 def test_settings_and_run_time_ratios_come_from_the_traces(results: Results) -> None:
     """Settings come from the coarsest trace, with a remark if they vary with the step; ratios are medians."""
     grid = build_grid(results)
-    settings = {row[0]: row for row in rows_of(build_settings_section(grid))}
+    settings = {row[0]: row for row in get_table_rows(build_settings_section(grid))}
     by_engine = {cell.text.split()[0]: row[-1].text for cell, row in settings.items()}
     assert set(by_engine) == {"PIC", "PIT", "toy"}
     assert by_engine["PIT"] == "dt_s = 0.0416667 (varies with the step)"
-    medians = {row[0].text: row[1].text for row in rows_of(build_run_time_section(grid))}
+    medians = {row[0].text: row[1].text for row in get_table_rows(build_run_time_section(grid))}
     assert medians == {
         "PIC event-driven": formatting.format_ratio(1.0),
         "PIT": formatting.format_ratio(1.0),
@@ -79,5 +79,5 @@ def test_run_time_table_counts_reproducible_scenes(results: Results) -> None:
         return replace(row, timing=replace(here, ends=next(ends))) if here else row
 
     grid = build_grid(replace(results, rows=tuple(map(counted, results.rows))))
-    told = {row[0].text: row[4].text for row in rows_of(build_run_time_section(grid))}
+    told = {row[0].text: row[4].text for row in get_table_rows(build_run_time_section(grid))}
     assert (told["toy tuned"], told["PIT"]) == ("2 of 3", "-")

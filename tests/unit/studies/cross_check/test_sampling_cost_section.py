@@ -9,7 +9,7 @@ from html import unescape
 
 import pytest
 from rich.console import Console
-from tests.scene_builders import cross_checked, sure
+from tests.scene_builders import require_value, run_cross_check
 
 from carom.catalogue import find_scenes
 from carom.comparator import compare
@@ -33,21 +33,21 @@ from carom.studies.cross_check.sampling_cost_section import (
 )
 
 
-def with_toy(results: Results, change: dict[str, float]) -> Results:
+def speed_up_toy(results: Results, change: dict[str, float]) -> Results:
     """The results with the toy engine's velocities after each impact made faster, by scene."""
     rows = []
     for row in results.rows:
         if row.job.engine == "toy" and row.trace is not None and row.score is not None:
-            rows.append(rescored(results, row, change.get(row.job.scene.name, 1.0)))
+            rows.append(rescore(results, row, change.get(row.job.scene.name, 1.0)))
         else:
             rows.append(row)
     return replace(results, rows=tuple(rows))
 
 
-def rescored(results: Results, row: Row, factor: float) -> Row:
-    impacts = sure(row.trace).impacts.copy()
+def rescore(results: Results, row: Row, factor: float) -> Row:
+    impacts = require_value(row.trace).impacts.copy()
     impacts["velocity_first_after"] *= factor
-    trace: Trace = replace(sure(row.trace), impacts=impacts)
+    trace: Trace = replace(require_value(row.trace), impacts=impacts)
     pit = next(
         other.trace
         for other in results.rows
@@ -57,24 +57,24 @@ def rescored(results: Results, row: Row, factor: float) -> Row:
     return replace(row, trace=trace, score=score)
 
 
-def table_of(section: Section) -> Table:
+def get_table(section: Section) -> Table:
     """The one table of a section."""
     (table,) = (block for block in section.blocks if isinstance(block, Table))
     return table
 
 
-def price_of(results: Results) -> Section:
+def build_section(results: Results) -> Section:
     return build_sampling_cost_section(build_grid(results))
 
 
-def of_toy(results: Results) -> dict[str, str]:
+def get_toy_row(results: Results) -> dict[str, str]:
     """What the table of prices says of the toy engine, by heading."""
-    columns, rows = table_of(price_of(results)).select_for(Media.PAGE)
+    columns, rows = get_table(build_section(results)).select_for(Media.PAGE)
     (row,) = (row for row in rows if row[0].text == "toy tuned")
     return {column.head: cell.line for column, cell in zip(columns, row, strict=True)}
 
 
-def in_every_medium(section: Section) -> tuple[str, str, str]:
+def render_all_formats(section: Section) -> tuple[str, str, str]:
     """A section, alone, as a page, as Markdown and on a terminal."""
     document, printed = Document("A section", Headline(""), (section,)), io.StringIO()
     console = Console(file=printed, width=300)
@@ -87,11 +87,11 @@ def test_engine_equal_to_pit_has_no_own_error(results: Results) -> None:
     """An engine that equals PIT in all 3 scenes has an own error of 0, in every output format."""
     (toy,) = measure_engine_costs(build_grid(results))
     assert (toy.column.engine, len(toy.cells), toy.scenes_unlike_pit) == ("toy", 3, [])
-    said = of_toy(results)
+    said = get_toy_row(results)
     own = said["own velocity error, median"]
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
-    assert price_of(results).heading in {section.heading for section in cross_check_document(results).sections}
-    for text in in_every_medium(price_of(results)):
+    assert build_section(results).heading in {section.heading for section in cross_check_document(results).sections}
+    for text in render_all_formats(build_section(results)):
         assert "error / PIT's, median" in unescape(text)
         assert "own velocity error, median" in text
 
@@ -107,10 +107,10 @@ def test_accurate_engine_has_small_error_ratio_and_own_error(results: Results) -
         if row.job.engine == "toy" and row.score is not None:
             truth = results.references[row.job.scene.name]
             right = replace(truth, method="toy", dt_s=row.job.dt_s)
-            rows.append(rescored(results, replace(row, trace=right), 1 + 1e-9))
+            rows.append(rescore(results, replace(row, trace=right), 1 + 1e-9))
         else:
             rows.append(row)
-    said = of_toy(replace(results, rows=tuple(rows)))
+    said = get_toy_row(replace(results, rows=tuple(rows)))
     heads = ("error / PIT's, median", "own velocity error, median")
     paid, own = (float(said[head].split()[0]) for head in heads)
     assert 0 < paid < 1e-6
@@ -121,7 +121,7 @@ def test_accurate_engine_has_small_error_ratio_and_own_error(results: Results) -
         for row in rows
         if (row.job.engine, row.job.scene.name, row.job.refinement) == ("toy", late, 0) and row.score
     )
-    assert sure(score.against_pit).velocity > 0.001  # far from PIT, for being right
+    assert require_value(score.against_pit).velocity > 0.001  # far from PIT, for being right
 
 
 def test_chart_marks_are_inside_the_frame(results: Results) -> None:
@@ -129,7 +129,7 @@ def test_chart_marks_are_inside_the_frame(results: Results) -> None:
     (toy,) = measure_engine_costs(build_grid(results))
     svg = draw_sampling_costs([toy])
     frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
-    left, top, width, height = map(float, sure(frame).groups())
+    left, top, width, height = map(float, require_value(frame).groups())
     marks = re.findall(r'<g clip-path[^>]*>\s*<use [^>]*?x="([\d.]+)" y="([\d.]+)"', svg)
     assert len(marks) == 2
     for x, y in marks:
@@ -140,19 +140,25 @@ def test_chart_marks_are_inside_the_frame(results: Results) -> None:
 def test_added_velocity_error_is_the_engines_own(results: Results) -> None:
     """Velocities 10 % too fast in one scene give an own error above 0.01 there, and the engine differs from PIT."""
     late = "paper/late"
-    worse = with_toy(results, {late: 1.1})
+    worse = speed_up_toy(results, {late: 1.1})
     (toy,) = measure_engine_costs(build_grid(worse))
     (line,) = (cell.line for cell in toy.cells if cell.scene == late)
-    assert sure(line).own_velocity == min(sure(sure(line).against_pit).velocity, sure(sure(line).total).velocity) > 0.01
+    assert (
+        require_value(line).own_velocity
+        == min(
+            require_value(require_value(line).against_pit).velocity, require_value(require_value(line).total).velocity
+        )
+        > 0.01
+    )
     assert toy.scenes_unlike_pit == [late]
-    assert of_toy(worse)["equals PIT"] == "2 of 3"
+    assert get_toy_row(worse)["equals PIT"] == "2 of 3"
 
 
 def test_added_column_appears_in_every_format(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     """A column added to the table of sampling costs is on the page, in Markdown and in the terminal."""
     column = Column("an added column", lambda entry: f"said of {entry.column.name}")
     monkeypatch.setattr("carom.studies.cross_check.sampling_cost_section._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
-    for text in in_every_medium(price_of(results)):
+    for text in render_all_formats(build_section(results)):
         assert "an added column" in text
         assert "said of toy tuned" in text
 
@@ -164,7 +170,7 @@ def test_error_ratio_is_equal_in_all_tables() -> None:
     Two scenes without a unique answer are left out.
     """
     scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]
-    found = cross_checked(scenes, ["pic", "pit"], profiles=["tuned"])
+    found = run_cross_check(scenes, ["pic", "pit"], profiles=["tuned"])
     toy = [replace(row, job=replace(row.job, method=Method("toy", "tuned"))) for row in found.rows]
     rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
     of_all = replace(found, rows=rows)
@@ -173,7 +179,7 @@ def test_error_ratio_is_equal_in_all_tables() -> None:
     heads, lines = tables[-1].select_for(Media.MARKDOWN)
     (line,) = (line for line in lines if line[0].line == "toy tuned")
     shown = line[[head.line for head in heads].index("error / PIT's")].text
-    assert shown == of_toy(of_all)["error / PIT's, median"].split()[0]
+    assert shown == get_toy_row(of_all)["error / PIT's, median"].split()[0]
     written = [json.loads(text) for text in format_records(of_all).splitlines()[1:]]
     own = [row["price_paid"] for row in written if row["engine"] == "toy" and row["refinement"] == 0]
     assert shown == format_number(statistics.median(float(price) for price in own if price is not None))

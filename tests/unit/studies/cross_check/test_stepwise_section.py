@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.scene_builders import cross_checked, disc_at, staged, sure
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged
 
 from carom.comparator import Grade, Verdict
 from carom.comparator.verdict import Finding
@@ -21,49 +21,49 @@ GRAZE = staged("mine/graze", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0
 
 
 @pytest.fixture(scope="module")
-def plain() -> Results:
+def graze_results() -> Results:
     """PIC and PIT on one scene without a horizon, a rest or a trajectory that parted."""
-    return cross_checked([GRAZE], ["pic", "pit"], dts=[1 / 24])
+    return run_cross_check([GRAZE], ["pic", "pit"], dts=[1 / 24])
 
 
-def ran(results: Results, name: str, steps: Mapping[str, Any], score: Mapping[str, Any]) -> Row:
+def build_row(results: Results, name: str, steps: Mapping[str, Any], score: Mapping[str, Any]) -> Row:
     """Return PIT's row under the name of an engine, with other numbers of its steps and of its score."""
     row = next(row for row in results.rows if row.job.engine == "pit")
-    local = replace(sure(sure(row.score).local_truth), **steps)
+    local = replace(require_value(require_value(row.score).local_truth), **steps)
     job = Job(row.job.scene, Method(name, "tuned"), row.job.dt_s, row.job.refinement)
-    return replace(row, job=job, score=replace(sure(row.score), local_truth=local, **score))
+    return replace(row, job=job, score=replace(require_value(row.score), local_truth=local, **score))
 
 
-def with_rows(results: Results, rows: Mapping[str, Mapping[str, Any]], **score: Any) -> Results:
+def replace_rows(results: Results, rows: Mapping[str, Mapping[str, Any]], **score: Any) -> Results:
     """Return results of these engines alone, each beyond a horizon."""
     beyond = {"beyond_horizon": 3, **score}
-    return replace(results, rows=tuple(ran(results, name, steps, beyond) for name, steps in rows.items()))
+    return replace(results, rows=tuple(build_row(results, name, steps, beyond) for name, steps in rows.items()))
 
 
-def table(section: Section, medium: Media) -> tuple[list[str], list[list[str]]]:
+def get_table(section: Section, medium: Media) -> tuple[list[str], list[list[str]]]:
     """Return headings and cells of a section's table in a medium."""
     (found,) = (block for block in section.select_for(medium) if isinstance(block, Table))
     columns, rows = found.select_for(medium)
     return [column.line for column in columns], [[cell.line for cell in row] for row in rows]
 
 
-def ranked(results: Results) -> list[str]:
+def list_ranking(results: Results) -> list[str]:
     """Return the engines in the order of the terminal's table."""
-    _, shown = table(build_steps_section(build_grid(results)), Media.TERMINAL)
+    _, shown = get_table(build_steps_section(build_grid(results)), Media.TERMINAL)
     return [row[0].split()[0] for row in shown]
 
 
-def texts(section: Section, medium: Media) -> str:
+def join_paragraphs(section: Section, medium: Media) -> str:
     """Return all paragraphs of a section in a medium."""
     return "\n".join(block.text for block in section.select_for(medium) if isinstance(block, Text))
 
 
-def test_no_stepwise_table_for_fully_comparable_runs(plain: Results) -> None:
+def test_no_stepwise_table_for_fully_comparable_runs(graze_results: Results) -> None:
     """Without a horizon, a rest or a parted trajectory, there is no table of single steps."""
-    assert not build_steps_section(build_grid(plain)).blocks
+    assert not build_steps_section(build_grid(graze_results)).blocks
 
 
-def test_runs_are_ranked_by_misses_then_other_step_errors(plain: Results) -> None:
+def test_runs_are_ranked_by_misses_then_other_step_errors(graze_results: Results) -> None:
     r"""Single steps are ranked by missed, then invented, then early impacts, then error, then energy.
 
     Misses that PIT shares do not count. A run in which no step could be judged ranks after one with an error.
@@ -86,54 +86,56 @@ def test_runs_are_ranked_by_misses_then_other_step_errors(plain: Results) -> Non
         "misses": {"missed": 1, "ratio": (0.0, 0.0)},
     }
     rows = {name: {**base, **other} for name, other in reversed(worse.items())}
-    assert ranked(with_rows(plain, rows)) == list(worse)
+    assert list_ranking(replace_rows(graze_results, rows)) == list(worse)
 
 
-def test_rounding_differences_do_not_change_the_ranking(plain: Results) -> None:
+def test_rounding_differences_do_not_change_the_ranking(graze_results: Results) -> None:
     """Differences of 1e-11 in the error and 2e-15 in the energy leave the order of the methods unchanged."""
     rows = {"first": {"ratio": (0.2, 1.0 + 1e-11), "energy": 2e-15}, "second": {"ratio": (0.2, 1.0), "energy": 0.0}}
-    assert ranked(with_rows(plain, rows)) == ["first", "second"]
+    assert list_ranking(replace_rows(graze_results, rows)) == ["first", "second"]
 
 
-def test_run_cut_short_is_ranked_last(plain: Results) -> None:
+def test_run_cut_short_is_ranked_last(graze_results: Results) -> None:
     """A run that was cut short ranks after a complete run with five missed impacts."""
-    results = with_rows(plain, {"short": {"missed": 0}, "whole": {"missed": 5}})
+    results = replace_rows(graze_results, {"short": {"missed": 0}, "whole": {"missed": 5}})
     short, whole = results.rows
-    cut = replace(sure(short.score), findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
+    cut = replace(require_value(short.score), findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
     results = replace(results, rows=(replace(short, score=cut), whole))
-    assert ranked(results) == ["whole", "short"]
+    assert list_ranking(results) == ["whole", "short"]
 
 
-def test_misses_shared_with_pit_are_shown_separately(plain: Results) -> None:
+def test_misses_shared_with_pit_are_shown_separately(graze_results: Results) -> None:
     """Three missed impacts, of which PIT misses two from the same state, are shown as "3 (2)"."""
-    results = with_rows(plain, {"engine": {"missed": 3, "missed_by_pit": 2, "invented": 4}})
+    results = replace_rows(graze_results, {"engine": {"missed": 3, "missed_by_pit": 2, "invented": 4}})
     section = build_steps_section(build_grid(results))
-    heads, (row,) = table(section, Media.TERMINAL)
+    heads, (row,) = get_table(section, Media.TERMINAL)
     assert row[heads.index("impacts - (PIT's) +")] == "-3 (2) +4"
-    heads, (row,) = table(section, Media.MARKDOWN)
+    heads, (row,) = get_table(section, Media.MARKDOWN)
     assert row[heads.index("missed (PIT's)")] == "3 (2)"
     assert row[heads.index("invented")] == "4"
 
 
-def test_parted_run_shows_divergence_times_and_step_grade(plain: Results) -> None:
+def test_parted_run_shows_divergence_times_and_step_grade(graze_results: Results) -> None:
     """A sentence states the times at which the run and PIT diverged; the steps have a grade of their own."""
-    results = with_rows(plain, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5)
+    results = replace_rows(
+        graze_results, {"engine": {"early": 1}}, grade=Grade.PARTED_INACCURATE, parted_s=0.25, pit_parted_s=0.5
+    )
     section = build_steps_section(build_grid(results))
-    assert "0.25 s; PIT diverged at 0.5 s" in texts(section, Media.TERMINAL)
-    heads, (row,) = table(section, Media.MARKDOWN)
+    assert "0.25 s; PIT diverged at 0.5 s" in join_paragraphs(section, Media.TERMINAL)
+    heads, (row,) = get_table(section, Media.MARKDOWN)
     assert row[heads.index("grade")].endswith("parted inaccurate")
     assert row[heads.index("steps")].endswith("inaccurate")
     assert "parted" not in row[heads.index("steps")]
 
 
-def test_stepwise_table_is_hidden_in_terminal_for_many_scenes(plain: Results) -> None:
+def test_stepwise_table_is_hidden_in_terminal_for_many_scenes(graze_results: Results) -> None:
     """With several scenes, the table of single steps is in Markdown and not in the terminal."""
-    results = with_rows(plain, {"engine": {}})
+    results = replace_rows(graze_results, {"engine": {}})
     (row,) = results.rows
     other = replace(row, job=replace(row.job, scene=GRAZE.model_copy(update={"name": "other"})))
     references = {**results.references, "other": results.references[GRAZE.name]}
     results = replace(results, rows=(row, other), references=references)
     section = build_steps_section(build_grid(results))
     assert not section.select_for(Media.TERMINAL)
-    heads, shown = table(section, Media.MARKDOWN)
+    heads, shown = get_table(section, Media.MARKDOWN)
     assert [row[heads.index("scene")] for row in shown] == [GRAZE.name, "other"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 from tests.cases import each
-from tests.scene_builders import cross_checked, disc_at, staged, sure
+from tests.scene_builders import disc_at, require_value, run_cross_check, staged
 
 from carom.comparator import Grade, Score, Verdict, compare
 from carom.engines.api import Capabilities
@@ -38,7 +38,7 @@ from carom.studies.cross_check.grid import GridCell, build_grid
 from carom.studies.cross_check.trend_section import build_trend
 
 
-def said(results: Results) -> str:
+def render_text(results: Results) -> str:
     """All that a terminal shows."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=200)
@@ -56,7 +56,7 @@ def test_grid_has_a_cell_per_scene_and_method(
     assert [column.engine for column in grid.columns.values()] == ["pic", "pit", "toy", *not_run]
     for row in grid.rows:
         for column, cell in zip(grid.columns.values(), row.cells, strict=True):
-            assert (sure(cell.line).engine, sure(cell.line).refinement) == (column.engine, 0)
+            assert (require_value(cell.line).engine, require_value(cell.line).refinement) == (column.engine, 0)
             assert cell.reasons
             assert all(cell.reasons)
 
@@ -106,7 +106,7 @@ def test_runs_without_reference_are_marked_unscored(results: Results) -> None:
     bare = replace(results, rows=rows, references={}, known={})
     grid = build_grid(bare)
     assert {cell.mark for cell in grid.list_cells(list(grid.columns.values())[2])} == {Mark.UNSCORED}
-    assert "could be scored" in said(bare)
+    assert "could be scored" in render_text(bare)
 
 
 def test_runs_without_reliable_impacts_are_ungraded(results: Results) -> None:
@@ -127,12 +127,12 @@ def test_runs_without_reliable_impacts_are_ungraded(results: Results) -> None:
     shown = [cell for row in build_grid(bare).rows for cell in row.cells if cell.mark.ran]
     assert {(cell.mark, cell.mark.symbol, cell.figure) for cell in shown} == {(Mark.UNGRADED, "○", "none compared")}
     assert all("no impact is within the horizon" in "; ".join(cell.reasons) for cell in shown)
-    (table,) = re.findall(r"(?s)paper/late.*?paper/missed[^\n]*", said(bare))[:1]
+    (table,) = re.findall(r"(?s)paper/late.*?paper/missed[^\n]*", render_text(bare))[:1]
     assert "✓" not in table
     assert "≈" not in table
 
 
-def cell_of(scene: Scene, observed: Trace, dt_s: float) -> tuple[GridCell, Score]:
+def build_cell(scene: Scene, observed: Trace, dt_s: float) -> tuple[GridCell, Score]:
     """What a grid of one cell shows of a trace, and its score."""
     reference = solve_pic(scene)
     found = compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=1.0 / dt_s))
@@ -148,10 +148,10 @@ def test_late_impact_is_late_in_verdict_grid_and_replay() -> None:
     right = solve_pic(scene)
     impacts = right.impacts.copy()
     impacts["time_s"] += 2.5e-4
-    cell, score = cell_of(scene, replace(right, impacts=impacts, dt_s=1 / 60, float_bits=32), 1 / 60)
+    cell, score = build_cell(scene, replace(right, impacts=impacts, dt_s=1 / 60, float_bits=32), 1 / 60)
     assert Verdict.LATE in score.verdicts
     assert cell.figure == "0.015 steps late"
-    (told,) = build_impact_rows(right, sure(sure(cell.row).trace), score)
+    (told,) = build_impact_rows(right, require_value(require_value(cell.row).trace), score)
     assert (told["flag"], told["became"]) == ("late", "0.015 steps late")
 
 
@@ -168,7 +168,7 @@ def test_impact_in_last_step_is_undecided() -> None:
         final_velocity_m_s=start.velocity_m_s,
         final_position_m=start.position_m + 4.01 * start.velocity_m_s,
     )
-    cell, _ = cell_of(scene, before, 1 / 60)
+    cell, _ = build_cell(scene, before, 1 / 60)
     assert (cell.mark, cell.figure) == (Mark.UNGRADED, "1 of 1 undecided")
 
 
@@ -176,7 +176,7 @@ def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results)
     """A run that ended early is wrong, and no text calls it one that misses or invents an impact."""
     row = next(row for row in results.rows if row.job.engine == "toy" and row.job.scene.name == "paper/late")
     score = compare(
-        results.references["paper/late"], replace(sure(row.trace), outcome=Outcome.WARNED, notes=("careful",))
+        results.references["paper/late"], replace(require_value(row.trace), outcome=Outcome.WARNED, notes=("careful",))
     )
     assert (score.grade, score.missed, score.spurious) == (Grade.WRONG, (), ())
     early = replace(results, rows=tuple(replace(r, score=score) if r is row else r for r in results.rows))
@@ -189,7 +189,7 @@ def test_summary_counts_engine_runs_by_grade(results: Results) -> None:
 
     It states the number of known answers that PIC reproduces.
     """
-    line = said(results)
+    line = render_text(results)
     rows = [row for row in results.rows if row.job.engine == "toy" and row.job.refinement == 0]
     assert f"Of {len(rows)} engine runs at each scene's own frame rate" in line
     for grade in (Grade.SAMPLED, Grade.WRONG):
@@ -208,17 +208,17 @@ def test_report_names_engines_that_are_not_installed(results: Results) -> None:
     shown = replace(results, engines=(*results.engines, missing))
     short = "\n".join(line for line in render_terminal(cross_check_document(shown), 80) if isinstance(line, str))
     assert "Not installed: absent; 'carom engines' shows how to install them." in short
-    assert "absent is not run: absent is not installed; make it in its/folder" in said(shown)
+    assert "absent is not run: absent is not installed; make it in its/folder" in render_text(shown)
     assert "absent is not run: absent is not installed; make it in its/folder" in render_markdown(
         cross_check_document(shown)
     )
-    assert "absent" not in said(results)
+    assert "absent" not in render_text(results)
 
 
 def test_summary_without_engines_counts_runs_of_pit(results: Results) -> None:
     """If only PIC and PIT ran, the summary counts the runs of PIT."""
     own = tuple(row for row in results.rows if row.job.engine in {"pic", "pit"})
-    assert "Of 3 PIT runs at" in said(replace(results, rows=own, engines=results.engines[:2]))
+    assert "Of 3 PIT runs at" in render_text(replace(results, rows=own, engines=results.engines[:2]))
 
 
 def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> None:
@@ -227,7 +227,7 @@ def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> 
         replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0, refinement=row.job.refinement))
         for row in results.rows
     )
-    assert "at the coarsest step" in said(replace(results, rows=rows))
+    assert "at the coarsest step" in render_text(replace(results, rows=rows))
 
 
 def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: str) -> None:
@@ -244,14 +244,14 @@ def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: st
     series = {entry.column.engine: entry.points for entry in trend.series}
     assert [point.median for point in series["pic"]] == [0.0, 0.0]
     coarse, fine = (point.median for point in series["pit"])
-    assert sure(coarse) > sure(fine) > 0.0
+    assert require_value(coarse) > require_value(fine) > 0.0
     assert series["gone"][0].median is None
     assert series["pit"][0].wrong == 1
 
 
 def test_trend_has_one_line_for_pic() -> None:
     """The trend has one line for all profiles of PIC and one for each profile of an engine."""
-    results = cross_checked(
+    results = run_cross_check(
         ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24, 1 / 96]
     )
     assert [series.name for series in build_trend(build_grid(results)).series] == [
@@ -287,7 +287,7 @@ def test_observed_path_has_a_point_per_step(results: Results) -> None:
 
 def test_terminal_table_shows_all_cells_and_legend(results: Results, nasty: str) -> None:
     """The terminal's table shows the marks of all methods of a scene, and a legend."""
-    text = said(results)
+    text = render_text(results)
     assert nasty in text
     assert re.search(r"paper/missed .* ✓ exact .* ✗ -1 .* ✗ -1 .*unavailable.*unsupported.*crashed", text)
     assert "wrong: misses or invents an impact, has impacts out of order" in text

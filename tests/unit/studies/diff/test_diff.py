@@ -11,10 +11,10 @@ import jsonschema
 import numpy as np
 import pytest
 from tests.cases import each, release_after
-from tests.command import carom_command, told
-from tests.planted.faults import DT, ROW, SPEED, replayed
-from tests.scene_builders import sure
-from tests.unit.report.test_terminal import printed
+from tests.command import carom_command, printed_text
+from tests.planted.faults import DT, ROW, SPEED, replay_impacts
+from tests.scene_builders import require_value
+from tests.unit.report.test_terminal import print_document
 
 from carom import solve_pic, solve_pit
 from carom.catalogue import find_scenes
@@ -41,7 +41,7 @@ REFERENCE = solve_pic(ROW)
 PIT = solve_pit(ROW, frame_rate_hz=1 / DT)
 
 
-def sideways(size: float, *, bits: int = 64, **settings: float) -> Trace:
+def build_transverse_error(size: float, *, bits: int = 64, **settings: float) -> Trace:
     """The right run, except that the last disc leaves its impact with a transverse velocity, relative to the speed.
 
     By hand: that velocity, and the final one, are off by `size`, the energy by its square, and the instants by nothing.
@@ -49,7 +49,7 @@ def sideways(size: float, *, bits: int = 64, **settings: float) -> Trace:
     """
     impacts = REFERENCE.impacts.copy()
     impacts["velocity_second_after"][-1, 1] += size * SPEED
-    return replace(replayed(REFERENCE, impacts), float_bits=bits, settings=settings)
+    return replace(replay_impacts(REFERENCE, impacts), float_bits=bits, settings=settings)
 
 
 @pytest.fixture
@@ -89,14 +89,14 @@ def test_records_with_earlier_profile_names_of_pic_are_compared(write: Write, tm
     assert carom_command("report", old).output == carom_command("report", new).output
 
 
-def only(found: Diff) -> Any:
+def get_only_change(found: Diff) -> Any:
     (change,) = found.changes
     return change
 
 
-def numbers(found: Diff) -> dict[str, tuple[float, float]]:
+def get_measures(found: Diff) -> dict[str, tuple[float, float]]:
     """Before and after by the name of the number."""
-    return {measure.name: (measure.old, measure.new) for measure in only(found).measures}
+    return {measure.name: (measure.old, measure.new) for measure in get_only_change(found).measures}
 
 
 def test_velocity_regression_of_one_engine_is_reported(write: Write) -> None:
@@ -104,13 +104,13 @@ def test_velocity_regression_of_one_engine_is_reported(write: Write) -> None:
 
     `carom diff` exits with 1 and names scene, engine and step.
     """
-    old = write("old", {"mine": sideways(0.0), "other": sideways(0.0)})
-    new = write("new", {"mine": sideways(1e-3), "other": sideways(0.0)})
+    old = write("old", {"mine": build_transverse_error(0.0), "other": build_transverse_error(0.0)})
+    new = write("new", {"mine": build_transverse_error(1e-3), "other": build_transverse_error(0.0)})
     found = compare_records(old, new)
-    change = only(found)
+    change = get_only_change(found)
     assert (change.kind, change.scene, change.method, change.dt_s) == (Kind.WORSE, "row", "mine tuned", DT)
     assert found.unchanged == 1
-    shown = numbers(found)
+    shown = get_measures(found)
     for name, size in (("velocity error", 1e-3), ("final velocity", 1e-3), ("final position", 6e-3)):
         assert list(shown[name]) == pytest.approx([0.0, size], rel=1e-9, abs=1e-12), name
     assert list(shown["energy error"]) == pytest.approx([0.0, 1e-6], rel=1e-6, abs=1e-12)
@@ -120,13 +120,15 @@ def test_velocity_regression_of_one_engine_is_reported(write: Write) -> None:
     done = carom_command("diff", str(old), str(new))
     assert done.exit_code == 1, done.output
     for words in ("1 worse; 1 cell unchanged.", "Worst: row on mine tuned at 1/60 s, exact → ", "0.001"):
-        assert words in told(done)
+        assert words in printed_text(done)
 
 
 def test_growing_error_within_a_grade_is_a_regression(write: Write) -> None:
     """A velocity error that grows from 0.02 to 0.021 is worse, although the grade stays the same."""
-    found = compare_records(write("old", {"mine": sideways(0.02)}), write("new", {"mine": sideways(0.021)}))
-    change = only(found)
+    found = compare_records(
+        write("old", {"mine": build_transverse_error(0.02)}), write("new", {"mine": build_transverse_error(0.021)})
+    )
+    change = get_only_change(found)
     assert change.kind is Kind.WORSE
     assert change.old is change.new
     assert "velocity error 0.02 → 0.021" in [str(measure) for measure in change.measures]
@@ -134,29 +136,65 @@ def test_growing_error_within_a_grade_is_a_regression(write: Write) -> None:
     assert not change.is_regression_to(Grade.WRONG)
 
 
-def broken() -> Trace:
+def build_nan_run() -> Trace:
     """The right run, but that its last velocity is no number."""
     impacts = REFERENCE.impacts.copy()
     impacts["velocity_second_after"][-1] = np.nan
     return replace(REFERENCE, impacts=impacts)
 
 
-MISSING = replayed(REFERENCE, REFERENCE.impacts[:-1].copy())
+MISSING = replay_impacts(REFERENCE, REFERENCE.impacts[:-1].copy())
 
 
 @each(
     "old, new, kind, number",
     [
-        pytest.param(sideways(1e-3), sideways(0.0), Kind.BETTER, "", id="better than a little off"),
-        pytest.param(sideways(0.021), sideways(0.02), Kind.BETTER, "", id="better than further off"),
-        pytest.param(sideways(0.0), sideways(1e-13), None, "", id="rounding of 64 bits"),
-        pytest.param(sideways(0.0), sideways(1e-10), Kind.WORSE, "", id="no rounding of 64 bits"),
-        pytest.param(sideways(0.0, bits=32), sideways(1e-6, bits=32), None, "", id="rounding of 32 bits"),
-        pytest.param(sideways(0.0, bits=32), sideways(1e-4, bits=32), Kind.WORSE, "", id="no rounding of 32 bits"),
-        pytest.param(sideways(0.0), sideways(1e-7, bits=32), Kind.WORSE, "", id="compared at the 64 bits that it had"),
-        pytest.param(sideways(0.02), MISSING, Kind.WORSE, "impacts missed 0 → 1", id="missed, which is worse than off"),
-        pytest.param(MISSING, sideways(0.5), Kind.BETTER, "", id="far off, which is better than missed"),
-        pytest.param(sideways(0.02), broken(), Kind.WORSE, "a number is NaN or infinite: new", id="not finite"),
+        pytest.param(
+            build_transverse_error(1e-3), build_transverse_error(0.0), Kind.BETTER, "", id="better than a little off"
+        ),
+        pytest.param(
+            build_transverse_error(0.021), build_transverse_error(0.02), Kind.BETTER, "", id="better than further off"
+        ),
+        pytest.param(build_transverse_error(0.0), build_transverse_error(1e-13), None, "", id="rounding of 64 bits"),
+        pytest.param(
+            build_transverse_error(0.0), build_transverse_error(1e-10), Kind.WORSE, "", id="no rounding of 64 bits"
+        ),
+        pytest.param(
+            build_transverse_error(0.0, bits=32),
+            build_transverse_error(1e-6, bits=32),
+            None,
+            "",
+            id="rounding of 32 bits",
+        ),
+        pytest.param(
+            build_transverse_error(0.0, bits=32),
+            build_transverse_error(1e-4, bits=32),
+            Kind.WORSE,
+            "",
+            id="no rounding of 32 bits",
+        ),
+        pytest.param(
+            build_transverse_error(0.0),
+            build_transverse_error(1e-7, bits=32),
+            Kind.WORSE,
+            "",
+            id="compared at the 64 bits that it had",
+        ),
+        pytest.param(
+            build_transverse_error(0.02),
+            MISSING,
+            Kind.WORSE,
+            "impacts missed 0 → 1",
+            id="missed, which is worse than off",
+        ),
+        pytest.param(MISSING, build_transverse_error(0.5), Kind.BETTER, "", id="far off, which is better than missed"),
+        pytest.param(
+            build_transverse_error(0.02),
+            build_nan_run(),
+            Kind.WORSE,
+            "a number is NaN or infinite: new",
+            id="not finite",
+        ),
     ],
 )
 def test_changes_beyond_rounding_are_better_or_worse(
@@ -171,8 +209,8 @@ def test_changes_beyond_rounding_are_better_or_worse(
     if kind is None:
         assert found.changes == ()
         return
-    assert only(found).kind is kind
-    assert number in "; ".join(str(measure) for measure in only(found).measures)
+    assert get_only_change(found).kind is kind
+    assert number in "; ".join(str(measure) for measure in get_only_change(found).measures)
     if kind is Kind.BETTER:
         done = carom_command("diff", *map(str, paths), "--fail-on", "close")
         assert done.exit_code == 0, done.output
@@ -184,14 +222,14 @@ def test_larger_spin_error_is_worse(write: Write, monkeypatch: pytest.MonkeyPatc
     right, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=1 / DT)
 
     def turned(by: float) -> Trace:
-        spins = sure(right.spins).copy()
+        spins = require_value(right.spins).copy()
         spins["first_after"][-1] += by
-        return replace(right, spins=spins, final_spin_rad_s=sure(right.final_spin_rad_s) + by, dt_s=DT)
+        return replace(right, spins=spins, final_spin_rad_s=require_value(right.final_spin_rad_s) + by, dt_s=DT)
 
     monkeypatch.setattr(f"{__name__}.REFERENCE", right)
     monkeypatch.setattr(f"{__name__}.PIT", pit)
     monkeypatch.setattr(f"{__name__}.ROW", scene)
-    change = only(compare_records(write("old", {"mine": turned(0.1)}), write("new", {"mine": turned(0.5)})))
+    change = get_only_change(compare_records(write("old", {"mine": turned(0.1)}), write("new", {"mine": turned(0.5)})))
     assert (change.kind, change.old, change.new) == (Kind.WORSE, Mark.INACCURATE, Mark.INACCURATE)
     assert {"spin error", "final spin"} <= {measure.name for measure in change.measures}
     assert compare_records(write("a", {"mine": turned(0.1)}), write("b", {"mine": turned(0.1)})).changes == ()
@@ -213,8 +251,11 @@ def test_change_with_better_and_worse_errors_is_mixed(write: Write) -> None:
     """If one error falls and another grows, the change is mixed, and `carom diff` exits with 1."""
     late = REFERENCE.impacts.copy()
     late["time_s"][-1] += 3 * DT  # later than checking once per step is: inaccurate, as the other
-    old, new = write("old", {"mine": sideways(1e-2)}), write("new", {"mine": replayed(REFERENCE, late)})
-    change = only(compare_records(old, new))
+    old, new = (
+        write("old", {"mine": build_transverse_error(1e-2)}),
+        write("new", {"mine": replay_impacts(REFERENCE, late)}),
+    )
+    change = get_only_change(compare_records(old, new))
     assert change.kind is Kind.MIXED
     signs = {measure.growth > 0 for measure in change.measures if measure.growth}
     assert signs == {True, False}
@@ -226,7 +267,10 @@ def test_diff_of_40_engines_fits_25_terminal_lines(write: Write) -> None:
 
     A setting that changed for all engines is printed once.
     """
-    right, worse = sideways(0.0, depth=1.0), [sideways(1e-3 * (1 + k), depth=2.0) for k in range(7)]
+    right, worse = (
+        build_transverse_error(0.0, depth=1.0),
+        [build_transverse_error(1e-3 * (1 + k), depth=2.0) for k in range(7)],
+    )
     old = write("old", {f"engine-{k}": right for k in range(40)})
     new = write("new", {f"engine-{k}": worse[k % 7] for k in range(40)})
     lines = carom_command("diff", str(old), str(new), columns=80).output.splitlines()
@@ -257,21 +301,25 @@ def test_diff_of_sample_profiles_fits_25_terminal_lines(old: str, new: str) -> N
     The number shown for a change agrees with its direction.
     """
     found = compare_records(SAMPLE, SAMPLE, [(old, new)])
-    lines = printed(build_diff_document(found, "old", "new"), 80)
+    lines = print_document(build_diff_document(found, "old", "new"), 80)
     assert len(lines) <= 25, "\n".join(lines)
     assert max(map(len, lines)) <= 80
     for change in found.changes:
         way = -1.0 if change.kind is Kind.BETTER else 1.0
         if any(way * one.growth > 0 for one in change.measures):
-            assert way * sure(change.telling).growth > 0, str(sure(change.telling))
+            assert way * require_value(change.telling).growth > 0, str(require_value(change.telling))
 
 
 def test_diff_compares_several_pairs_of_engines(write: Write) -> None:
     """Each `-e` adds a pair of engines to compare; engines in no pair are left out."""
-    old = write("old", {"a": sideways(0.0), "b": sideways(0.0), "c": sideways(0.0)})
-    new = write("new", {"d": sideways(0.0), "e": sideways(1e-3), "f": sideways(1e-3)})
+    old = write(
+        "old", {"a": build_transverse_error(0.0), "b": build_transverse_error(0.0), "c": build_transverse_error(0.0)}
+    )
+    new = write(
+        "new", {"d": build_transverse_error(0.0), "e": build_transverse_error(1e-3), "f": build_transverse_error(1e-3)}
+    )
     found = compare_records(old, new, [("a", "d"), ("b", "e")])
-    assert only(found).method == "b tuned → e tuned"
+    assert get_only_change(found).method == "b tuned → e tuned"
     assert found.unchanged == 1
     done = carom_command("diff", str(old), str(new), "-e", "a=d", "-e", "b=e")
     assert (done.exit_code, "1 worse; 1 cell unchanged." in done.output) == (1, True), done.output
@@ -282,7 +330,7 @@ def test_vanished_new_crashed_and_recovered_cells_are_reported(write: Write) -> 
 
     Only the crashed cell is a regression to wrong.
     """
-    right = sideways(0.0)
+    right = build_transverse_error(0.0)
     old = write("old", {"a": right, "b": right, "c": Status.CRASHED, "e": Status.UNSUPPORTED, "f": right})
     new = write("new", {"a": right, "b": Status.CRASHED, "c": right, "d": right, "e": Status.UNSUPPORTED})
     found = compare_records(old, new)
@@ -302,11 +350,13 @@ def test_causes_include_changed_settings_and_versions(write: Write) -> None:
 
     Other changed versions are listed separately.
     """
-    old = write("old", {"mine": sideways(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
-    new = write("new", {"mine": sideways(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"})
+    old = write("old", {"mine": build_transverse_error(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
+    new = write(
+        "new", {"mine": build_transverse_error(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"}
+    )
     found = compare_records(old, new)
-    assert "settings: iterations 10.0 → 20.0" in only(found).causes
-    assert "version: Mine 1.0 → 1.1" in only(found).causes
+    assert "settings: iterations 10.0 → 20.0" in get_only_change(found).causes
+    assert "version: Mine 1.0 → 1.1" in get_only_change(found).causes
     assert found.around == ("Mine 1.0 → 1.1", "numpy 2.0 → 2.1")
 
 
@@ -315,18 +365,21 @@ def test_engines_with_different_names_can_be_compared(write: Write) -> None:
 
     An unknown engine is refused with the list of known ones.
     """
-    right, wrong = sideways(0.0), sideways(1e-3)
-    assert only(compare_records(write("old", {"a": right}), write("new", {"b": wrong}))).method == "a tuned → b tuned"
+    right, wrong = build_transverse_error(0.0), build_transverse_error(1e-3)
+    assert (
+        get_only_change(compare_records(write("old", {"a": right}), write("new", {"b": wrong}))).method
+        == "a tuned → b tuned"
+    )
     old, new = write("old", {"a": right, "x": right}), write("new", {"b": wrong, "x": wrong})
-    assert only(compare_records(old, new, [("a", "b")])).method == "a tuned → b tuned"
-    assert only(compare_records(old, new, [("x/tuned", "b/tuned")])).method == "x tuned → b tuned"
+    assert get_only_change(compare_records(old, new, [("a", "b")])).method == "a tuned → b tuned"
+    assert get_only_change(compare_records(old, new, [("x/tuned", "b/tuned")])).method == "x tuned → b tuned"
     with pytest.raises(InputError, match="has no engine or method 'c'; it has a/tuned and x/tuned"):
         compare_records(old, new, [("c", "b")])
 
 
 def test_diff_without_common_cells_is_refused(write: Write) -> None:
     """Two files without a common run are refused instead of reported as unchanged."""
-    right = sideways(0.0)
+    right = build_transverse_error(0.0)
     with pytest.raises(InputError, match="have no run in common"):
         compare_records(write("old", {"a": right, "b": right}), write("new", {"c": right, "d": right}))
     with pytest.raises(InputError, match="or an engine was not available"):
@@ -336,8 +389,10 @@ def test_diff_without_common_cells_is_refused(write: Write) -> None:
 @pytest.mark.long
 def test_diff_documents_escape_names_and_state_omissions(write: Write) -> None:
     """Markdown and HTML escape the names of engines, and Markdown states the number of omitted rows."""
-    engines: Engines = {f"<b>{k}|": sideways(0.0) for k in range(MOST_ROWS + 2)}
-    found = compare_records(write("old", engines), write("new", {name: sideways(1e-3) for name in engines}))
+    engines: Engines = {f"<b>{k}|": build_transverse_error(0.0) for k in range(MOST_ROWS + 2)}
+    found = compare_records(
+        write("old", engines), write("new", {name: build_transverse_error(1e-3) for name in engines})
+    )
     document = build_diff_document(found, "old", "new")
     text, page = render_markdown(document), render_html(document)
     assert text.startswith(f"# Carom diff: old → new\n\n{MOST_ROWS + 2} worse; 0 cells unchanged.")

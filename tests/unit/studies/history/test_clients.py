@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.cases import each
-from tests.processes import ended, noted
+from tests.processes import read_pid, wait_until_ended
 
 from carom.errors import InputError
 from carom.studies.history import clients
@@ -18,7 +18,7 @@ from carom.studies.history.clients import ClientError, Npm, Pip
 from carom.studies.history.release_cache import ReleaseCache, open_release_cache
 
 
-def program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> None:
+def write_program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> None:
     """Put a program of the shell first on the path."""
     path = folder / name
     path.write_text(f"#!/bin/sh\n{lines}\n")
@@ -29,7 +29,7 @@ def program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> N
 def test_npm_installs_one_package_without_scripts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """`npm` is called with `--ignore-scripts` and a package.json with exactly one package and version."""
     made = "mkdir -p node_modules/toy; echo '{}' > node_modules/toy/package.json"
-    program(tmp_path, "npm", f'echo "$@" > {tmp_path}/asked; {made}', monkeypatch)
+    write_program(tmp_path, "npm", f'echo "$@" > {tmp_path}/asked; {made}', monkeypatch)
     folder = tmp_path / "release"
     folder.mkdir()
     assert Npm().install("toy", "1.2.3", folder) == ("toy@1.2.3",)
@@ -39,7 +39,7 @@ def test_npm_installs_one_package_without_scripts(tmp_path: Path, monkeypatch: p
 
 def test_client_timeout_terminates_its_child_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A client that exceeds its time limit is terminated, together with the processes that it started."""
-    program(tmp_path, "npm", f"sleep 3600 & echo $! > {tmp_path}/child; wait", monkeypatch)
+    write_program(tmp_path, "npm", f"sleep 3600 & echo $! > {tmp_path}/child; wait", monkeypatch)
 
     class Process(subprocess.Popen[bytes]):
         """Reaches its time limit when the program has started a child, not earlier."""
@@ -47,14 +47,14 @@ def test_client_timeout_terminates_its_child_processes(tmp_path: Path, monkeypat
         def wait(self, timeout: float | None = None) -> int:
             if timeout is None:
                 return super().wait()
-            noted(tmp_path / "child")
+            read_pid(tmp_path / "child")
             raise subprocess.TimeoutExpired(self.args, timeout)
 
     monkeypatch.setattr(subprocess, "Popen", Process)
     monkeypatch.setattr(clients, "LISTING_S", 0.4)
     with pytest.raises(ClientError, match=r"npm did not finish within 0\.4 s"):
         Npm().list_versions("toy")
-    assert ended(noted(tmp_path / "child"))
+    assert wait_until_ended(read_pid(tmp_path / "child"))
 
 
 @each(
@@ -70,7 +70,7 @@ def test_client_error_has_last_output_or_reason(
     lines: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The error of a client contains its last line of output, its exit code or what is wrong with its answer."""
-    program(tmp_path, "npm", lines, monkeypatch)
+    write_program(tmp_path, "npm", lines, monkeypatch)
     with pytest.raises(ClientError, match=told):
         Npm().list_versions("toy")
 
@@ -90,7 +90,7 @@ def test_invalid_version_is_refused(tmp_path: Path) -> None:
             client.install("toy", "git+https://x", tmp_path)
 
 
-def wheel(folder: Path, name: str, version: str, needs: str = "") -> None:
+def write_wheel(folder: Path, name: str, version: str, needs: str = "") -> None:
     """Write a wheel with one module."""
     info = f"{name}-{version}.dist-info"
     metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n" + (
@@ -117,9 +117,9 @@ def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.long
 def test_pip_installs_release_with_missing_requirements(wheels: Path, tmp_path: Path) -> None:
     """`pip` installs a release with its missing requirements; numpy, which is installed, is not installed again."""
-    wheel(wheels, "caromtoy", "1.0", "caromtoyneeds")
-    wheel(wheels, "caromtoy", "2.0", "numpy")
-    wheel(wheels, "caromtoyneeds", "5.0")
+    write_wheel(wheels, "caromtoy", "1.0", "caromtoyneeds")
+    write_wheel(wheels, "caromtoy", "2.0", "numpy")
+    write_wheel(wheels, "caromtoyneeds", "5.0")
     assert sorted(Pip().list_versions("caromtoy")) == ["1.0", "2.0"]
     for version, holds in (("1.0", ("caromtoy==1.0", "caromtoyneeds==5.0")), ("2.0", ("caromtoy==2.0",))):
         folder = tmp_path / version

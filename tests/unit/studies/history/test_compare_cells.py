@@ -31,59 +31,99 @@ RAN = ReleaseRun(
 )
 
 
-def seen(*runs: ReleaseRun) -> SeenCell:
+def build_cell(*runs: ReleaseRun) -> SeenCell:
     """Return a release in one cell, with its own phase first."""
     own, *others = (Answer(Status.RAN, value=run) for run in runs)
     return SeenCell(own, tuple(others))
 
 
-def over(low: float, high: float, **fields: Any) -> SeenCell:
+def build_velocity_range(low: float, high: float, **fields: Any) -> SeenCell:
     """Return a release whose velocities at the end are off by a range, spread evenly, and whose bits are others."""
     step = (high - low) / PHASES
     own = {"digest": "b"} | fields
-    return seen(*(replace(RAN, off_m_s=(low + k * step, 0.0), **own) for k in range(PHASES + 1)))
+    return build_cell(*(replace(RAN, off_m_s=(low + k * step, 0.0), **own) for k in range(PHASES + 1)))
 
 
-def places(low: float, high: float, **fields: Any) -> SeenCell:
+def build_position_range(low: float, high: float, **fields: Any) -> SeenCell:
     """Return one whose disc is off along x by a range until the end, where it is off by a metre at each phase."""
     step = (high - low) / PHASES if high > low else 0.0
     own = {"digest": "b"} | fields
     off = [(low + k * step, 0.0) * (PLACES - 1) + (1.0, 0.0) for k in range(PHASES + 1)]
-    return seen(*(replace(RAN, off_m=places, **own) for places in off))
+    return build_cell(*(replace(RAN, off_m=places, **own) for places in off))
 
 
 @each(
     "old, new, moved",
     [
-        (seen(RAN), seen(RAN), ChangeKind.NOTHING),
-        (seen(RAN), seen(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), ChangeKind.NOTHING),
-        (seen(RAN), seen(replace(RAN, digest="b", velocity=0.25 + 1e-14)), ChangeKind.ROUNDING),
-        (seen(RAN), seen(replace(RAN, digest="b", off_m_s=(0.25 + 1e-14, 0.0))), ChangeKind.ROUNDING),
-        (over(0.1, 0.2), over(0.3, 0.4, digest="c"), ChangeKind.WORSE),
-        (over(0.3, 0.4), over(0.1, 0.2, digest="c"), ChangeKind.BETTER),
-        (over(0.1, 0.3), over(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
-        (over(0.1, 0.2), over(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),  # they touch
-        (over(0.1, 0.2), over(0.22, 0.32, digest="c"), ChangeKind.OVERLAP),  # a phase between may fill a gap of 0.02
-        (over(0.1, 0.2), over(0.23, 0.33, digest="c"), ChangeKind.WORSE),
-        (over(0.1, 0.2), over(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), ChangeKind.OTHER_SETTINGS),
-        (over(0.1, 0.2), over(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), ChangeKind.UNOBSERVED),
-        (over(0.1, 0.2, verdicts=("TURNS",)), over(0.3, 0.4, digest="c"), ChangeKind.UNOBSERVED),
-        (over(0.1, 0.2, grade="UNGRADED"), over(0.3, 0.4, digest="c"), ChangeKind.NEITHER),
+        (build_cell(RAN), build_cell(RAN), ChangeKind.NOTHING),
+        (build_cell(RAN), build_cell(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), ChangeKind.NOTHING),
+        (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=0.25 + 1e-14)), ChangeKind.ROUNDING),
+        (build_cell(RAN), build_cell(replace(RAN, digest="b", off_m_s=(0.25 + 1e-14, 0.0))), ChangeKind.ROUNDING),
+        (build_velocity_range(0.1, 0.2), build_velocity_range(0.3, 0.4, digest="c"), ChangeKind.WORSE),
+        (build_velocity_range(0.3, 0.4), build_velocity_range(0.1, 0.2, digest="c"), ChangeKind.BETTER),
+        (build_velocity_range(0.1, 0.3), build_velocity_range(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
+        (build_velocity_range(0.1, 0.2), build_velocity_range(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),  # they touch
+        (
+            build_velocity_range(0.1, 0.2),
+            build_velocity_range(0.22, 0.32, digest="c"),
+            ChangeKind.OVERLAP,
+        ),  # a phase between may fill a gap of 0.02
+        (build_velocity_range(0.1, 0.2), build_velocity_range(0.23, 0.33, digest="c"), ChangeKind.WORSE),
+        (
+            build_velocity_range(0.1, 0.2),
+            build_velocity_range(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)),
+            ChangeKind.OTHER_SETTINGS,
+        ),
+        (
+            build_velocity_range(0.1, 0.2),
+            build_velocity_range(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")),
+            ChangeKind.UNOBSERVED,
+        ),
+        (
+            build_velocity_range(0.1, 0.2, verdicts=("TURNS",)),
+            build_velocity_range(0.3, 0.4, digest="c"),
+            ChangeKind.UNOBSERVED,
+        ),
+        (
+            build_velocity_range(0.1, 0.2, grade="UNGRADED"),
+            build_velocity_range(0.3, 0.4, digest="c"),
+            ChangeKind.NEITHER,
+        ),
         # Reported contacts are no part of the motion, whether in counts, grades or verdicts.
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), ChangeKind.OTHER_CONTACTS),
-        (over(0.1, 0.3, lost=2), over(0.2, 0.4, digest="c"), ChangeKind.OTHER_CONTACTS),
-        (over(0.1, 0.2, lost=2), over(0.3, 0.4, digest="c"), ChangeKind.WORSE),
-        (over(0.1, 0.3), over(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"), ChangeKind.OTHER_CONTACTS),
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", late_steps=0.6), ChangeKind.OTHER_CONTACTS),
-        (seen(RAN), seen(replace(RAN, digest="b", velocity=math.nan)), ChangeKind.OVERLAP),
+        (build_velocity_range(0.1, 0.2), build_velocity_range(0.1, 0.2, digest="c", lost=2), ChangeKind.OTHER_CONTACTS),
+        (build_velocity_range(0.1, 0.3, lost=2), build_velocity_range(0.2, 0.4, digest="c"), ChangeKind.OTHER_CONTACTS),
+        (build_velocity_range(0.1, 0.2, lost=2), build_velocity_range(0.3, 0.4, digest="c"), ChangeKind.WORSE),
+        (
+            build_velocity_range(0.1, 0.3),
+            build_velocity_range(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"),
+            ChangeKind.OTHER_CONTACTS,
+        ),
+        (
+            build_velocity_range(0.1, 0.2),
+            build_velocity_range(0.1, 0.2, digest="c", late_steps=0.6),
+            ChangeKind.OTHER_CONTACTS,
+        ),
+        (build_cell(RAN), build_cell(replace(RAN, digest="b", velocity=math.nan)), ChangeKind.OVERLAP),
         # Places: before the end, too, and where they are on the other side of the right one.
-        (places(1.1, 1.2), places(1.3, 1.4, digest="c"), ChangeKind.WORSE),
-        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), ChangeKind.NEITHER),
-        (places(0.1, 0.3), places(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
-        (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), ChangeKind.WORSE),  # it ended before
-        (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), ChangeKind.ROUNDING),
+        (build_position_range(1.1, 1.2), build_position_range(1.3, 1.4, digest="c"), ChangeKind.WORSE),
+        (build_position_range(0.1, 0.2), build_position_range(-0.2, -0.1, digest="c"), ChangeKind.NEITHER),
+        (build_position_range(0.1, 0.3), build_position_range(0.2, 0.4, digest="c"), ChangeKind.OVERLAP),
+        (
+            build_position_range(1.1, 1.2),
+            build_position_range(math.inf, math.inf, digest="c"),
+            ChangeKind.WORSE,
+        ),  # it ended before
+        (
+            build_position_range(math.inf, math.inf),
+            build_position_range(math.inf, math.inf, digest="c"),
+            ChangeKind.ROUNDING,
+        ),
         # Velocities are nearer and places farther: nobody can say which is better.
-        (over(0.3, 0.4), over(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), ChangeKind.NEITHER),
+        (
+            build_velocity_range(0.3, 0.4),
+            build_velocity_range(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES),
+            ChangeKind.NEITHER,
+        ),
     ],
 )
 def test_change_is_attributed_to_engine_if_ranges_are_disjoint(old: SeenCell, new: SeenCell, moved: ChangeKind) -> None:
@@ -96,30 +136,30 @@ def test_change_is_attributed_to_engine_if_ranges_are_disjoint(old: SeenCell, ne
 
 def test_change_of_position_has_disc_time_and_ranges() -> None:
     """The reason of a change names the coordinate, disc and time of the largest difference, with both ranges."""
-    change = classify_change(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
+    change = classify_change(build_position_range(0.1, 0.2), build_position_range(-0.2, -0.1, digest="c"))
     assert change.why == "error of x of disc 0 after 1/8 of the run: 0.1 to 0.2 m before, -0.2 to -0.1 m now"
 
 
 def test_change_needs_eight_phases() -> None:
     """With seven phases in all no change is attributed to the engine; with eight it is worse."""
     low, high = ([replace(RAN, digest=f"{v}", off_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
-    assert classify_change(seen(*low), seen(*high[1:])).kind is ChangeKind.OVERLAP
-    assert classify_change(seen(*low), seen(*high)).kind is ChangeKind.WORSE
+    assert classify_change(build_cell(*low), build_cell(*high[1:])).kind is ChangeKind.OVERLAP
+    assert classify_change(build_cell(*low), build_cell(*high)).kind is ChangeKind.WORSE
 
 
 def test_gap_within_rounding_is_no_change() -> None:
     """A gap of 1e-6 between two ranges is rounding with 32-bit floats and a change with 64-bit floats."""
     for bits, moved in ((32, ChangeKind.OTHER_CONTACTS), (64, ChangeKind.WORSE)):
-        old = seen(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
+        old = build_cell(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
         own = replace(RAN, digest="b", float_bits=bits, off_m_s=(0.1 + 1e-6, 0.0))
         new, later = [replace(own, verdicts=("LATE", "EARLY"))], [own]
-        assert classify_change(old, seen(*new, *later * 8)).kind is moved
+        assert classify_change(old, build_cell(*new, *later * 8)).kind is moved
 
 
 def test_change_of_unsupported_cell_has_its_reason() -> None:
     """If one of two releases did not run a cell, the change has the kind "not run" and the reason."""
     refused = SeenCell(Answer(Status.UNSUPPORTED, "no gravity"))
-    change = classify_change(seen(RAN), refused)
+    change = classify_change(build_cell(RAN), refused)
     assert (change.kind, change.why) == (ChangeKind.NOT_RUN, "unsupported: no gravity")
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 from docs.figures.history import section
-from tests.command import carom_command, told
+from tests.command import carom_command, printed_text
 from tests.installed_adapters import clear_entry_point_caches
-from tests.scene_builders import disc_at, staged, sure
-from tests.unit.studies.history.toy_engine import Toys, toys
+from tests.scene_builders import disc_at, require_value, staged
+from tests.unit.studies.history.toy_engine import Toys, install_toys
 
 from carom.engines.registry import list_adapter_points
 from carom.errors import InputError, UnknownNameError
@@ -26,12 +26,12 @@ PAIR = staged("pair", disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, 0.125, r=0.25
 @pytest.fixture
 def registry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Toys]:
     """The toy engine's registry."""
-    yield toys(tmp_path, monkeypatch)
+    yield install_toys(tmp_path, monkeypatch)
     monkeypatch.undo()
     clear_entry_point_caches()
 
 
-def asked(*versions: str, **options: object) -> HistoryOptions:
+def build_options(*versions: str, **options: object) -> HistoryOptions:
     return HistoryOptions(versions=versions or None, profiles=("default",), jobs=1, **options)  # type: ignore[arg-type]
 
 
@@ -41,7 +41,7 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
 
     A release that is too old or not installable gets a reason. The document names the release that got worse.
     """
-    found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked())
+    found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), build_options())
     assert [release.version for release in found.releases] == [
         *("0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0")
     ]
@@ -73,7 +73,7 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
 @pytest.mark.release
 def test_only_changed_cells_run_at_all_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
     """A release runs once if its result does not change; releases before and after a change also run 9 phases."""
-    found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
+    found = run_history("toy", [PAIR], ReleaseCache(tmp_path / "kept"), build_options("1.0", "1.1", "1.2", phases=9))
     counts = [len(seen.ran) for release in found.releases for seen in release.seen.values()]
     assert counts == [1, 10, 10]
 
@@ -84,7 +84,7 @@ def test_history_resumes_from_journal(registry: Toys, tmp_path: Path) -> None:
     kept, results = ReleaseCache(tmp_path / "kept"), []
     for resume in (False, True):
         with history_journal(tmp_path / "journal.jsonl", resume=resume) as notes:
-            results.append(run_history("toy", [PAIR], kept, asked("1.1", "1.2"), notes=notes))
+            results.append(run_history("toy", [PAIR], kept, build_options("1.1", "1.2"), notes=notes))
             lines = (tmp_path / "journal.jsonl").read_text().splitlines()
     assert results[0].releases == results[1].releases
     assert registry.installed == ["1.1", "1.2"]
@@ -95,11 +95,11 @@ def test_history_resumes_from_journal(registry: Toys, tmp_path: Path) -> None:
 def test_cached_releases_run_without_network(registry: Toys, tmp_path: Path) -> None:
     """Without a network, cached releases can be run by name; otherwise the error lists them."""
     kept = ReleaseCache(tmp_path / "kept")
-    first = run_history("toy", [PAIR], kept, asked("1.0", "1.2"))
+    first = run_history("toy", [PAIR], kept, build_options("1.0", "1.2"))
     registry.reached = False
-    assert run_history("toy", [PAIR], kept, asked("1.0,1.2")).releases == first.releases
+    assert run_history("toy", [PAIR], kept, build_options("1.0,1.2")).releases == first.releases
     with pytest.raises(UnavailableError, match=r"no network; cached releases can be named by --versions: 1\.0, 1\.2$"):
-        run_history("toy", [PAIR], kept, asked())
+        run_history("toy", [PAIR], kept, build_options())
 
 
 @pytest.mark.release
@@ -112,14 +112,19 @@ def test_bisection_finds_the_release_with_the_change(
     first: str,
 ) -> None:
     """Bisection returns the first release that differs from the oldest, and the release before it."""
-    found = sure(bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), asked(*versions)))
+    found = require_value(
+        bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), build_options(*versions))
+    )
     assert (found.last, found.first) == (last, first)
 
 
 @pytest.mark.release
 def test_bisection_without_change_finds_no_release(registry: Toys, tmp_path: Path) -> None:
     """If the oldest and newest release agree, bisection returns None and installs only those two."""
-    assert bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), asked("1.2", "1.3")) is None
+    assert (
+        bisect_change("toy", PAIR, "default", 1 / 20, ReleaseCache(tmp_path / "kept"), build_options("1.2", "1.3"))
+        is None
+    )
     assert registry.installed == ["1.2", "1.3"]
 
 
@@ -132,7 +137,7 @@ def test_unknown_engine_profile_or_release_is_refused(registry: Toys, tmp_path: 
     with pytest.raises(UnknownNameError, match="toy has no profile 'best'"):
         run_history("toy", [PAIR], kept, HistoryOptions(profiles=("best",)))
     with pytest.raises(UnknownNameError, match=r"there is no release '1\.7'"):
-        run_history("toy", [PAIR], kept, asked("1.7"))
+        run_history("toy", [PAIR], kept, build_options("1.7"))
     assert registry.installed == []
 
 
@@ -160,4 +165,6 @@ def test_history_command_exits_with_1_if_newest_release_is_worse(
     assert listed.output.splitlines()[0] == "2.0"
     assert listed.output.splitlines()[-1].split(maxsplit=1) == ["0.9", "older than 1.0, the oldest supported release"]
     found = carom_command("history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20")
-    assert "1.2 differs from 1.1, which agrees with the oldest, 1.0 (worse: error of final velocities" in told(found)
+    assert "1.2 differs from 1.1, which agrees with the oldest, 1.0 (worse: error of final velocities" in printed_text(
+        found
+    )

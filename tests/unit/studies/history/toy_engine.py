@@ -93,7 +93,7 @@ class Toys:
         return (f"{package}=={version}",)
 
 
-def toys(site: Path, patch: pytest.MonkeyPatch) -> Toys:
+def install_toys(site: Path, patch: pytest.MonkeyPatch) -> Toys:
     """Register the toy's adapter, and serve its registry instead of pip's."""
     write_distribution(site, "carom-toy", {"toy": "carom_toy:adapter"})
     (site / "carom_toy.py").write_text(ADAPTER)

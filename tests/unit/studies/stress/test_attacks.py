@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 from tests.cases import each, release_after
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 from tests.validation import contact_runs
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
@@ -130,9 +130,9 @@ def test_seam_attack_hits_a_joint_of_the_floor() -> None:
 IN_CONTACT = {attack.name: attack for attack in CONTACT_ATTACKS}
 
 
-def _by_hand(trial: Trial) -> tuple[list[float], float]:
+def _compute_end_with_60_digits(trial: Trial) -> tuple[list[float], float]:
     with mp.workdps(contact_runs.DIGITS):
-        end = contact_runs.run(trial.scene)
+        end = contact_runs.run_contact_scene(trial.scene)
         return [float(part) for part in end.velocity], float(end.spin)
 
 
@@ -146,7 +146,7 @@ def test_contact_truth_and_pic_agree_with_60_digits(name: str, whole: bool) -> N
     for value in attack.build_ladder(quick=False) if whole else (attack.harmless,):
         for trial in attack.trials(value):
             trace = solve_pic(trial.scene)
-            velocity, spin = _by_hand(trial)
+            velocity, spin = _compute_end_with_60_digits(trial)
             spins = None if trace.final_spin_rad_s is None else np.array([spin])
             told = dataclasses.replace(trace, final_velocity_m_s=np.array([velocity]), final_spin_rad_s=spins)
             for judged in (trial.judge(told), trial.judge(trace)):
@@ -205,7 +205,7 @@ def test_disc_bouncing_on_rough_floor_ends_rolling(value: float) -> None:
     """
     (trial,) = ROUGH["rolling"].trials(value)
     trace = solve_pic(trial.scene)
-    assert sure(trace.modes)["after"].tolist() == [Mode.ROLL]
+    assert require_value(trace.modes)["after"].tolist() == [Mode.ROLL]
     assert trial.judge(trace).error < 1e-12
     assert trial.judge(solve_pit(trial.scene)).broken == ""
 
@@ -227,7 +227,7 @@ def test_wrong_or_missing_spin_fails_friction_attacks(name: str) -> None:
     trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]
     trace = solve_pic(trial.scene)
     assert trial.judge(trace).broken == ""
-    turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * sure(trace.final_spin_rad_s))
+    turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * require_value(trace.final_spin_rad_s))
     assert "a rim speed is wrong by" in trial.judge(turned).broken
     none = dataclasses.replace(trace, final_spin_rad_s=None, spins=None)
     assert trial.judge(none).broken == "no spin is reported"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.cases import each
-from tests.scene_builders import sure
+from tests.scene_builders import require_value
 
 from carom import Trace, load_scene, solve_pic, solve_pit
 from carom.catalogue import Complaint, Symptom, all_scenes
@@ -52,11 +52,11 @@ def test_failure_point_is_found_within_resolution(attack: Attack, threshold: flo
     """
     result = find_failure(attack, METHOD, Answering(threshold), quick=False).save(tmp_path)
     assert result.ending is CellEnding.FAILS_AT_SIZE
-    assert sure(result.stands_at) <= threshold < sure(result.value)
-    assert sure(result.value) / sure(result.stands_at) <= RESOLUTION
+    assert require_value(result.stands_at) <= threshold < require_value(result.value)
+    assert require_value(result.value) / require_value(result.stands_at) <= RESOLUTION
     assert result.reason == "crashed: signal 11"
     scene = load_scene(tmp_path / result.scenes[0])  # the file next to a number shows where the method failed
-    assert scene.discs[1].mass_kg == sure(result.value)
+    assert scene.discs[1].mass_kg == require_value(result.value)
 
 
 @each("threshold, ending", [(math.inf, CellEnding.PASSES), (0.5, CellEnding.FAILS_AT_START)])
@@ -87,7 +87,7 @@ def test_pic_shows_no_reported_symptom() -> None:
         assert find_symptom(entry, solve_pic(entry.scene))[::2] == (False, ""), entry.name
 
 
-def slowed(entry: Complaint, factor: float) -> Trace:
+def scale_final_velocity(entry: Complaint, factor: float) -> Trace:
     trace = solve_pic(entry.scene)
     return replace(trace, final_velocity_m_s=trace.final_velocity_m_s * factor)
 
@@ -103,7 +103,7 @@ def test_sticking_symptom_needs_more_than_three_percent() -> None:
     entry = COMPLAINTS["issues/jolt-1403"]
     stuck = replace(solve_pic(entry.scene), final_velocity_m_s=np.array([[0.5, 0.0], [0.5, 0.0]]))
     assert find_symptom(entry, stuck)[0]
-    seen, _, reason = find_symptom(entry, slowed(entry, 0.97))
+    seen, _, reason = find_symptom(entry, scale_final_velocity(entry, 0.97))
     assert not seen
     assert reason == "off by 0.03 of the scene's speed"
 
@@ -111,10 +111,10 @@ def test_sticking_symptom_needs_more_than_three_percent() -> None:
 def test_energy_loss_and_gain_symptoms_are_distinguished() -> None:
     """Too low velocities are the symptom of lost energy only, too high velocities that of gained energy."""
     entry = COMPLAINTS["issues/rapier-615"]
-    assert find_symptom(entry, slowed(entry, 0.9))[0]
-    assert not find_symptom(entry, slowed(entry, 1.1))[0]
+    assert find_symptom(entry, scale_final_velocity(entry, 0.9))[0]
+    assert not find_symptom(entry, scale_final_velocity(entry, 1.1))[0]
     gains = replace(entry, symptom=Symptom.GAINS_ENERGY)
-    assert find_symptom(gains, slowed(entry, 1.1))[0]
+    assert find_symptom(gains, scale_final_velocity(entry, 1.1))[0]
 
 
 def test_escaped_body_symptom_is_detected() -> None:

@@ -37,15 +37,15 @@ def test_true_motion_agrees_with_known_answers(entry: CatalogueScene) -> None:
     assert motion.convention == (Tag.CONVENTION in entry.tags)
 
 
-def graze(offset_m: float) -> Scene:
+def build_graze(offset_m: float) -> Scene:
     """Stage two discs of contact distance 1 whose paths pass at this offset."""
     return staged("graze", disc_at(-2.0, 0.0, 1.0, 0.0), disc_at(0.0, offset_m), duration_s=4.0)
 
 
 def test_last_bit_of_offset_decides_a_graze() -> None:
     """At an offset one unit in the last place below the contact distance there is an impact, at it none."""
-    assert len(compute_true_motion(graze(math.nextafter(1.0, 0.0))).impacts) == 1
-    assert not compute_true_motion(graze(1.0)).impacts
+    assert len(compute_true_motion(build_graze(math.nextafter(1.0, 0.0))).impacts) == 1
+    assert not compute_true_motion(build_graze(1.0)).impacts
 
 
 def test_true_motion_refuses_too_many_impacts() -> None:

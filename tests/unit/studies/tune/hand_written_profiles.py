@@ -13,7 +13,7 @@ from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import tune
 
 
-def merits(engine: str, profiles: Sequence[str], trials: int) -> tuple[Merit, list[Merit]]:
+def compute_merits(engine: str, profiles: Sequence[str], trials: int) -> tuple[Merit, list[Merit]]:
     """Return the merit of what is found from the shipped settings, and that of each profile."""
     scenes = [entry.scene for entry in find_scenes(["classics"])]
     traces = {scene: trace for scene in scenes if isinstance(trace := solve_reference(scene), Trace)}

@@ -63,7 +63,7 @@ class Toy:
 
 
 @cache
-def searched(seed: int, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
+def run_search(seed: int, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
     """Return what is found in 60 trials; another number for `again` searches again."""
     del again
     toy = Toy()
@@ -74,7 +74,7 @@ def searched(seed: int, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
 @each("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 6))])
 def test_search_finds_exactly_the_settings_that_matter(seed: int) -> None:
     """With each of six seeds, the search finds the three settings that matter and changes no other."""
-    best, _, _ = searched(seed)
+    best, _, _ = run_search(seed)
     assert dict(best.tried) == {"threshold": 0.0, "mode": "swept", "slop": 1e-9}
     assert (best.merit.wrong, best.merit.behind) == (0, 0)
 
@@ -101,29 +101,29 @@ def test_search_finds_settings_that_help_only_together() -> None:
 
 def test_trials_that_rank_behind_the_best_end_early() -> None:
     """Some trials end before the last scene, and each of them ranks behind the best result."""
-    best, search, toy = searched(0)
+    best, search, toy = run_search(0)
     assert search.given_up > 0
     scenes: dict[Method, int] = {}
     for method, count in toy.judged:
         scenes[method] = scenes.get(method, 0) + count
     early = [method for method, count in scenes.items() if count < len(SCENES)]
     assert len(early) == search.given_up
-    assert all(best.rank < (search.evaluate(_point(method))[0], 0) for method in early)
+    assert all(best.rank < (search.evaluate(_get_point(method))[0], 0) for method in early)
 
 
-def _point(method: Method) -> dict[str, int]:
+def _get_point(method: Method) -> dict[str, int]:
     return SPACE.point_of(method.tried)
 
 
 @pytest.mark.long
 def test_search_is_deterministic_for_a_seed() -> None:
     """Two searches with the same seed judge the same settings on the same scenes, in the same order."""
-    assert searched(0)[2].judged == searched(0, again=1)[2].judged
+    assert run_search(0)[2].judged == run_search(0, again=1)[2].judged
 
 
 def test_no_settings_are_tried_twice() -> None:
     """The number of different settings equals the number of trials plus the first profile."""
-    _, search, toy = searched(0)
+    _, search, toy = run_search(0)
     methods = [method for method, _ in toy.judged]
     assert len({*methods}) == search.trials + 1
 

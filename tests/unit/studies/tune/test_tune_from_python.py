@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.unit.studies.tune.hand_written_profiles import assert_as_good, merits
+from tests.unit.studies.tune.hand_written_profiles import assert_as_good, compute_merits
 
 import carom
 from carom.studies.tune.objective import Merit
@@ -60,5 +60,5 @@ def test_tune_compares_with_existing_profiles() -> None:
 @pytest.mark.long
 def test_pymunk_settings_are_as_good_as_tuned_profile() -> None:
     """On `classics`, the settings found for pymunk are no worse than `tuned` in wrong and not-close scenes."""
-    found, written = merits("pymunk", ["tuned"], 60)
+    found, written = compute_merits("pymunk", ["tuned"], 60)
     assert_as_good(found, written)
