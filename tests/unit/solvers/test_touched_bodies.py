@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.cases import each
 
@@ -114,6 +115,28 @@ def test_impact_on_a_disc_of_the_same_height_keeps_floor_contact(kind: str, angl
     impacts = carom.solve_pic(scene).impacts
     own = impacts[impacts["first"] == 0]
     assert own["second"].tolist() == [-1, 1]
+
+
+def test_gravity_pulls_discs_off_a_ceiling_so_that_their_impact_is_not_along_it() -> None:
+    """Two equal discs hit a ceiling with restitution 0 one after the other, fall, and exchange momentum at an angle."""
+    scene = Scene(
+        name="ceiling",
+        discs=[
+            Disc(position_m=(0.0, -1.0), velocity_m_s=(0.5, 2.0), radius_m=0.5),
+            Disc(position_m=(2.0, -1.5), velocity_m_s=(-0.7, 2.0), radius_m=0.5),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, -1.0))],
+        wall_restitution=0.0,
+        gravity_m_s2=(0.0, -1.0),
+        duration_s=1.5,
+    )
+    impacts = carom.solve_pic(scene).impacts
+    assert impacts[["first", "second"]].tolist() == [(0, -1), (1, -1), (0, 1)]
+    change = impacts["velocity_first_after"][2] - impacts["velocity_first_before"][2]
+    normal = impacts["normal"][2]
+    assert abs(float(normal[1])) > 0.1
+    assert change / np.hypot(*change) == pytest.approx(-normal, abs=1e-15)
+    assert change == pytest.approx(-(impacts["velocity_second_after"][2] - impacts["velocity_second_before"][2]))
 
 
 @each("driven", [False, True])

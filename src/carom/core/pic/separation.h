@@ -41,7 +41,8 @@ static inline double driven_contact_end(const State *s, Index body, bool is_flat
 /* Return a contact of disc `i` with a flat wall from which disc `j` has the same distance, or NULL.
 
    The normal of an impact of both is then along the wall, although the roundings of their centres tilt it. Discs of the
-   same radius that touch the same wall have the same distance from it, however much roundings have added up. */
+   same radius that touch the same wall have the same distance from it, however much roundings have added up. Gravity
+   across the wall has pulled them off it. */
 static inline const Touched *find_wall_along(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i], *b = &s->discs[j];
     double sizes = size_of(a->x, a->y, a->radius) + size_of(b->x, b->y, b->radius);
@@ -52,7 +53,9 @@ static inline const Touched *find_wall_along(const State *s, Index i, Index j) {
         if (!is_flat || wall == NULL)
             continue;
         double offset = (b->x - a->x) * wall->nx + (b->y - a->y) * wall->ny;
-        bool touch_same = a->radius == b->radius && find_touched(&s->touched[j], body, s->clock.reported) != NULL;
+        bool is_pulled_off = s->accelerated.gx * wall->nx + s->accelerated.gy * wall->ny != 0.0;
+        bool touch_same = !is_pulled_off && a->radius == b->radius &&
+                          find_touched(&s->touched[j], body, s->clock.reported) != NULL;
         if (touch_same || fabs(offset) <= gap_resolution(sizes))
             return wall;
     }
