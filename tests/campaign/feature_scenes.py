@@ -57,9 +57,22 @@ def draw_scene(number: int) -> Scene:
     rng = random.Random(f"features {number}")
     while True:
         try:
-            return _Drawing(rng).scene(number)
+            scene = _Drawing(rng).scene(number)
         except SceneError:  # a chain that crosses itself, or a disc that a moved wall overlaps by rounding
             continue
+        if not _has_filled_circle(scene):
+            return scene
+
+
+def _has_filled_circle(scene: Scene) -> bool:
+    """Whether a disc fills a circle around it. It touches the circle everywhere, so an impact has no direction."""
+    return any(
+        isinstance(wall, Ring)
+        and wall.radius_m - wall.half_width_m <= disc.radius_m
+        and wall.centre_m == disc.position_m
+        for wall in scene.walls
+        for disc in scene.discs
+    )
 
 
 def law_of(scene: Scene) -> Law:

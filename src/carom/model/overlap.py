@@ -8,7 +8,6 @@ The same rule applies to scenes and to arrays. Two immovable bodies may overlap,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import NamedTuple
@@ -157,15 +156,11 @@ def _find_outline_overlaps(
         largest = np.array(max(float(size[i]), *map(abs, wall.lengths)))
         gap = wall.compute_gap(x, y, r)
         inside = wall.solid and wall.does_enclose(x, y)
-        # A circle of exactly the disc's size would stop the disc in every direction at once.
-        fills = wall.radius is not None and math.dist((x, y), wall.points[0]) < wall.radius <= r + wall.half_width
-        if not (inside or fills) and gap >= -compute_input_rounding(largest):
+        if not inside and gap >= -compute_input_rounding(largest):
             continue
         found = f"must not overlap {name.format(k)} at the start, got {(x, y)}: "
         if inside:
             yield Overlap(i, k, f"{found}the disc is inside this solid wall; move the disc")
-        elif fills:
-            yield Overlap(i, k, f"{found}the disc does not fit into this circle; make the circle larger")
         else:
             edge = "" if wall.radius is not None else f"edge {wall.find_nearest(x, y).edge} of "
             yield Overlap(i, k, f"{found}the disc reaches {format_metres(-gap)} into {edge}it; move the disc")

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from contextlib import nullcontext
 from fractions import Fraction
 
 import numpy as np
@@ -15,7 +14,7 @@ from tests.random_scenes import draw_jittered_discs
 
 from carom.errors import InputError, SceneError
 from carom.model.disc_arrays import DiscArrays
-from carom.model.scene import Disc, Ring, Scene, Wall
+from carom.model.scene import Disc, Scene, Wall
 from carom.solvers.event_driven.run import EventDrivenRun
 
 INF = math.inf
@@ -144,14 +143,3 @@ def test_discs_within_a_polygon_of_walls_are_accepted() -> None:
     Scene(name="inside", discs=lattice, walls=walls, duration_s=1.0)
     with pytest.raises(SceneError, match=r"discs\[400\].position_m: must not overlap walls\["):
         Scene(name="out", discs=[*lattice, Disc(position_m=(49.5, 0.0), radius_m=0.9)], walls=walls, duration_s=1.0)
-
-
-@each("half_width_m", [0.0, 0.25])
-@each("is_movable", [True, False])
-def test_disc_that_exactly_fills_a_circle_is_refused(half_width_m: float, is_movable: bool) -> None:
-    """Such a disc would hit the circle in every direction at once. An immovable disc may fill a circle."""
-    disc = Disc(position_m=(1.0, 2.0), radius_m=0.5, mass_kg=1.0 if is_movable else math.inf)
-    circle = Ring(centre_m=(1.0, 2.0), radius_m=0.5 + half_width_m, half_width_m=half_width_m)
-    message = "the disc does not fit into this circle; make the circle larger"
-    with pytest.raises(SceneError, match=message) if is_movable else nullcontext():
-        Scene(name="filled", discs=[disc], walls=[circle], duration_s=1.0)
