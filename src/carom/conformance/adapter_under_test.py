@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from functools import cache, cached_property
 from types import MappingProxyType
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from carom.catalogue import all_scenes
+from carom.catalogue import KnownAnswer, all_scenes
 from carom.comparator import Score, compare
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance.contact_margin import solve_thickened
@@ -32,6 +32,34 @@ from carom.model.trace import Setting, Trace
 T = TypeVar("T")
 
 
+class CatalogueRun(NamedTuple):
+    """A run of a catalogue scene.
+
+    Attributes:
+        setup: The run.
+        known: The known answer.
+        reference: The known answer as a trace.
+        trace: Trace of the run.
+        score: Score of the run against the known answer.
+        pit: PIT's score at the same step.
+        margin: Score of PIC with bodies thickened by the profile's promised margin, whose errors are those that the
+            margin allows; None without a margin.
+    """
+
+    setup: Setup
+    known: KnownAnswer
+    reference: Trace
+    trace: Trace
+    score: Score
+    pit: Score
+    margin: Score | None
+
+    @property
+    def misses_impacts(self) -> bool:
+        """Whether the run or PIT misses an impact, so that their paths may differ."""
+        return any(score.missed or score.undecided for score in (self.score, self.pit))
+
+
 class Subject(Closeable):
     """The adapter under test. At the end of a `with` block, its worker process is ended.
 
@@ -47,7 +75,7 @@ class Subject(Closeable):
         self.name = name
         self.adapter: Adapter = load_adapter(name)
         self._limits = limits
-        self._scores: dict[tuple[str, str], tuple[Setup, Trace, Score, Score]] = {}
+        self._scores: dict[tuple[str, str], CatalogueRun] = {}
         self._seen: dict[tuple[str, str, float], Watched] = {}
 
     def close(self) -> None:
@@ -85,9 +113,7 @@ class Subject(Closeable):
         answer = self.try_to_watch(setup, looks=looks)
         if isinstance(answer, Raised):
             what = f"{answer.where}() raises an error for a scene that the adapter declares to support"
-            raise Violation(
-                what, expected="a run to the end of the scene", found=f"{answer.kind}: {answer.message}", setup=setup
-            )
+            raise Violation(what, "a run to the end of the scene", f"{answer.kind}: {answer.message}", setup)
         return answer
 
     def watch_cached(self, setup: Setup) -> Watched:
@@ -125,27 +151,20 @@ class Subject(Closeable):
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, Raised):
-            raise Violation(
-                f"a world can't be created and closed {worlds} times", expected="no error", found=answer, setup=setup
-            )
+            raise Violation(f"a world can't be created and closed {worlds} times", "no error", answer, setup)
         return answer.bytes
 
-    def score(self, profile: str, name: str) -> tuple[Setup, Trace, Score, Score]:
-        """Return a run of a catalogue scene, its score against the known answer, and PIT's score at the same step."""
+    def score(self, profile: str, name: str) -> CatalogueRun:
+        """Return a run of a catalogue scene with its scores."""
         if (profile, name) not in self._scores:
             setup = build_catalogue_setup(name, profile)
             trace = self._ask(ObserveTask(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
             reference, pit, pit_score = _compute_pit_score(name)
-            self._scores[profile, name] = (setup, trace, compare(reference, trace, sampling=pit), pit_score)
+            score, margin_m = compare(reference, trace, sampling=pit), self.adapter.profiles[profile].accuracy.margin_m
+            margin = _compute_margin_score(name, margin_m) if margin_m else None
+            known = all_scenes()[name].known
+            self._scores[profile, name] = CatalogueRun(setup, known, reference, trace, score, pit_score, margin)
         return self._scores[profile, name]
-
-    def compute_margin_score(self, profile: str, name: str) -> Score | None:
-        """Return the score of PIC with bodies thickened by the profile's promised margin; None without a margin.
-
-        The errors in this score are those that the margin allows.
-        """
-        margin_m = self.adapter.profiles[profile].accuracy.margin_m
-        return _compute_margin_score(name, margin_m) if margin_m else None
 
     def read_output(self) -> str:
         """Return what the worker process has printed so far."""
@@ -159,7 +178,7 @@ class Subject(Closeable):
         ((_, answer),) = run_tasks([TaskRequest(None, None, task)], self._pool, MemoryJournal[None, T](), alone=True)
         if answer.value is None:
             what = _FAILURES.get(answer.status, "the run fails")
-            raise Violation(what, expected="a run to the end of the scene", found=answer.reason, setup=setup)
+            raise Violation(what, "a run to the end of the scene", answer.reason, setup)
         return answer.value
 
 
@@ -181,7 +200,7 @@ def _compute_pit_score(name: str) -> tuple[Trace, Trace, Score]:
 @cache
 def _compute_margin_score(name: str, margin_m: float) -> Score:
     scene = all_scenes()[name].scene
-    return compare(build_known_trace(scene, all_scenes()[name].known), solve_thickened(scene, margin_m))
+    return compare(_compute_pit_score(name)[0], solve_thickened(scene, margin_m))
 
 
 def build_catalogue_setup(name: str, profile: str) -> Setup:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from typing import Any
 
+from carom.catalogue.closed_forms import build_disc
+from carom.catalogue.groups.classics_walled import FLOOR
 from carom.comparator.thresholds import THRESHOLDS
 from carom.engines.api.declarations import Capabilities
 from carom.model.scene import Chain, Disc, Ring, Scene, Wall
@@ -17,215 +20,166 @@ DT_S = 1 / 128
 TOUCH_STEPS = 8
 
 
+def _build_scene(name: str, discs: Sequence[Disc], duration_s: float, **fields: Any) -> Scene:
+    return Scene(name=f"conformance-{name}", discs=discs, duration_s=duration_s, **fields)
+
+
 def build_crowd() -> Scene:
     """Return nine discs of different masses that collide and fly apart, without walls or immovable discs."""
     discs = []
     for i in range(9):
-        angle, distance = 2 * math.pi * i / 9, 2.0 + 0.13 * i
-        inwards = (-math.cos(angle + 0.05 * i), -math.sin(angle + 0.05 * i))
-        speed = 1.5 + 0.1 * (i % 4)
-        discs.append(
-            Disc(
-                position_m=(distance * math.cos(angle), distance * math.sin(angle)),
-                velocity_m_s=(speed * inwards[0], speed * inwards[1]),
-                radius_m=0.25,
-                mass_kg=1.0 + 0.5 * (i % 3),
-            )
-        )
-    return Scene(name="conformance-crowd", discs=discs, duration_s=2.5)
+        angle = 2 * math.pi * i / 9
+        velocity = cmath.rect(-(1.5 + 0.1 * (i % 4)), angle + 0.05 * i)
+        discs.append(build_disc(cmath.rect(2.0 + 0.13 * i, angle), velocity, 0.25, 1.0 + 0.5 * (i % 3)))
+    return _build_scene("crowd", discs, 2.5)
 
 
 def build_walled_box() -> Scene:
     """Return the crowd within four walls."""
-    walls = [
-        Wall(point_m=(-3.6, 0), normal=(1, 0)),
-        Wall(point_m=(0, -3.6), normal=(0, 1)),
-        Wall(point_m=(3.6, 0), normal=(-1, 0)),
-        Wall(point_m=(0, 3.6), normal=(0, -1)),
-    ]
-    return Scene(name="conformance-box", discs=build_crowd().discs, walls=walls, duration_s=2.5)
+    normals = ((1, 0), (0, 1), (-1, 0), (0, -1))
+    walls = [Wall(point_m=(3.6 * -nx, 3.6 * -ny), normal=(nx, ny)) for nx, ny in normals]
+    return _build_scene("box", build_crowd().discs, 2.5, walls=walls)
 
 
 def build_approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
     """Return a disc that meets an equal disc at rest head-on. The struck disc takes over the velocity."""
-    discs = [
-        Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m),
-        Disc(position_m=(x_m + 2 * radius_m + gap_m, 0), radius_m=radius_m),
-    ]
-    duration_s = 2 * gap_m / speed_m_s
-    return Scene(name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}", discs=discs, duration_s=duration_s)
+    discs = [build_disc(x_m, speed_m_s, radius_m), build_disc(x_m + 2 * radius_m + gap_m, 0, radius_m)]
+    return _build_scene(f"approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}", discs, 2 * gap_m / speed_m_s)
 
 
 def build_single_disc(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_kg: float = 1.0) -> Scene:
     """Return a scene of a few steps with one free disc."""
-    disc = Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m, mass_kg=mass_kg)
-    name = f"conformance-alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}" + (f"-{mass_kg:g}" if mass_kg != 1.0 else "")
-    return Scene(name=name, discs=[disc], duration_s=4 * DT_S)
+    name = f"alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}" + (f"-{mass_kg:g}" if mass_kg != 1.0 else "")
+    return _build_scene(name, [build_disc(x_m, speed_m_s, radius_m, mass_kg)], 4 * DT_S)
 
 
 def build_spinning_disc(spin_rad_s: float) -> Scene:
     """Return a scene with one free spinning disc."""
-    free = build_single_disc()
-    discs = (free.discs[0].model_copy(update={"spin_rad_s": spin_rad_s}),)
-    return free.model_copy(update={"name": f"conformance-spinning-{spin_rad_s:g}", "discs": discs})
+    return _build_scene(f"spinning-{spin_rad_s:g}", [build_disc(0, 1, 0.5, spin_rad_s=spin_rad_s)], 4 * DT_S)
 
 
 def build_bullet(phase: float) -> Scene:
     """Return a fast disc that meets a disc at rest head-on, and would pass through it within a step of 1/60 s."""
-    step_m = 100 / 60
-    start_m = -0.3 - step_m * (2 + phase)
-    discs = [
-        Disc(position_m=(start_m, 0), velocity_m_s=(100, 0), radius_m=0.05, mass_kg=1),
-        Disc(position_m=(0, 0), radius_m=0.25, mass_kg=3),
-    ]
-    return Scene(name=f"conformance-bullet-{phase:g}", discs=discs, duration_s=6 / 60)
+    start_m = -0.3 - 100 / 60 * (2 + phase)
+    return _build_scene(f"bullet-{phase:g}", [build_disc(start_m, 100, 0.05), build_disc(0, 0, 0.25, 3)], 6 / 60)
 
 
 def build_bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
     """Return a disc of 1 kg at 1 m/s that meets a disc of 2 kg at -2 m/s; with `wall`, also a disc and a wall."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=1.0),
-        Disc(position_m=(2.01, 0), velocity_m_s=(-2, 0), radius_m=0.5, mass_kg=2.0),
-    ]
+    name = f"restitution-{restitution:g}-{wall_restitution:g}"
+    discs, laws = [build_disc(0, 1, 0.5), build_disc(2.01, -2, 0.5, 2.0)], dict[str, Any]()
     if wall:
-        discs.append(Disc(position_m=(0, 9), velocity_m_s=(0, 3), radius_m=0.5, mass_kg=1.5))
-    return Scene(
-        name=f"conformance-restitution-{restitution:g}-{wall_restitution:g}",
-        discs=discs,
-        walls=[Wall(point_m=(0, 10.01), normal=(0, -1))] if wall else [],
-        restitution=restitution,
-        wall_restitution=wall_restitution,
-        duration_s=0.75,
-    )
+        discs.append(build_disc(9j, 3j, 0.5, 1.5))
+        laws["walls"] = [Wall(point_m=(0, 10.01), normal=(0, -1))]
+    return _build_scene(name, discs, 0.75, restitution=restitution, wall_restitution=wall_restitution, **laws)
+
+
+_EDGE_PLACES = [(complex(1.51 * side, side), -3 * side) for side in (-1, 1)]
 
 
 def _build_head_on(
-    name: str, places: Sequence[tuple[float, float, float]], walls: Sequence[Any], **fields: Any
+    name: str,
+    can: Capabilities,
+    places: Sequence[tuple[complex, float]],
+    wall: Wall | Chain | Ring,
+    duration_s: float = 0.6,
+    **laws: Any,
 ) -> Scene:
-    """Return a scene of discs that meet walls head-on. `places` has x, y and the velocity along x of each disc."""
-    discs = [Disc(position_m=(x, y), velocity_m_s=(speed, 0), radius_m=0.5) for x, y, speed in places]
-    return Scene(**{"name": f"conformance-{name}", "discs": discs, "walls": walls, "duration_s": 0.6, **fields})
+    """Return a scene of discs that meet a wall head-on. `places` has the centre and the velocity along x of each."""
+    restitution, discs = can.restitution[1], [build_disc(place, speed, 0.5) for place, speed in places]
+    laws |= {"walls": [wall], "wall_restitution": restitution}
+    return _build_scene(f"{name}-{restitution:g}", discs, duration_s, **laws)
 
 
-def build_two_sided_edge(restitution: float) -> Scene:
+def build_two_sided_edge(can: Capabilities) -> Scene:
     """Return a single edge that two discs meet head-on at 3 m/s, one from either side."""
-    places, edge = [(side * 1.51, side, -3 * side) for side in (-1, 1)], Chain(points_m=[(0, -2), (0, 2)])
-    return _build_head_on(f"edge-{restitution:g}", places, [edge], wall_restitution=restitution)
+    return _build_head_on("edge", can, _EDGE_PLACES, Chain(points_m=[(0, -2), (0, 2)]))
 
 
-def build_two_sided_circle(restitution: float) -> Scene:
+def build_two_sided_circle(can: Capabilities) -> Scene:
     """Return a circle that two discs meet head-on at 3 m/s, one from inside and one from outside."""
-    circle = Ring(centre_m=(0, 0), radius_m=2.5)
-    return _build_head_on(
-        f"circle-{restitution:g}", [(0.99, 0, 3), (4.51, 0, -3)], [circle], wall_restitution=restitution
-    )
+    return _build_head_on("circle", can, [(0.99, 3), (4.51, -3)], Ring(centre_m=(0, 0), radius_m=2.5))
 
 
-def build_outside_circle(restitution: float) -> Scene:
+def build_outside_circle(can: Capabilities) -> Scene:
     """Return a circle that a disc meets head-on from outside at 3 m/s."""
-    circle = Ring(centre_m=(0, 0), radius_m=2.5)
-    return _build_head_on(f"outside-{restitution:g}", [(4.51, 0, -3)], [circle], wall_restitution=restitution)
+    return _build_head_on("outside", can, [(4.51, -3)], Ring(centre_m=(0, 0), radius_m=2.5))
 
 
-def build_starting_paddle(restitution: float) -> Scene:
+def build_starting_paddle(can: Capabilities) -> Scene:
     """Return a half-plane that moves at 1 m/s after 0.25 s.
 
     A disc meets the half-plane at -3 m/s and leaves at (1 + 4 e) m/s.
     """
     legs = [{"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.25, "velocity_m_s": (1.0, 0.0)}]
-    wall = Wall(point_m=(0, 0), normal=(1, 0), legs=legs)
-    laws = {"wall_restitution": restitution, "duration_s": 0.8}
-    return _build_head_on(f"legs-{restitution:g}", [(2.01, 0, -3)], [wall], **laws)
+    return _build_head_on("legs", can, [(2.01, -3)], Wall(point_m=(0, 0), normal=(1, 0), legs=legs), 0.8)
 
 
-def build_belt(friction: float, restitution: float) -> Scene:
+def build_belt(can: Capabilities) -> Scene:
     """Return a half-plane with a surface speed of 9 m/s. A disc meets it head-on at 3 m/s and slips on it."""
-    wall = Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
-    laws = {"wall_restitution": restitution, "wall_friction": friction}
-    return _build_head_on(f"belt-{friction:g}-{restitution:g}", [(1.51, 0, -3)], [wall], **laws)
+    friction, wall = min(0.25, can.friction[1]), Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
+    return _build_head_on(f"belt-{friction:g}", can, [(1.51, -3)], wall, wall_friction=friction)
 
 
-def build_edge_belt(friction: float, restitution: float) -> Scene:
+def build_edge_belt(can: Capabilities) -> Scene:
     """Return an edge with a surface speed of 9 m/s. Two discs meet it, one from either side, and slip on it."""
-    edge = Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
-    places = [(side * 1.51, side, -3 * side) for side in (-1, 1)]
-    laws = {"wall_restitution": restitution, "wall_friction": friction}
-    return _build_head_on(f"edge-belt-{friction:g}-{restitution:g}", places, [edge], **laws)
+    friction, edge = min(0.25, can.friction[1]), Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
+    return _build_head_on(f"edge-belt-{friction:g}", can, _EDGE_PLACES, edge, wall_friction=friction)
 
 
 def build_two_walls(first: float, second: float) -> Scene:
     """Return two half-planes with different restitutions that discs meet head-on at 3 m/s."""
     left = Wall(point_m=(-3, 0), normal=(1, 0), restitution=first)
     right = Wall(point_m=(3, 0), normal=(-1, 0), restitution=second)
-    places = [(side * 1.49, side, 3 * side) for side in (-1, 1)]
-    return _build_head_on(f"walls-{first:g}-{second:g}", places, [left, right], wall_restitution=first)
+    discs = [build_disc(complex(1.49 * side, side), 3 * side, 0.5) for side in (-1, 1)]
+    return _build_scene(f"walls-{first:g}-{second:g}", discs, 0.6, walls=[left, right], wall_restitution=first)
 
 
-def build_paddle(restitution: float, *, edge: bool = False) -> Scene:
+def build_paddle(can: Capabilities, *, edge: bool = False) -> Scene:
     """Return a half-plane or edge that moves at 1 m/s. A disc meets the wall at -3 m/s and leaves at (1 + 4 e) m/s."""
-    shape = {"points_m": [(0, -2), (0, 2)]} if edge else {"point_m": (0, 0), "normal": (1, 0)}
-    wall = {**shape, "velocity_m_s": (1, 0)}
-    name = f"paddle-{'edge' if edge else 'wall'}-{restitution:g}"
-    return _build_head_on(name, [(1.51, 0, -3)], [wall], wall_restitution=restitution)
+    name, moves = f"paddle-{'edge' if edge else 'wall'}", {"velocity_m_s": (1, 0)}
+    wall = Chain(points_m=[(0, -2), (0, 2)], **moves) if edge else Wall(point_m=(0, 0), normal=(1, 0), **moves)
+    return _build_head_on(name, can, [(1.51, -3)], wall)
 
 
-def build_mallet(restitution: float) -> Scene:
+def build_mallet(can: Capabilities) -> Scene:
     """Return a driven disc at 1 m/s. A free disc meets the driven disc at -3 m/s and leaves at (1 + 4 e) m/s."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=math.inf, driven=True),
-        Disc(position_m=(2.01, 0), velocity_m_s=(-3, 0), radius_m=0.5),
-    ]
-    return Scene(name=f"conformance-mallet-{restitution:g}", discs=discs, restitution=restitution, duration_s=0.6)
+    restitution, discs = can.restitution[1], [build_disc(0, 1, 0.5, math.inf, driven=True), build_disc(2.01, -3, 0.5)]
+    return _build_scene(f"mallet-{restitution:g}", discs, 0.6, restitution=restitution)
 
 
 def build_post(*, first: bool = False) -> Scene:
     """Return a disc of 2 kg that meets an immovable disc at 3 m/s. With `first`, the immovable disc has number 0."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, mass_kg=2.0),
-        Disc(position_m=(2.01, 0), radius_m=0.5, mass_kg=math.inf),
-    ]
-    name = "conformance-post-first" if first else "conformance-post"
-    return Scene(name=name, discs=discs[::-1] if first else discs, duration_s=0.6)
+    discs = [build_disc(0, 3, 0.5, 2.0), build_disc(2.01, 0, 0.5, math.inf)]
+    return _build_scene("post-first", discs[::-1], 0.6) if first else _build_scene("post", discs, 0.6)
 
 
 def build_posts() -> Scene:
     """Return a scene of two overlapping immovable discs, in which nothing happens."""
-    discs = [Disc(position_m=(x, 0), radius_m=1, mass_kg=math.inf) for x in (0, 1)]
-    return Scene(name="conformance-posts", discs=discs, duration_s=0.1)
+    return _build_scene("posts", [build_disc(x, 0, 1, math.inf) for x in (0, 1)], 0.1)
 
 
 def build_fall() -> Scene:
     """Return a disc that falls for half a second."""
-    discs = [Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)]
-    return Scene(name="conformance-fall", discs=discs, gravity_m_s2=(0, -8), duration_s=0.5)
+    return _build_scene("fall", [build_disc(0, 1, 0.5)], 0.5, gravity_m_s2=(0, -8))
 
 
 def build_damped_disc(*, spins: bool) -> Scene:
     """Return a damped disc that moves for half a second, and with `spins` also spins."""
-    disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5, spin_rad_s=1.0 if spins else 0.0)
-    return Scene(name=f"conformance-slowing{'-spin' * spins}", discs=[disc], damping_per_s=0.8, duration_s=0.5)
+    disc = build_disc(0, 0.6 - 0.8j, 0.5, spin_rad_s=1.0 if spins else 0.0)
+    return _build_scene(f"slowing{'-spin' * spins}", [disc], 0.5, damping_per_s=0.8)
 
 
 def build_rolling_disc() -> Scene:
     """Return a disc that rolls for half a second on a floor with rolling resistance."""
-    return Scene(
-        name="conformance-rolling",
-        discs=[Disc(position_m=(0, 0.5), velocity_m_s=(1, 0), radius_m=0.5, spin_rad_s=-2)],
-        walls=[Wall(point_m=(0, 0), normal=(0, 1))],
-        restitution=0.0,
-        wall_restitution=0.0,
-        wall_friction=0.5,
-        friction=0.5,
-        wall_rolling_resistance=0.1,
-        gravity_m_s2=(0, -8),
-        duration_s=0.5,
-    )
+    laws = {"restitution": 0.0, "wall_restitution": 0.0, "friction": 0.5, "wall_friction": 0.5}
+    fields = {"walls": [FLOOR], "wall_rolling_resistance": 0.1, "gravity_m_s2": (0, -8), **laws}
+    return _build_scene("rolling", [build_disc(0.5j, 1, 0.5, spin_rad_s=-2)], 0.5, **fields)
 
 
 def build_sliding_disc() -> Scene:
     """Return a disc that a table decelerates for half a second."""
-    disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5)
-    return Scene(name="conformance-table", discs=[disc], table_deceleration_m_s2=0.5, duration_s=0.5)
+    return _build_scene("table", [build_disc(0, 0.6 - 0.8j, 0.5)], 0.5, table_deceleration_m_s2=0.5)
 
 
 def build_mixed_contacts(*, wall: bool, restitution: float) -> Scene:
@@ -234,17 +188,9 @@ def build_mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     With a restitution below 1, discs still overlap for some steps while they separate slowly. Such contacts have no
     impulse.
     """
-    return Scene(
-        name="conformance-contacts",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, mass_kg=1),
-            Disc(position_m=(1.72, 0.3), velocity_m_s=(-1, 0.1), radius_m=0.5, mass_kg=2),
-        ],
-        walls=[Wall(point_m=(-1, 0), normal=(1, 0.2))] if wall else [],
-        restitution=restitution,
-        wall_restitution=restitution,
-        duration_s=3.0,
-    )
+    walls = [Wall(point_m=(-1, 0), normal=(1, 0.2))] if wall else []
+    discs = [build_disc(0, 3, 0.5), build_disc(1.72 + 0.3j, -1 + 0.1j, 0.5, 2)]
+    return _build_scene("contacts", discs, 3.0, walls=walls, restitution=restitution, wall_restitution=restitution)
 
 
 def build_rubbing(
@@ -256,34 +202,17 @@ def build_rubbing(
     by less than the rounding allowance. So the lever arm of friction and the normal are correct even in an engine that
     derives them from overlapping positions.
     """
-    overlap = 0.25 * THRESHOLDS.rounding_of(can.float_bits)
-    turns = can.spin and math.isfinite(inertia_factor)
-    factor = inertia_factor if can.spin else math.inf
-
-    def build_disc(x: float, y: float, velocity: tuple[float, float], closing: float, spin: float, mass: float) -> Disc:
-        late_s = TOUCH_STEPS * DT_S - overlap / closing
-        return Disc(
-            position_m=(x - velocity[0] * late_s, y - velocity[1] * late_s),
-            velocity_m_s=velocity,
-            radius_m=0.5,
-            mass_kg=mass,
-            spin_rad_s=spin if turns else 0.0,
-            inertia_factor=factor,
-        )
-
-    discs = [build_disc(0, 0, (2, 0.5), 3, 6, 1.0), build_disc(1, 0, (-1, -0.25), 3, 2, 2.0)]
+    turns, factor = can.spin and math.isfinite(inertia_factor), inertia_factor if can.spin else math.inf
+    late_s = TOUCH_STEPS * DT_S - 0.25 * THRESHOLDS.rounding_of(can.float_bits) / 3  # all bodies approach at 3 m/s
+    discs = [
+        build_disc(at - velocity * late_s, velocity, 0.5, mass, spin_rad_s=spin * turns, inertia_factor=factor)
+        for at, velocity, spin, mass in ((0, 2 + 0.5j, 6.0, 1.0), (1, -1 - 0.25j, 2.0, 2.0), (9.5j, 2 + 3j, -8.0, 1.5))
+    ]
+    laws: dict[str, Any] = {"friction": friction, "restitution": restitution, "wall_restitution": restitution}
     if can.walls:
-        discs.append(build_disc(0, 9.5, (2, 3), 3, -8, 1.5))
-    return Scene(
-        name=f"conformance-friction-{friction:g}-{wall_friction:g}-{inertia_factor:g}",
-        discs=discs,
-        walls=[Wall(point_m=(0, 10), normal=(0, -1))] if can.walls else [],
-        restitution=restitution,
-        wall_restitution=restitution,
-        friction=friction,
-        wall_friction=wall_friction if can.walls else 0.0,
-        duration_s=2 * TOUCH_STEPS * DT_S,
-    )
+        laws |= {"walls": [Wall(point_m=(0, 10), normal=(0, -1))], "wall_friction": wall_friction}
+    name = f"friction-{friction:g}-{wall_friction:g}-{inertia_factor:g}"
+    return _build_scene(name, discs if can.walls else discs[:2], 2 * TOUCH_STEPS * DT_S, **laws)
 
 
 def build_rubbing_crowd(can: Capabilities, friction: float, restitution: float) -> Scene:

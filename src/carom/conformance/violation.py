@@ -45,7 +45,7 @@ class Violation(CaromError):  # noqa: N818 - the result of a check, not an error
         setup: The run that shows the violation; None if no scene was run.
     """
 
-    def __init__(self, what: str, *, expected: object, found: object, setup: Setup | None = None) -> None:
+    def __init__(self, what: str, expected: object, found: object, setup: Setup | None = None) -> None:
         self.what, self.expected, self.found, self.setup = what, str(expected), str(found), setup
         super().__init__(f"{what}: expected {self.expected}, got {self.found}" + (f" in {setup}" if setup else ""))
 
@@ -57,4 +57,4 @@ class NotApplicable(CaromError):  # noqa: N818 - a reason to skip, not an error
 def require(holds: bool, what: str, expected: object, found: object, setup: Setup | None = None) -> None:
     """Raise a `Violation` if a condition does not hold."""
     if not holds:
-        raise Violation(what, expected=expected, found=found, setup=setup)
+        raise Violation(what, expected, found, setup)

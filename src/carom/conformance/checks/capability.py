@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 from carom.conformance import suite_scenes as scenes
 from carom.conformance.adapter_under_test import Subject
@@ -205,21 +206,30 @@ def _build_fast_scene(can: Capabilities) -> Scene | None:
     return None if speed > can.max_speed_m_s or math.isinf(speed) else scenes.build_single_disc(speed_m_s=speed)
 
 
-def _build_spinning_scene(can: Capabilities, limit: float, other: float) -> Scene | None:
+def _build_spinning_scene(field: str, can: Capabilities) -> Scene | None:
     """Return a disc whose spin exceeds one limit but not the other, so that the message names this limit."""
-    return scenes.build_spinning_disc(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
+    limits = {"max_spin_rad_s": can.max_spin_rad_s, "max_turn_rad": can.max_turn_rad / scenes.DT_S}
+    spin, other = 2 * limits.pop(field), min(*limits.values(), LARGEST)
+    return scenes.build_spinning_disc(spin) if can.spin and spin < other else None
 
 
-def _choose_friction(can: Capabilities) -> tuple[float, float]:
-    return (min(0.1, can.friction[1]), min(0.1, can.friction[1]))
+def _build_rubbing_scene(can: Capabilities, friction: float, inertia_factor: float = 0.5) -> Scene | None:
+    return scenes.build_rubbing(can, friction, friction, inertia_factor) if 0 < friction <= LARGEST else None
 
 
-def _build_sticking_scene(can: Capabilities) -> Scene:
-    return scenes.build_rubbing(can, *_choose_friction(can)).model_copy(update={"tangential_restitution": 0.5})
+def _build_easily_turned_scene(can: Capabilities) -> Scene | None:
+    factor = can.min_inertia_factor / 2
+    return _build_rubbing_scene(can, min(0.1, can.friction[1]), factor) if factor else None
 
 
-def _build_bouncing_scene(restitution: float) -> Scene:
-    return scenes.build_bounce_and_pair(restitution, restitution, wall=False)
+def _build_sticking_scene(can: Capabilities) -> Scene | None:
+    scene = _build_rubbing_scene(can, min(0.1, can.friction[1]))
+    return scene and scene.model_copy(update={"tangential_restitution": 0.5})
+
+
+def _build_bouncing_scene(restitution: float, can: Capabilities) -> Scene | None:
+    low, high = can.restitution
+    return None if low <= restitution <= high else scenes.build_bounce_and_pair(restitution, restitution, wall=False)
 
 
 def _build_uncombined_scene(can: Capabilities) -> Scene | None:
@@ -234,69 +244,34 @@ def _build_uncombined_scene(can: Capabilities) -> Scene | None:
 #: scene of a capability that is True or False is only used if the capability is False.
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda _: scenes.build_walled_box()),
-    "segments": ("segments", lambda can: scenes.build_two_sided_edge(can.restitution[1])),
-    "arcs": ("arcs", lambda can: scenes.build_two_sided_circle(can.restitution[1])),
-    "circles from outside": (
-        "posts",
-        lambda can: None if can.arcs else scenes.build_outside_circle(can.restitution[1]),
-    ),
+    "segments": ("segments", scenes.build_two_sided_edge),
+    "arcs": ("arcs", scenes.build_two_sided_circle),
+    "circles from outside": ("posts", lambda can: None if can.arcs else scenes.build_outside_circle(can)),
     "wall materials": ("wall_materials", lambda _: scenes.build_two_walls(1.0, 0.5)),
     "immovable discs": ("immovable_discs", lambda _: scenes.build_post()),
-    "driven walls": ("driven_walls", lambda can: scenes.build_paddle(can.restitution[1])),
-    "driven discs": ("driven_discs", lambda can: scenes.build_mallet(can.restitution[1])),
-    "legs": ("legs", lambda can: scenes.build_starting_paddle(can.restitution[1])),
-    "belts": ("belts", lambda can: scenes.build_belt(min(0.25, can.friction[1]), can.restitution[1])),
-    "belts of edges": (
-        "edge_belts",
-        lambda can: scenes.build_edge_belt(min(0.25, can.friction[1]), can.restitution[1]),
-    ),
+    "driven walls": ("driven_walls", scenes.build_paddle),
+    "driven discs": ("driven_discs", scenes.build_mallet),
+    "legs": ("legs", scenes.build_starting_paddle),
+    "belts": ("belts", scenes.build_belt),
+    "belts of edges": ("edge_belts", scenes.build_edge_belt),
     "gravity": ("gravity", lambda _: scenes.build_fall()),
     "damping": ("damping", lambda _: scenes.build_damped_disc(spins=False)),
     "rolling resistance": ("rolling_resistance", lambda _: scenes.build_rolling_disc()),
     "table friction": ("table_friction", lambda _: scenes.build_sliding_disc()),
-    "restitution below the range": (
-        "restitution",
-        lambda can: _build_bouncing_scene(can.restitution[0] / 2) if can.restitution[0] else None,
-    ),
+    "restitution below the range": ("restitution", lambda can: _build_bouncing_scene(can.restitution[0] / 2, can)),
     "restitution above the range": (
         "restitution",
-        lambda can: None if can.restitution[1] == 1 else _build_bouncing_scene((1 + can.restitution[1]) / 2),
+        lambda can: _build_bouncing_scene((1 + can.restitution[1]) / 2, can),
     ),
     "restitution of walls": ("restitution_combine", _build_uncombined_scene),
     "spin": ("spin", lambda _: scenes.build_spinning_disc(1.0)),
-    "fast spin": (
-        "max_spin_rad_s",
-        lambda can: _build_spinning_scene(can, can.max_spin_rad_s, can.max_turn_rad / scenes.DT_S),
-    ),
-    "turn": (
-        "max_turn_rad",
-        lambda can: _build_spinning_scene(can, can.max_turn_rad / scenes.DT_S, can.max_spin_rad_s),
-    ),
-    "small inertia": (
-        "min_inertia_factor",
-        lambda can: (
-            scenes.build_rubbing(can, *_choose_friction(can), can.min_inertia_factor / 2)
-            if can.friction[1] and can.min_inertia_factor
-            else None
-        ),
-    ),
+    "fast spin": ("max_spin_rad_s", partial(_build_spinning_scene, "max_spin_rad_s")),
+    "turn": ("max_turn_rad", partial(_build_spinning_scene, "max_turn_rad")),
+    "small inertia": ("min_inertia_factor", _build_easily_turned_scene),
     "friction": ("friction", lambda can: None if can.friction[1] else scenes.build_rubbing(can, 0.1, 0.1)),
-    "friction below the range": (
-        "friction",
-        lambda can: scenes.build_rubbing(can, can.friction[0] / 2, can.friction[0] / 2) if can.friction[0] else None,
-    ),
-    "friction above the range": (
-        "friction",
-        lambda can: (
-            scenes.build_rubbing(can, 2 * can.friction[1], 2 * can.friction[1])
-            if 0 < 2 * can.friction[1] <= LARGEST
-            else None
-        ),
-    ),
-    "tangential restitution": (
-        "tangential_restitution",
-        lambda can: _build_sticking_scene(can) if can.friction[1] else None,
-    ),
+    "friction below the range": ("friction", lambda can: _build_rubbing_scene(can, can.friction[0] / 2)),
+    "friction above the range": ("friction", lambda can: _build_rubbing_scene(can, 2 * can.friction[1])),
+    "tangential restitution": ("tangential_restitution", _build_sticking_scene),
     "speed": ("max_speed_m_s", lambda can: _build_scene_at_twice(can.max_speed_m_s, "speed_m_s")),
     "coordinate": ("max_coordinate_m", lambda can: _build_scene_at_twice(can.max_coordinate_m, "x_m")),
     "move": ("max_move_m", _build_fast_scene),
@@ -321,6 +296,6 @@ def refuses(subject: Subject, what: str) -> None:
     if not isinstance(answer, Raised):
         ends = " ".join(format_vector(velocity) for velocity in answer.seen[-1].velocity_m_s.tolist()[:3])
         found = f"a run to the end of the scene, with velocities {ends} m/s"
-        raise Violation(f"{beyond} is run", expected=expected, found=found, setup=setup)
+        raise Violation(f"{beyond} is run", expected, found, setup)
     clear = answer.where == "prepare" and answer.deliberate
     require(clear, f"{beyond} does not raise a clear error", expected, answer, setup)

@@ -67,7 +67,7 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
         if isinstance(answer, Raised):
             what = f"{answer.where}() raises an error, although the profile declares that its steps can be cut"
             found = f"{answer.kind}: {answer.message}"
-            raise Violation(what, expected="a CuttableWorld that runs to the end", found=found, setup=setup)
+            raise Violation(what, "a CuttableWorld that runs to the end", found, setup)
         runs.append(answer.seen)
     whole, disturbed_run = runs
     _require_same(setup, whole, disturbed_run, "a step that was undone changes the run")
@@ -118,9 +118,7 @@ def lets_go_of_worlds(subject: Subject) -> None:
             return
     expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds, in at least one of {ROUNDS} rounds"
     what = "close() does not release the engine's memory"
-    raise Violation(
-        what, expected=expected, found=f"at least {format_number(least / 1e6, 3)} MB in every round", setup=setup
-    )
+    raise Violation(what, expected, f"at least {format_number(least / 1e6, 3)} MB in every round", setup)
 
 
 def _require_same(setup: Setup, wanted: Sequence[Observation], found: Sequence[Observation], what: str) -> None:
@@ -132,4 +130,4 @@ def _require_same(setup: Setup, wanted: Sequence[Observation], found: Sequence[O
                 disc = int(np.argmax(np.any(x != y, axis=1)))
                 expected, got = (tuple(part[disc].tolist()) for part in (x, y))
                 where = f"{what}: {field} of disc {disc} after step {step}"
-                raise Violation(where, expected=expected, found=got, setup=setup)
+                raise Violation(where, expected, got, setup)

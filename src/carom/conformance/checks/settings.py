@@ -46,7 +46,7 @@ def refuses_unknown_setting(subject: Subject) -> None:
     answer = subject.try_to_watch(setup, {UNKNOWN: 1})
     what, expected = "an unknown setting is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
     if not isinstance(answer, Raised):
-        raise Violation(f"{what} accepted", expected=expected, found="a run to the end of the scene", setup=setup)
+        raise Violation(f"{what} accepted", expected, "a run to the end of the scene", setup)
     clear = answer.where == "prepare" and answer.deliberate and UNKNOWN in answer.message
     require(clear, f"{what} refused unclearly", expected, answer, setup)
 
