@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.model.scene import Disc, Scene
+from carom.model.scene import Chain, Disc, Ring, Scene, Wall
 from carom.model.trace import Vector
 
 
@@ -96,6 +96,11 @@ def compute_after_wall(velocity: complex, normal: complex, restitution: float = 
     return dot(velocity, along) * along - restitution * dot(velocity, normal) * normal
 
 
+def compute_fall(position: complex, velocity: complex, time_s: float, pull: complex) -> tuple[complex, complex]:
+    """Return position and velocity after `time_s` seconds under a constant acceleration."""
+    return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
+
+
 def stage_meeting(
     velocity: tuple[complex, complex],
     radius_m: tuple[float, float],
@@ -113,6 +118,29 @@ def stage_meeting(
     discs = [build_disc(-r0 * normal - v0 * time_s, v0, r0, m0), build_disc(r1 * normal - v1 * time_s, v1, r1, m1)]
     after = compute_after_impact(m0, v0, m1, v1, normal, fields.get("restitution", 1.0))
     return build_staged(build_scene(discs, **fields), [build_impact(time_s, 0, 1, *after)], source)
+
+
+def stage_at_wall(
+    velocity: complex,
+    radius_m: float,
+    normal: complex,
+    walls: Sequence[Wall | Chain | Ring],
+    source: str,
+    *,
+    time_s: float,
+    duration_s: float | None = None,
+    at: complex = 0,
+    drive: complex = 0,
+    restitution: float = 1.0,
+) -> Staged:
+    """Build a disc that hits the first wall at the point `at`. The normal is from this point to the disc's centre.
+
+    By default, the scene ends after twice the time of the impact.
+    """
+    disc = build_disc(at + radius_m * normal - velocity * time_s, velocity, radius_m)
+    hit = build_impact(time_s, 0, -1, drive + compute_after_wall(velocity - drive, normal, restitution))
+    scene = build_scene([disc], walls=walls, wall_restitution=restitution, duration_s=duration_s or 2.0 * time_s)
+    return build_staged(scene, [hit], source)
 
 
 class WedgeImpact(NamedTuple):

@@ -11,7 +11,7 @@ from carom.catalogue.closed_forms import (
     build_scene,
     build_staged,
     compute_after_impact,
-    compute_after_wall,
+    stage_at_wall,
     to_vector,
 )
 from carom.catalogue.entry import Staged
@@ -36,14 +36,11 @@ def at_a_mallet(
 
 def matter_js_672() -> Staged:
     """A ball strikes a moving paddle near the joint of paddle and flipper."""
-    drive, velocity, radius, time = 2, -6, 0.25, 0.305
+    drive, time = 2, 0.305
     begins = -drive * time
-    paddle, flipper = (
-        edges(begins + a, begins + b, velocity_m_s=to_vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))
-    )
-    start = complex(radius, -0.0625) - velocity * time
-    scene = build_scene([build_disc(start, velocity, radius)], walls=[paddle, flipper], duration_s=2.0 * time)
-    return build_staged(scene, [build_impact(time, 0, -1, 2 * drive - velocity)], f"{_LAW}: 2 V - v off the paddle")
+    walls = [edges(begins + a, begins + b, velocity_m_s=to_vector(drive)) for a, b in ((-1j, 0), (0, -0.6 + 0.8j))]
+    source = f"{_LAW}: 2 V - v off the paddle"
+    return stage_at_wall(-6, 0.25, 1, walls, source, at=-0.0625j, drive=drive, time_s=time)
 
 
 def pymunk_137() -> Staged:
@@ -61,35 +58,26 @@ def box2d_130() -> Staged:
 
 def visualpinball_322() -> Staged:
     """A ball and a moving post meet obliquely, and each moves by more than its radius within a frame."""
-    drive, velocity, radius, post, time = 3 + 12j, 4 - 9j, 0.125, 0.0625, 0.255
+    drive, post, time = 3 + 12j, 0.0625, 0.255
     normal = complex(-0.28, 0.96)  # from the post to the ball
-    start = (radius + post) * normal - velocity * time
     wall = Ring(centre_m=to_vector(-drive * time), radius_m=post, velocity_m_s=to_vector(drive))
-    scene = build_scene([build_disc(start, velocity, radius)], walls=[wall], duration_s=2.0 * time)
-    return build_staged(scene, [build_impact(time, 0, -1, drive + compute_after_wall(velocity - drive, normal))], _LAW)
+    return stage_at_wall(4 - 9j, 0.125, normal, [wall], _LAW, at=post * normal, drive=drive, time_s=time)
 
 
 def pinball_470() -> Staged:
     """A flipper at full speed meets a ball that falls towards the flipper."""
-    drive, velocity, radius, time = -9 + 12j, 1 - 4j, 0.25, 0.155
-    normal = complex(-0.6, 0.8)  # normal of the flipper, whose direction is (0.8, 0.6)
+    drive, time = -9 + 12j, 0.155
     ends = (along * complex(0.8, 0.6) - drive * time for along in (-0.5, 1.0))
     flipper = edges(*ends, velocity_m_s=to_vector(drive))
-    scene = build_scene(
-        [build_disc(radius * normal - velocity * time, velocity, radius)], walls=[flipper], duration_s=2.0 * time
-    )
-    return build_staged(scene, [build_impact(time, 0, -1, drive + compute_after_wall(velocity - drive, normal))], _LAW)
+    return stage_at_wall(1 - 4j, 0.25, complex(-0.6, 0.8), [flipper], _LAW, drive=drive, time_s=time)
 
 
 def pico8_pinball_6() -> Staged:
     """The end of a rising flipper hits a very slow ball."""
-    drive, velocity, radius, time, restitution = 3j, 0.0625, 0.25, 0.305, 0.9
+    drive, time = 3j, 0.305
     normal, tip = complex(0.28, 0.96), -drive * time  # from the flipper's end to the ball
-    flipper = edges(tip - 1, tip, velocity_m_s=to_vector(drive))
-    ball = build_disc(radius * normal - velocity * time, velocity, radius)
-    scene = build_scene([ball], walls=[flipper], wall_restitution=restitution, duration_s=2.0 * time)
-    after = drive + compute_after_wall(velocity - drive, normal, restitution)
-    return build_staged(scene, [build_impact(time, 0, -1, after)], f"{_LAW}, from the end to the ball")
+    flipper, source = edges(tip - 1, tip, velocity_m_s=to_vector(drive)), f"{_LAW}, from the end to the ball"
+    return stage_at_wall(0.0625, 0.25, normal, [flipper], source, drive=drive, time_s=time, restitution=0.9)
 
 
 def escape_space_1() -> Staged:

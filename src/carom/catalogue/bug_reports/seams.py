@@ -9,7 +9,14 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, compute_after_wall
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_after_wall,
+    compute_fall,
+)
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges
 from carom.model.scene import Chain
@@ -69,12 +76,9 @@ def godot_65204() -> Staged:
     before = 2 - 1j - 1j * pull * time
     start = -0.125 + 1j * radius - (2 - 1j) * time + 0.5j * pull * time**2
     after = compute_after_wall(before, 1j, restitution)
-    discs = [build_disc(start, 2 - 1j, radius)]
-    scene = build_scene(
-        discs, walls=[edges(-4, 4, pieces=16)], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=end
-    )
-    left = end - time
-    final = -0.125 + 1j * radius + after * left - 0.5j * pull * left**2, after - 1j * pull * left
+    fields = {"wall_restitution": restitution, "gravity_m_s2": (0.0, -pull), "duration_s": end}
+    scene = build_scene([build_disc(start, 2 - 1j, radius)], walls=[edges(-4, 4, pieces=16)], **fields)
+    final = compute_fall(-0.125 + 1j * radius, after, end - time, -1j * pull)
     return build_staged(scene, [build_impact(time, 0, -1, after)], f"Free fall; {_LAW}", final=[final])
 
 

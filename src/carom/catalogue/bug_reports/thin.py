@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import math
 
-from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged, compute_after_wall, unit
+from carom.catalogue.closed_forms import (
+    build_disc,
+    build_impact,
+    build_scene,
+    build_staged,
+    compute_fall,
+    stage_at_wall,
+    unit,
+)
 from carom.catalogue.entry import Staged
 from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.model.scene import Chain
@@ -24,24 +32,13 @@ def _build_slab(thickness: float, height: float) -> Chain:
 
 def _stage_at_wall(velocity: complex, radius: float, wall: Chain, *, restitution: float = 1.0) -> Staged:
     """Build a scene in which a disc from the left meets an upright wall at height 0. The wall's face is at x = 0."""
-    time_s = 0.255
-    start = -radius - velocity * time_s
-    scene = build_scene(
-        [build_disc(start, velocity, radius)], walls=[wall], wall_restitution=restitution, duration_s=0.5
-    )
-    return build_staged(scene, [build_impact(time_s, 0, -1, compute_after_wall(velocity, 1, restitution))], _LAW)
+    return stage_at_wall(velocity, radius, -1, [wall], _LAW, time_s=0.255, duration_s=0.5, restitution=restitution)
 
 
 def _stage_at_vertex(velocity: complex, radius: float, point: complex, normal: complex, wall: Chain) -> Staged:
     """Build a scene in which a disc meets a vertex. The normal points from the vertex to the disc's centre."""
-    time = 0.405
-    start = point + radius * normal - velocity * time
-    scene = build_scene([build_disc(start, velocity, radius)], walls=[wall], duration_s=0.75)
-    return build_staged(
-        scene,
-        [build_impact(time, 0, -1, compute_after_wall(velocity, normal))],
-        f"{_LAW}, which is the line from the vertex to the centre",
-    )
+    source = f"{_LAW}, which is the line from the vertex to the centre"
+    return stage_at_wall(velocity, radius, normal, [wall], source, at=point, time_s=0.405, duration_s=0.75)
 
 
 def matter_js_5() -> Staged:
@@ -66,8 +63,7 @@ def p2_372() -> Staged:
 
 def box2d_71() -> Staged:
     """A fast ball meets a chain of lines where two of them meet at an angle."""
-    wall = edges(1 - 3j, 0, 1 + 3j)
-    return _stage_at_vertex(40 + 3j, 0.2, 0, unit(-5 + 0.5j), wall)
+    return _stage_at_vertex(40 + 3j, 0.2, 0, unit(-5 + 0.5j), edges(1 - 3j, 0, 1 + 3j))
 
 
 def godot_9071() -> Staged:
@@ -98,14 +94,10 @@ def pymunk_111() -> Staged:
 def avian_990() -> Staged:
     """A small ball falls past the corner of a wall without touching it."""
     pull, radius, end, start = 9.81, 0.0135, 0.25, 0.05
-    wall = _build_solid(0, 0.1, 0.1 - 1j, -1j)
-    scene = build_scene(
-        [build_disc(complex(-radius - 0.0005, start), 0, radius)],
-        walls=[wall],
-        gravity_m_s2=(0.0, -pull),
-        duration_s=end,
-    )
-    final = complex(-radius - 0.0005, start - 0.5 * pull * end**2), -1j * pull * end
+    begun = complex(-radius - 0.0005, start)
+    walls = [_build_solid(0, 0.1, 0.1 - 1j, -1j)]
+    scene = build_scene([build_disc(begun, 0, radius)], walls=walls, gravity_m_s2=(0.0, -pull), duration_s=end)
+    final = compute_fall(begun, 0, end, -1j * pull)
     return build_staged(scene, [], "Galileo: the ball falls freely, half a millimetre from the wall", final=[final])
 
 
@@ -139,29 +131,20 @@ def ball2box_10() -> Staged:
     pull, radius, drift, fall = 10.0, 0.2, 0.25, 0.3
     box = _build_solid(0, -2, -2 - 1j, -1j)
     start = complex(-0.01 - 3 * fall * drift, radius + 0.5 * pull * fall**2)
-    end = 3.5 * fall
-    up = complex(drift, pull * fall)
+    end, up = 3.5 * fall, complex(drift, pull * fall)
     impacts = [build_impact(fall, 0, -1, up), build_impact(3 * fall, 0, -1, up)]
-    left = end - 3 * fall
-    final = complex(-0.01 + drift * left, radius + pull * fall * left - 0.5 * pull * left**2), up - 1j * pull * left
+    final = compute_fall(complex(-0.01, radius), up, end - 3 * fall, -1j * pull)
     scene = build_scene([build_disc(start, drift, radius)], walls=[box], gravity_m_s2=(0.0, -pull), duration_s=end)
-    return build_staged(
-        scene, impacts, "Galileo: rise and fall take equal times; Newton's law on the box", final=[final]
-    )
+    source = "Galileo: rise and fall take equal times; Newton's law on the box"
+    return build_staged(scene, impacts, source, final=[final])
 
 
 def cannon_301() -> Staged:
     """A ball falls on a floor, a quarter of a metre from the end of the floor."""
     pull, radius, height = 9.81, 0.3, 1.0
     time = math.sqrt(2 * height / pull)
-    end, speed = 1.5 * time, pull * time
-    floor = edges(-4, 0, pieces=4)
-    scene = build_scene(
-        [build_disc(complex(-0.25, radius + height), 0, radius)],
-        walls=[floor],
-        gravity_m_s2=(0.0, -pull),
-        duration_s=end,
-    )
-    left = end - time
-    final = complex(-0.25, radius + speed * left - 0.5 * pull * left**2), 1j * (speed - pull * left)
-    return build_staged(scene, [build_impact(time, 0, -1, 1j * speed)], f"Free fall; {_LAW}", final=[final])
+    end, up = 1.5 * time, 1j * pull * time
+    discs, walls = [build_disc(complex(-0.25, radius + height), 0, radius)], [edges(-4, 0, pieces=4)]
+    scene = build_scene(discs, walls=walls, gravity_m_s2=(0.0, -pull), duration_s=end)
+    final = compute_fall(complex(-0.25, radius), up, end - time, -1j * pull)
+    return build_staged(scene, [build_impact(time, 0, -1, up)], f"Free fall; {_LAW}", final=[final])

@@ -90,25 +90,20 @@ def pooltool_154() -> Staged:
     pitch = 2 * radius + gap
     apex = 0.5 + 1.5j
     velocity = cmath.rect(speed, angle)
-    discs = [build_disc(0.5 + 0.5j, velocity, radius)]
-    places = [complex(k - row / 2, row * math.sqrt(3) / 2) * pitch for row in range(5) for k in range(row + 1)]
-    discs += [build_disc(apex + place, 0, radius) for place in places]
+    start = 0.5 + 0.5j
+    rack = [complex(k - row / 2, row * math.sqrt(3) / 2) * pitch for row in range(5) for k in range(row + 1)]
+    places = [start, *(apex + place for place in rack)]
+    discs = [build_disc(place, 0 if k else velocity, radius) for k, place in enumerate(places)]
     scene = build_scene(discs, duration_s=1.0, frame_rate_hz=240.0)
-    start = complex(*scene.discs[0].position_m)
-    first: tuple[float, int] | None = None
-    for k, struck in enumerate(scene.discs[1:], 1):
-        apart = complex(*struck.position_m) - start
-        along = dot(apart, velocity) / speed
-        missed = abs(apart) ** 2 - along**2
+    hits = []
+    for k, place in enumerate(places[1:], 1):
+        along = dot(place - start, velocity) / speed
+        missed = abs(place - start) ** 2 - along**2
         if missed < 4 * radius**2:
-            time = (along - math.sqrt(4 * radius**2 - missed)) / speed
-            first = min(first or (time, k), (time, k))
-    if first is None:
-        return build_staged(scene, [], "The path of the cue ball passes every ball")
-    time, struck_number = first
-    normal = unit(complex(*scene.discs[struck_number].position_m) - start - velocity * time)
-    after = compute_after_impact(1.0, velocity, 1.0, 0, normal)
-    known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
+            hits.append(((along - math.sqrt(4 * radius**2 - missed)) / speed, k))
+    time, struck = min(hits)
+    normal = unit(places[struck] - start - velocity * time)
+    known = build_impact(time, 0, struck, *compute_after_impact(1.0, velocity, 1.0, 0, normal))
     source = "The first impact by the quadratic of the straight path; then energy is conserved and no bodies overlap"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
 

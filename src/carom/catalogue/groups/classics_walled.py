@@ -11,8 +11,8 @@ from carom.catalogue.closed_forms import (
     build_scene,
     build_staged,
     compute_after_impact,
-    compute_after_wall,
     compute_normal,
+    stage_at_wall,
     to_vector,
     unit,
 )
@@ -144,16 +144,11 @@ def _restitution_ladder() -> Staged:
 
 def _slanted_wall() -> Staged:
     """A disc bounces off a slanted wall of restitution 3/4."""
-    radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
-    scene = build_scene(
-        discs=[build_disc(radius * normal - velocity * time, velocity, radius)],
-        # Any point of the wall is valid; this point is 2 m from the place of impact.
-        walls=[Wall(point_m=to_vector(2j * normal), normal=(-3.0, 4.0))],
-        wall_restitution=e,
-        duration_s=1.5,
-    )
+    normal = unit(-3 + 4j)
+    # Any point of the wall is valid; this point is 2 m from the place of impact.
+    walls = [Wall(point_m=to_vector(2j * normal), normal=(-3.0, 4.0))]
     source = "Computed backwards from the impact: only the velocity along the normal changes, by the factor -e"
-    return build_staged(scene, [build_impact(time, 0, -1, compute_after_wall(velocity, normal, e))], source)
+    return stage_at_wall(3 - 2.5j, 0.3, normal, walls, source, restitution=0.75, time_s=0.63, duration_s=1.5)
 
 
 def _bank_shot() -> Staged:

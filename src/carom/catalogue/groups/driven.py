@@ -16,7 +16,7 @@ from carom.catalogue.closed_forms import (
     build_scene,
     build_staged,
     compute_after_impact,
-    compute_after_wall,
+    stage_at_wall,
     to_vector,
 )
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
@@ -24,10 +24,6 @@ from carom.catalogue.groups.classics_walled import edges, stage_in_room
 from carom.model.scene import Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
-
-
-def _compute_after(velocity: complex, drive: complex, normal: complex, restitution: float = 1.0) -> complex:
-    return drive + compute_after_wall(velocity - drive, normal, restitution)
 
 
 def _paddle() -> Staged:
@@ -39,16 +35,14 @@ def _paddle() -> Staged:
 
 def _racket() -> Staged:
     """A tilted racket without thickness strikes an approaching disc, and their closing speed decreases by a fifth."""
-    drive, velocity, radius, restitution, time = 3 + 1j, -4 + 0.5j, 0.125, 0.8, 0.51
+    drive, velocity, time = 3 + 1j, -4 + 0.5j, 0.51
     normal = 0.8 + 0.6j  # the direction of the racket is (-0.6, 0.8)
     foot = 0.25j  # the point of the racket that the disc touches when they meet
-    start = foot + radius * normal - velocity * time
     ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
-    racket = edges(*ends, velocity_m_s=to_vector(drive))
-    scene = build_scene(
-        [build_disc(start, velocity, radius)], walls=[racket], wall_restitution=restitution, duration_s=1.25
+    moved = {"at": foot, "drive": drive, "restitution": 0.8, "time_s": time}
+    return stage_at_wall(
+        velocity, 0.125, normal, [edges(*ends, velocity_m_s=to_vector(drive))], _LAW, duration_s=1.25, **moved
     )
-    return build_staged(scene, [build_impact(time, 0, -1, _compute_after(velocity, drive, normal, restitution))], _LAW)
 
 
 def _swatter() -> Staged:
@@ -56,29 +50,23 @@ def _swatter() -> Staged:
     radius, speed = 0.125, 50.0
     swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
     scene = build_scene([build_disc(0.25j, 0, radius)], walls=[swatter], duration_s=0.5)
-    time = (10.0 - radius) / speed
-    return build_staged(scene, [build_impact(time, 0, -1, 2.0 * speed)], f"{_LAW}: 2 V")
+    return build_staged(scene, [build_impact((10.0 - radius) / speed, 0, -1, 2.0 * speed)], f"{_LAW}: 2 V")
 
 
 def _tip_of_a_racket() -> Staged:
     """A disc that moves sideways meets the tip of a rising racket."""
-    drive, velocity, radius, time = 2j, -3, 0.25, 0.51
+    drive, time = 2j, 0.51
     normal = complex(0.8, 0.6)  # from the tip to the disc's centre
     tip = -drive * time  # at the origin when they meet
-    racket = edges(tip, tip - 1j, velocity_m_s=to_vector(drive))
-    start = radius * normal - velocity * time
-    scene = build_scene([build_disc(start, velocity, radius)], walls=[racket], duration_s=1.25)
-    return build_staged(
-        scene, [build_impact(time, 0, -1, _compute_after(velocity, drive, normal))], f"{_LAW}, from the tip to the disc"
-    )
+    racket, source = edges(tip, tip - 1j, velocity_m_s=to_vector(drive)), f"{_LAW}, from the tip to the disc"
+    return stage_at_wall(-3, 0.25, normal, [racket], source, drive=drive, time_s=time, duration_s=1.25)
 
 
 def _mallet() -> Staged:
     """A mallet meets a puck off centre, and moves on unchanged."""
     drive, velocity, radius, time = -1 + 1j, 0.5 - 1j, 0.5, 0.8125
     normal = complex(0.6, -0.8)  # from puck to mallet
-    puck = -velocity * time
-    mallet = 2.0 * radius * normal - drive * time
+    puck, mallet = -velocity * time, 2.0 * radius * normal - drive * time
     discs = [build_disc(puck, velocity, radius), build_disc(mallet, drive, radius, math.inf, driven=True)]
     scene = build_scene(discs, duration_s=2.0)
     after, _ = compute_after_impact(1.0, velocity, math.inf, drive, normal)

@@ -28,11 +28,8 @@ def _slow_wall() -> Staged:
     side = 4.0
     start = complex(side - radius, side / 2) - velocity * time
     scene = build_scene([build_disc(start, velocity, radius)], walls=build_box_walls(side, side), duration_s=1.5)
-    (wall,) = (k for k, one in enumerate(scene.half_planes()) if complex(*one.normal) == -1)
-    after = compute_after_wall(velocity, -1)
-    return build_staged(
-        scene, [build_impact(time, 0, -1 - wall, after)], "An impact reverses the velocity along the normal"
-    )
+    impacts = [build_impact(time, 0, -2, compute_after_wall(velocity, -1))]
+    return build_staged(scene, impacts, "An impact reverses the velocity along the normal")
 
 
 def _crawl() -> Staged:

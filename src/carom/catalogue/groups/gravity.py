@@ -14,6 +14,7 @@ from carom.catalogue.closed_forms import (
     build_scene,
     build_staged,
     compute_after_impact,
+    compute_fall,
     compute_normal,
     dot,
     to_vector,
@@ -26,16 +27,11 @@ from carom.model.scene import Wall
 FALL = complex(0.0, -9.80665)
 
 
-def _compute_fall(position: complex, velocity: complex, time_s: float, pull: complex = FALL) -> tuple[complex, complex]:
-    """Return position and velocity after `time_s` seconds of free fall."""
-    return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
-
-
 def _free_fall() -> Staged:
     """A disc is thrown and meets nothing, so any error at the end comes from the integrator."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
     scene = build_scene(discs=[build_disc(start, velocity, 0.15)], gravity_m_s2=to_vector(FALL), duration_s=duration)
-    final = [_compute_fall(start, velocity, duration)]
+    final = [compute_fall(start, velocity, duration, FALL)]
     return build_staged(scene, [], "Galileo's parabola: x + v t + g t^2/2", final=final)
 
 
@@ -69,7 +65,7 @@ def _stage_bouncing(height: float, restitution: float, duration_s: float) -> Sta
     )
     bounces = _compute_hops(first, speed, pull, restitution, duration_s)
     last, leaving = bounces[-1]
-    final = _compute_fall(complex(drift * last, radius), complex(drift, leaving), duration_s - last)
+    final = compute_fall(complex(drift * last, radius), complex(drift, leaving), duration_s - last, FALL)
     source = (
         "A body thrown up at u comes back after 2 u / g, so bounce n + 1 is 2 v (e + ... + e^n) / g after the first"
     )
@@ -114,7 +110,7 @@ def _box() -> Staged:
     unfolded = (start.real + velocity.real * duration) / length
     folded = abs(unfolded - 2 * round(unfolded / 2)) * length
     last = floor[-1][0]
-    end, speed = _compute_fall(folded, complex(across, landing), duration - last)
+    end, speed = compute_fall(folded, complex(across, landing), duration - last, FALL)
     final = (complex(folded, end.imag) + complex(radius, radius), speed)
     source = "The sideways motion has no gravity and unfolds; in the vertical motion, each hop takes 2 u / g"
     return build_staged(scene, impacts, source, final=[final])
@@ -149,7 +145,7 @@ def _incline() -> Staged:
     scene = build_scene(discs, walls=walls, wall_restitution=e, gravity_m_s2=to_vector(FALL), duration_s=duration)
     bounces = _compute_hops(first, speed, pull, e, duration)
     last, leaving = bounces[-1]
-    up, falling = _compute_fall(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
+    up, falling = compute_fall(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
     final = (up.imag * normal + slide * duration**2 / 2 * along, falling.imag * normal + slide * duration * along)
     source = (
         "Perpendicular to the slope, the ball bounces under g cos(slope); along the slope, its acceleration is g "

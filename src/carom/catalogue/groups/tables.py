@@ -16,7 +16,9 @@ from carom.catalogue.closed_forms import (
     build_scene,
     build_staged,
     compute_after_wall,
+    compute_fall,
     compute_wedge_impacts,
+    stage_at_wall,
     to_vector,
     unit,
 )
@@ -26,6 +28,7 @@ from carom.model.scene import Chain, Disc, Ring
 
 _LAW = "Newton's law: an impact reverses the velocity along the normal"
 _BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
+_CROSSING = "each crossing takes the distance between the walls over the speed"
 _CHORDS = "All chords of the path subtend the same angle at the circle's centre"
 
 
@@ -69,11 +72,8 @@ def _stage_at_wall_end(offset: float) -> Staged:
     scene = build_scene([build_disc(start, speed, radius)], walls=[edges(-1j, 0)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
     hits = [build_impact(time, 0, -1, after)] if offset < 1.0 else []
-    return build_staged(
-        scene,
-        hits,
-        "The normal is from the end to the centre; the offset s gives (2 s^2 - 1, 2 s sqrt(1 - s^2)) times the speed",
-    )
+    given = "the offset s gives (2 s^2 - 1, 2 s sqrt(1 - s^2)) times the speed"
+    return build_staged(scene, hits, f"The normal is from the end to the centre; {given}")
 
 
 def _end_of_wall() -> Staged:
@@ -92,18 +92,14 @@ def _end_missed() -> Staged:
 
 
 def _stage_in_corner(restitution: float) -> Staged:
-    radius, velocity, time = (
-        0.5,
-        -1 - 1.5j,
-        65 / 64,
-    )  # these numbers are exact, so that the disc meets both sides at one instant
+    # These numbers are exact, so that the disc meets both sides at one instant.
+    radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64
     discs = [build_disc(complex(radius, radius) - velocity * time, velocity, radius)]
     scene = build_scene(discs, walls=[edges(9, 0, 9j)], wall_restitution=restitution, duration_s=2.5)
     once = compute_after_wall(velocity, 1j, restitution)
     impacts = [build_impact(time, 0, -1, once), build_impact(time, 0, -1, compute_after_wall(once, 1, restitution))]
-    return build_staged(
-        scene, impacts, f"{_LAW}: both sides of a right angle together reverse a velocity, whichever side is first"
-    )
+    source = f"{_LAW}: both sides of a right angle together reverse a velocity, whichever side is first"
+    return build_staged(scene, impacts, source)
 
 
 def _corner_at_once() -> Staged:
@@ -187,9 +183,7 @@ def _stage_to_and_fro(start: complex, velocity: complex, way: float) -> Staged:
     count = 8
     scene = build_scene([build_disc(start, velocity, 0.5)], walls=[_build_stadium()], duration_s=way * (2 * count))
     impacts = [build_impact(way * (2 * k + 1), 0, -1, velocity * (-1) ** (k + 1)) for k in range(count)]
-    return build_staged(
-        scene, impacts, f"{_BUNIMOVICH}; each crossing takes the distance between the walls over the speed"
-    )
+    return build_staged(scene, impacts, f"{_BUNIMOVICH}; {_CROSSING}")
 
 
 @add_tags(Tag.UNSTABLE)
@@ -204,29 +198,23 @@ def _two_posts() -> Staged:
     posts = [Ring(centre_m=(x, 0.0), radius_m=0.75) for x in (3.0, -3.0)]
     scene = build_scene([build_disc(0, 1, 0.25)], walls=posts, duration_s=24.0)
     impacts = [build_impact(2.0 + 4.0 * k, 0, -1 - k % 2, complex(-((-1) ** k))) for k in range(6)]
-    return build_staged(
-        scene,
-        impacts,
-        "Sinai, Russ. Math. Surv. 25 (1970) 137; each crossing takes the distance between the walls over the speed",
-    )
+    return build_staged(scene, impacts, f"Sinai, Russ. Math. Surv. 25 (1970) 137; {_CROSSING}")
 
 
 @add_tags(Tag.UNSTABLE)
 def _three_posts() -> Staged:
     """A disc moves along a triangle between three round posts. An error grows twelvefold at each impact."""
     centres = [6.0 / math.sqrt(3.0) * cmath.exp(1j * math.pi * (1 / 2 + 2 * k / 3)) for k in range(3)]
-    places = [
-        centre - unit(centre) for centre in centres
-    ]  # the point of contact on the side of the middle, at the distance of both radii
+    # The point of contact is on the side of the middle, at the distance of both radii.
+    places = [centre - unit(centre) for centre in centres]
     side = 6.0 - math.sqrt(3.0)
     begin, way = (places[0] + places[1]) / 2, unit(places[1] - places[0])
     turn = cmath.exp(2j * math.pi / 3)
     impacts = [build_impact(side * (k + 0.5), 0, -1 - (k + 1) % 3, way * turn ** (k + 1)) for k in range(3)]
     walls = [Ring(centre_m=to_vector(centre), radius_m=0.75) for centre in centres]
     scene = build_scene([build_disc(begin, way, 0.25)], walls=walls, duration_s=side * 3)
-    return build_staged(
-        scene, impacts, "Three discs, 6 : 1 (Cvitanovic et al., ChaosBook): the side of period 3 is 6 - sqrt(3)"
-    )
+    source = "Three discs, 6 : 1 (Cvitanovic et al., ChaosBook): the side of period 3 is 6 - sqrt(3)"
+    return build_staged(scene, impacts, source)
 
 
 def _box_of_edges() -> Staged:
@@ -240,22 +228,17 @@ def _fagnano() -> Staged:
     inner = side - 2.0 * math.sqrt(3.0) * radius  # length of a side of the triangle in which the centre moves
     middle = complex(side / 2.0, side / (2.0 * math.sqrt(3.0)))
     # The middles of the triangle's sides: below, to the upper right, to the upper left.
-    places = [
-        middle + inner / (2.0 * math.sqrt(3.0)) * cmath.exp(1j * math.pi * (-1 / 2 + 2 * k / 3)) for k in range(3)
-    ]
+    half, turns = inner / (2.0 * math.sqrt(3.0)), (1j * math.pi * (-1 / 2 + 2 * k / 3) for k in range(3))
+    places = [middle + half * cmath.exp(turn) for turn in turns]
     wall = edges(0, side, side * cmath.exp(1j * math.pi / 3), closed=True)
-    return _stage_around_polygon(
-        places, 1.0, radius, wall, "Fagnano, 1775: the orthic triangle of the triangle in which the centre moves"
-    )
+    source = "Fagnano, 1775: the orthic triangle of the triangle in which the centre moves"
+    return _stage_around_polygon(places, 1.0, radius, wall, source)
 
 
 def _seam() -> Staged:
     """A disc glances off a floor of ten pieces in one line. It has one impact, and none at the seams."""
-    radius, velocity, time = 0.25, 5 - 2j, 0.51
-    floor = edges(-5, 5, pieces=10)
-    start = complex(0.0625, radius) - velocity * time
-    scene = build_scene([build_disc(start, velocity, radius)], walls=[floor], duration_s=1.25)
-    return build_staged(scene, [build_impact(time, 0, -1, 5 + 2j)], f"{_LAW}; a floor in pieces acts like one floor")
+    source, floor = f"{_LAW}; a floor in pieces acts like one floor", edges(-5, 5, pieces=10)
+    return stage_at_wall(5 - 2j, 0.25, 1j, [floor], source, at=0.0625, time_s=0.51, duration_s=1.25)
 
 
 def _peg() -> Staged:
@@ -270,7 +253,7 @@ def _peg() -> Staged:
         [build_disc(complex(offset, height), 0, 0.25)], walls=walls, gravity_m_s2=(0.0, -pull), duration_s=duration
     )
     left = duration - time
-    end = reach * normal + after * left - 0.5j * pull * left**2, after - 1j * pull * left
+    end = compute_fall(reach * normal, after, left, -1j * pull)
     source = "Free fall to the circle that the centre can't enter; Newton's law at this circle"
     return build_staged(scene, [build_impact(time, 0, -1, after)], source, final=[end])
 
