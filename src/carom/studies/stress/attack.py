@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -130,34 +130,37 @@ def _read_attacks() -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
     return found["attacks"], found["sentences"]
 
 
-def attack(trials: Callable[[float], Sequence[Trial]]) -> Attack:
-    """Turn a function that makes the trials of a value into the attack with the function's name."""
-    return build_attack(trials.__name__.strip("_").replace("_", "-"), trials)
+def attack(trials: Callable[[float], Iterable[Trial]]) -> Attack:
+    """Turn a function that makes or yields the trials of a value into the attack with the function's name."""
+    return build_attack(trials.__name__.strip("_").replace("_", "-"), lambda value: list(trials(value)))
 
 
 def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
     """Turn a function that makes the trial of a value at a phase into the attack with its name, at all `PHASES`."""
 
-    def trials(value: float) -> Sequence[Trial]:
-        return [stage(value, phase) for phase in PHASES]
+    def trials(value: float) -> Iterator[Trial]:
+        return (stage(value, phase) for phase in PHASES)
 
     trials.__name__ = stage.__name__
     return attack(trials)
 
 
-def build_velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
+def build_velocity_judge(truth: TrueMotion) -> Judge:
     """Return a judge of final velocities. It divides each disc's error by the disc's greatest change by one impact.
 
     The error of a disc that is never hit is divided by the greatest change of any disc. So errors have no unit, and the
     error of a graze is relative to the graze's small change of velocity.
     """
-    change = truth.greatest_change_m_s
     note = "by convention" if truth.convention else ""
-    return build_closed_form_judge(scene, truth.final_velocity_m_s, len(truth.impacts), change, note)
+    return build_closed_form_judge(truth.final_velocity_m_s, len(truth.impacts), truth.greatest_change_m_s, note)
+
+
+def _require_end(judge: Judge) -> Judge:
+    """Return a judge that fails traces that end early, and passes others to another judge."""
+    return lambda trace: _judge_early_end(trace) or judge(trace)
 
 
 def build_closed_form_judge(
-    scene: Scene,
     final_velocity_m_s: Sequence[Vector],
     impacts: int,
     change_m_s: Sequence[float],
@@ -167,7 +170,6 @@ def build_closed_form_judge(
     """Return a judge that compares final velocities with known ones, relative to each disc's change by impacts.
 
     Args:
-        scene: The scene.
         final_velocity_m_s: The known velocities, metres a second.
         impacts: Number of impacts for the message; 0 if unknown.
         change_m_s: Change of each disc's velocity by impacts, metres a second; 0 for a disc that is never hit.
@@ -175,10 +177,11 @@ def build_closed_form_judge(
         changes: Cause of the changes of velocity, for the message.
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
-    greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
-    scale = np.where(change > 0, change, change.max() or greatest or 1.0)
 
+    @_require_end
     def judge(trace: Trace) -> Judgement:
+        greatest = max(math.hypot(*disc.velocity_m_s) for disc in trace.scene.discs)
+        scale = np.where(change > 0, change, change.max() or greatest or 1.0)
         error = float(np.max(np.hypot(*(trace.final_velocity_m_s - final).T) / scale))
         if error <= TOLERANCE:
             return Judgement(error, note=note)
@@ -186,43 +189,37 @@ def build_closed_form_judge(
         if found == 0 and impacts:
             return Judgement(error, "no impact is found: the discs pass through each other")
         counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
-        return Judgement(
-            error, f"{counted}, and a velocity is wrong by {format_number(error)} of the change by {changes}"
-        )
+        wrong = f"a velocity is wrong by {format_number(error)} of the change by {changes}"
+        return Judgement(error, f"{counted}, and {wrong}")
 
-    return _require_end(judge)
-
-
-def build_energy_judge(scene: Scene) -> Judge:
-    """Return a judge of elastic scenes: kinetic energy must be constant to a tenth, and no overlap may be deep."""
-    start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
-
-    def judge(trace: Trace) -> Judgement:
-        gained = kinetic_energy(scene, trace.final_velocity_m_s) / start - 1.0
-        if not abs(gained) <= TOLERANCE:
-            return Judgement(
-                abs(gained), f"{format_number(abs(gained))} of the energy is {'gained' if gained > 0 else 'lost'}"
-            )
-        overlap = compute_deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
-        if not overlap <= 1.0:
-            return Judgement(abs(gained), f"discs are {format_number(overlap)} radii inside each other or a wall")
-        return Judgement(abs(gained))
-
-    return _require_end(judge)
+    return judge
 
 
-def build_pressure_judge(scene: Scene, compressibility: float) -> Judge:
+@_require_end
+def judge_energy(trace: Trace) -> Judgement:
+    """Judge a run of an elastic scene: kinetic energy must be constant to a tenth, and no overlap may be deep."""
+    start = kinetic_energy(trace.scene, trace.scene.arrays.velocity_m_s)
+    gained = kinetic_energy(trace.scene, trace.final_velocity_m_s) / start - 1.0
+    if not abs(gained) <= TOLERANCE:
+        how = "gained" if gained > 0 else "lost"
+        return Judgement(abs(gained), f"{format_number(abs(gained))} of the energy is {how}")
+    overlap = compute_deepest_overlap(trace, trace.scene) / min(disc.radius_m for disc in trace.scene.discs)
+    deep = "" if overlap <= 1.0 else f"discs are {format_number(overlap)} radii inside each other or a wall"
+    return Judgement(abs(gained), deep)
+
+
+def build_pressure_judge(compressibility: float) -> Judge:
     """Return a judge of ``Z = p V / N k T``, from the virial of disc impacts in the last four fifths of the run.
 
     Each impact adds its impulse times the distance of the centres. The first fifth of the run is omitted, because the
     lattice still has an effect.
     """
-    mass = np.array([disc.mass_kg for disc in scene.discs])
-    radius = np.array([disc.radius_m for disc in scene.discs])
-    energy = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
+    @_require_end
     def judge(trace: Trace) -> Judgement:
-        since = scene.duration_s / 5
+        scene, radius = trace.scene, trace.scene.arrays.radius_m
+        mass = np.array([disc.mass_kg for disc in scene.discs])
+        energy, since = kinetic_energy(scene, scene.arrays.velocity_m_s), scene.duration_s / 5
         found = trace.impacts[(trace.impacts["second"] >= 0) & (trace.impacts["time_s"] > since)]
         first, second = found["first"], found["second"]
         push = (found["velocity_second_after"] - found["velocity_second_before"]) * mass[second][:, None]
@@ -230,16 +227,9 @@ def build_pressure_judge(scene: Scene, compressibility: float) -> Judge:
         z = 1.0 + float(np.sum(along)) / (2.0 * energy * (scene.duration_s - since))
         error = abs(z / compressibility - 1.0)
         note = f"Z = {z:.3f} from {len(found)} impacts; the known value is {compressibility:.4f}"
-        if error <= TOLERANCE:
-            return Judgement(error, note=note)
-        return Judgement(error, note)
+        return Judgement(error, note=note) if error <= TOLERANCE else Judgement(error, note)
 
-    return _require_end(judge)
-
-
-def _require_end(judge: Judge) -> Judge:
-    """Return a judge that fails traces that end early, and passes others to another judge."""
-    return lambda trace: _judge_early_end(trace) or judge(trace)
+    return judge
 
 
 def _judge_early_end(trace: Trace) -> Judgement | None:

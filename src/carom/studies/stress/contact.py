@@ -8,16 +8,15 @@ sides.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
-from carom.model.scene import Scene
-from carom.studies.stress.attack import Trial, attack, attack_at_phases, build_attack, build_closed_form_judge
+from carom.studies.stress.attack import Judge, Trial, attack, attack_at_phases, build_attack, build_closed_form_judge
 from carom.studies.stress.friction import build_spin_judge
-from carom.studies.stress.pairs import RATE_HZ, build_attack_scene
+from carom.studies.stress.pairs import RATE_HZ, build_trial
 from carom.support.formatting import format_number
 
 _RADIUS_M, _G, _K = 0.25, 10.0, 0.5
@@ -38,27 +37,28 @@ _STEEPEST = {
 }
 
 
-def _build_floor_scene(
+def _build_floor_trial(
     name: str,
     shows: str,
-    duration_s: float,
+    judge: Judge,
+    duration_s: float = _LASTS_S,
     *,
     up: float = 0.0,
     velocity: complex = 0,
     tangent: float = 0.0,
     **of: Any,
-) -> Scene:
-    """Return a disc `up` metres above the line y = 0, with gravity tilted by a tangent."""
+) -> Trial:
+    """Make a trial of a disc `up` metres above the line y = 0, with gravity tilted by a tangent."""
     fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
     discs = [build_disc(complex(0.0, _RADIUS_M + up), velocity, _RADIUS_M, **fields)]
     laws = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **of}
-    return build_attack_scene(name, shows, discs, duration_s, walls=[FLOOR], **laws)
+    return build_trial(name, shows, discs, judge, duration_s, walls=[FLOOR], **laws)
 
 
-def _build_contact_trial(scene: Scene, along: float, rim: float, change: float) -> Trial:
-    """Judge a disc in contact by its final velocity along the wall and its rim speed, relative to `change`."""
-    return Trial(scene, build_spin_judge(scene, [(along, 0.0)], [rim], [change], 0, "contact"))
+def _build_contact_judge(along: float, rim: float, change: float) -> Judge:
+    """Return a judge of a disc's final velocity along the wall and its rim speed, relative to `change`."""
+    return build_spin_judge([(along, 0.0)], [rim], [change], 0, "contact")
 
 
 @attack_at_phases
@@ -68,9 +68,8 @@ def _lively(value: float, phase: float) -> Trial:
     lost = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
     last_s, speed = fall_s + lost, e**bounces * _G * fall_s
     shows = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces three times."
-    scene = _build_floor_scene("lively", shows, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
-    final = [(0.0, speed - _G * fall_s)]
-    return Trial(scene, build_closed_form_judge(scene, final, bounces, [(1.0 + e) * _G * fall_s]))
+    judge = build_closed_form_judge([(0.0, speed - _G * fall_s)], bounces, [(1.0 + e) * _G * fall_s])
+    return _build_floor_trial("lively", shows, judge, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
 @attack_at_phases
@@ -79,41 +78,36 @@ def _rests(value: float, phase: float) -> Trial:
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
     shows = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # the scene ends at the end of a step
-    scene = _build_floor_scene("rests", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
-    return Trial(scene, build_closed_form_judge(scene, [(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s]))
+    judge = build_closed_form_judge([(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])
+    return _build_floor_trial("rests", shows, judge, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
 
 
 def _build_slope_trial(kind: str, value: float, side: float) -> Trial:
     """Make a trial of a disc on a slope that differs from a threshold by a fraction of it."""
-    steepest, friction, e, k = _STEEPEST[kind], _FRICTION, 0.5, _K
+    steepest, e = _STEEPEST[kind], 0.5
     tangent = steepest * (1.0 + side * value)
     pressed, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
     beyond = max(0.0, tangent - steepest)
     shows = (
         f"A disc on a slope with the threshold tangent {format_number(steepest, 3)}, changed by "
-        f"{format_number(side * value, 3)} of "
-        "it."
+        f"{format_number(side * value, 3)} of it."
     )
-    made = partial(_build_floor_scene, kind, shows, _LASTS_S, tangent=tangent, wall_friction=friction)
+    slip, fields = pressed * beyond * _LASTS_S, dict[str, Any]()
+    along = (pull * _LASTS_S + _K * slip) / (1.0 + _K)
+    rim = slip - along
     if kind == "sliding-slope":
-        scene, k, slip = made(inertia_factor=math.inf), math.inf, 0.0
-        along = pressed * beyond * _LASTS_S
+        along, rim, fields = slip, 0.0, {"inertia_factor": math.inf}
     elif kind == "rolling-slope":
-        scene, slip = made(wall_rolling_resistance=steepest), 0.0
-        along = pressed * beyond * _LASTS_S / (1.0 + k)
-    else:
-        slip = pressed * beyond * _LASTS_S
-        if kind == "slipping-slope":
-            scene = made()
-        else:
-            # Bounces that start at this speed last until the end of the scene. Each hop adds 2 tan w to the slip. A
-            # bounce reduces the slip by f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold. In total, bounces
-            # change the slip as much as lasting contact would.
-            hits = 0.5 * _LASTS_S * pressed * (1.0 - e) / e
-            scene = made(velocity=complex(0.0, -hits), wall_restitution=e)
-        along = (pull * _LASTS_S + k * slip) / (1.0 + k)
-    rim = slip - along if math.isfinite(k) else 0.0
-    return _build_contact_trial(scene, along, rim, pull * _LASTS_S)
+        along = slip / (1.0 + _K)
+        rim, fields = 0.0 - along, {"wall_rolling_resistance": steepest}
+    elif kind == "bouncing-slope":
+        # Bounces that start at this speed last until the end of the scene. Each hop adds 2 tan w to the slip. A bounce
+        # reduces the slip by f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold. In total, bounces change the slip
+        # as much as lasting contact would.
+        hits = 0.5 * _LASTS_S * pressed * (1.0 - e) / e
+        fields = {"velocity": complex(0.0, -hits), "wall_restitution": e}
+    judge = _build_contact_judge(along, rim, pull * _LASTS_S)
+    return _build_floor_trial(kind, shows, judge, tangent=tangent, wall_friction=_FRICTION, **fields)
 
 
 def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
@@ -121,35 +115,28 @@ def _build_slope_trials(kind: str, value: float) -> Sequence[Trial]:
 
 
 @attack
-def _slide_friction(value: float) -> Sequence[Trial]:
+def _slide_friction(value: float) -> Iterator[Trial]:
     """Make trials of a disc that is thrown along a floor with equal backspin: it slides, then rolls."""
-
-    def build_trial(friction: float) -> Trial:
+    for friction in _list_with_reciprocal(value):
         shows = f"A disc with backspin is thrown along a floor with friction of {format_number(friction, 3)}."
         moving = {"velocity": _SPEED_M_S, "spin_rad_s": _SPEED_M_S / _RADIUS_M}
-        scene = _build_floor_scene("slide-friction", shows, _LASTS_S, **moving, wall_friction=friction)
         taken = min(friction * _G * _LASTS_S, 2.0 * _SPEED_M_S / (1.0 + 1.0 / _K))
-        return _build_contact_trial(scene, _SPEED_M_S - taken, _SPEED_M_S - taken / _K, _SPEED_M_S)
-
-    return [build_trial(friction) for friction in _list_with_reciprocal(value)]
+        judge = _build_contact_judge(_SPEED_M_S - taken, _SPEED_M_S - taken / _K, _SPEED_M_S)
+        yield _build_floor_trial("slide-friction", shows, judge, **moving, wall_friction=friction)
 
 
 @attack
-def _rolling_resistance(value: float) -> Sequence[Trial]:
+def _rolling_resistance(value: float) -> Iterator[Trial]:
     """Make trials of a disc that rolls along a floor: c slows it by c g/(1 + k), up to the limit of friction."""
-    friction = _FRICTION
-
-    def build_trial(resists: float) -> Trial:
+    for resists in _list_with_reciprocal(value):
         shows = f"A disc rolls along a floor with rolling resistance of {format_number(resists, 3)}."
         moving = {"velocity": _SPEED_M_S, "spin_rad_s": -_SPEED_M_S / _RADIUS_M}
-        laws = {"wall_friction": friction, "wall_rolling_resistance": resists}
-        scene = _build_floor_scene("rolling-resistance", shows, _LASTS_S, **moving, **laws)
-        along = max(0.0, _SPEED_M_S - min(resists / (1.0 + _K), friction) * _G * _LASTS_S)
-        turns = _SPEED_M_S - (resists - friction) * _G * _LASTS_S / _K
-        rim = -along if resists <= friction * (1.0 + _K) else -max(0.0, turns)
-        return _build_contact_trial(scene, along, rim, _SPEED_M_S)
-
-    return [build_trial(resists) for resists in _list_with_reciprocal(value)]
+        laws = {"wall_friction": _FRICTION, "wall_rolling_resistance": resists}
+        along = max(0.0, _SPEED_M_S - min(resists / (1.0 + _K), _FRICTION) * _G * _LASTS_S)
+        turns = _SPEED_M_S - (resists - _FRICTION) * _G * _LASTS_S / _K
+        rim = -along if resists <= _FRICTION * (1.0 + _K) else -max(0.0, turns)
+        judge = _build_contact_judge(along, rim, _SPEED_M_S)
+        yield _build_floor_trial("rolling-resistance", shows, judge, **moving, **laws)
 
 
 def _list_with_reciprocal(value: float) -> Sequence[float]:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import cmath
 import math
+from dataclasses import replace
 from decimal import Decimal
 from typing import Any
 
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import edges
-from carom.model.scene import Chain, Scene, Wall
+from carom.model.scene import Chain, Wall
 from carom.model.walls import Leg, build_drive
-from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_form_judge, build_velocity_judge
-from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, build_attack_scene
-from carom.studies.stress.true_motion import compute_true_motion
+from carom.studies.stress.attack import Trial, attack_at_phases, build_closed_form_judge
+from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_metres, format_number
 
 _DT_S = 1.0 / RATE_HZ
@@ -31,15 +31,13 @@ def _build_upright_wall(**fields: Any) -> Chain:
     return edges(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M, **fields)
 
 
-def _build_scene(name: str, shows: str, phase: float, start: complex, velocity: complex, wall: Chain) -> Scene:
-    said = f"{shows} Phase {phase:g} of a step."
-    return build_attack_scene(name, said, [build_disc(start, velocity, _RADIUS_M)], walls=[wall])
-
-
-def _build_one_impact_trial(scene: Scene, after: complex) -> Trial:
+def _build_one_impact_trial(
+    name: str, shows: str, phase: float, start: complex, velocity: complex, wall: Chain, after: complex
+) -> Trial:
     """Judge a disc that meets a wall once by its known velocity after the impact."""
-    changed = after - complex(*scene.discs[0].velocity_m_s)
-    return Trial(scene, build_closed_form_judge(scene, [(after.real, after.imag)], 1, [abs(changed)]))
+    said, discs = f"{shows} Phase {phase:g} of a step.", [build_disc(start, velocity, _RADIUS_M)]
+    judge = build_closed_form_judge([(after.real, after.imag)], 1, [abs(after - velocity)])
+    return build_trial(name, said, discs, judge, walls=[wall])
 
 
 def _compute_impact_time(phase: float) -> float:
@@ -51,33 +49,24 @@ def _compute_impact_time(phase: float) -> float:
 def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     shows = f"A disc that moves {format_number(value, 3)} radii per step meets a wall without thickness head-on."
-    scene = _build_scene(
-        "thin-wall", shows, phase, -_RADIUS_M - speed * _compute_impact_time(phase), speed, _build_upright_wall()
-    )
-    return _build_one_impact_trial(scene, -speed)
+    start = -_RADIUS_M - speed * _compute_impact_time(phase)
+    return _build_one_impact_trial("thin-wall", shows, phase, start, speed, _build_upright_wall(), -speed)
 
 
 @attack_at_phases
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     shows = f"A wall without thickness moves {format_number(value, 3)} radii per step, head-on at a disc at rest."
-    scene = _build_scene(
-        "paddle",
-        shows,
-        phase,
-        _RADIUS_M + speed * _compute_impact_time(phase),
-        0,
-        _build_upright_wall(velocity_m_s=(speed, 0.0)),
-    )
-    return _build_one_impact_trial(scene, 2.0 * speed)
+    start, wall = _RADIUS_M + speed * _compute_impact_time(phase), _build_upright_wall(velocity_m_s=(speed, 0.0))
+    return _build_one_impact_trial("paddle", shows, phase, start, 0, wall, 2.0 * speed)
 
 
 @attack_at_phases
 def _wall_width(value: float, phase: float) -> Trial:
     shows = f"A disc meets a wall of half width {format_metres(value)} head-on."
     start = -value - _RADIUS_M - _SPEED_M_S * _compute_impact_time(phase)
-    scene = _build_scene("wall-width", shows, phase, start, _SPEED_M_S, _build_upright_wall(half_width_m=value))
-    return _build_one_impact_trial(scene, -_SPEED_M_S)
+    wall = _build_upright_wall(half_width_m=value)
+    return _build_one_impact_trial("wall-width", shows, phase, start, _SPEED_M_S, wall, -_SPEED_M_S)
 
 
 @attack_at_phases
@@ -92,8 +81,8 @@ def _wall_end(value: float, phase: float) -> Trial:
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
     shows = f"A disc grazes the end of a thin wall, {format_number(value, 3)} radii from a miss."
     start = complex(-_RADIUS_M * float(along) - _SPEED_M_S * _compute_impact_time(phase), height)
-    scene = _build_scene("wall-end", shows, phase, start, _SPEED_M_S, edges(-1j * _HALF_LENGTH_M, 0))
-    return _build_one_impact_trial(scene, after)
+    wall = edges(-1j * _HALF_LENGTH_M, 0)
+    return _build_one_impact_trial("wall-end", shows, phase, start, _SPEED_M_S, wall, after)
 
 
 @attack_at_phases
@@ -103,8 +92,8 @@ def _seam(value: float, phase: float) -> Trial:
     velocity = _SPEED_M_S * (4 - 1j)
     shows = f"A disc obliquely strikes a floor of {pieces} pieces where two of them meet."
     start = complex(joint, _RADIUS_M) - velocity * _compute_impact_time(phase)
-    scene = _build_scene("seam", shows, phase, start, velocity, edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces))
-    return _build_one_impact_trial(scene, velocity.conjugate())
+    floor = edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces)
+    return _build_one_impact_trial("seam", shows, phase, start, velocity, floor, velocity.conjugate())
 
 
 @attack_at_phases
@@ -121,13 +110,12 @@ def _corner(value: float, phase: float) -> Trial:
     # The disc aims an eighth of the angle past the apex, so it never meets both sides at once.
     velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
     side = abs(apex) + _HALF_LENGTH_M
-    shows = f"A disc is thrown into a corner of {format_number(value, 3)} degrees."
-    scene = _build_scene("corner", shows, phase, start, velocity, edges(side, 0, side * cmath.exp(1j * angle)))
+    shows = f"A disc is thrown into a corner of {format_number(value, 3)} degrees. Phase {phase:g} of a step."
     across = -1j * cmath.exp(1j * angle)
     sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
-    return Trial(
-        scene, build_velocity_judge(compute_true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene)
-    )
+    trial = build_trial("corner", shows, [build_disc(start, velocity, _RADIUS_M)], walls=sides)
+    walls = (edges(side, 0, side * cmath.exp(1j * angle)),)
+    return replace(trial, scene=trial.scene.model_copy(update={"walls": walls}))
 
 
 @attack_at_phases
@@ -142,8 +130,8 @@ def _legs(value: float, phase: float) -> Trial:
     path = tuple(Leg(from_s=k * lasts, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
     moved, _ = build_drive(path, (0.0, 0.0)).moved_at(until_s)
     shows = f"A wall that turns {legs - 1} times strikes a disc at rest."
-    scene = _build_scene("legs", shows, phase, _RADIUS_M + moved, 0, _build_upright_wall(legs=path))
-    return _build_one_impact_trial(scene, 2.0 * speeds[-1])
+    wall = _build_upright_wall(legs=path)
+    return _build_one_impact_trial("legs", shows, phase, _RADIUS_M + moved, 0, wall, 2.0 * speeds[-1])
 
 
 #: Attacks with a disc and a finite wall.

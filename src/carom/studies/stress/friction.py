@@ -7,16 +7,16 @@ exception is the chain of sticking impacts, which is so long that late detection
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_walled import FLOOR
-from carom.model.scene import Scene, Wall
+from carom.model.scene import Wall
 from carom.model.trace import Trace, Vector
 from carom.studies.stress.attack import PHASES, TOLERANCE, Judge, Judgement, Trial, attack, build_closed_form_judge
-from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, build_attack_scene
+from carom.studies.stress.pairs import RATE_HZ, STEPS_BEFORE, build_trial
 from carom.support.formatting import format_number
 
 _RADIUS_M = 0.25
@@ -26,7 +26,6 @@ _GRIP = 10.0
 
 
 def build_spin_judge(
-    scene: Scene,
     final_velocity_m_s: Sequence[Vector],
     final_rim_m_s: Sequence[float],
     change_m_s: Sequence[float],
@@ -36,7 +35,6 @@ def build_spin_judge(
     """Return a judge of final velocities and rim speeds ``R w``, relative to each disc's change by impacts.
 
     Args:
-        scene: The scene.
         final_velocity_m_s: The known velocities, metres a second.
         final_rim_m_s: The known rim speeds, metres a second.
         change_m_s: Change of each disc by impacts, metres a second: the larger of the changes of velocity and rim
@@ -44,8 +42,7 @@ def build_spin_judge(
         impacts: Number of impacts; 0 if unknown.
         changes: Cause of the changes of velocity and rim speed, for the message.
     """
-    of_velocity = build_closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s, changes=changes)
-    radius, rims = scene.arrays.radius_m, np.array(final_rim_m_s)
+    of_velocity = build_closed_form_judge(final_velocity_m_s, impacts, change_m_s, changes=changes)
 
     def judge(trace: Trace) -> Judgement:
         found = of_velocity(trace)
@@ -53,7 +50,8 @@ def build_spin_judge(
             return found
         if trace.final_spin_rad_s is None:
             return Judgement(math.nan, "no spin is reported")
-        error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
+        rims = trace.scene.arrays.radius_m * trace.final_spin_rad_s
+        error = float(np.max(np.abs(rims - np.array(final_rim_m_s)) / np.array(change_m_s)))
         if error <= TOLERANCE:
             return Judgement(max(error, found.error), note=found.note)
         return Judgement(error, f"a rim speed is wrong by {format_number(error)} of the change by {changes}")
@@ -74,10 +72,9 @@ def _build_wall_trial(name: str, shows: str, phase: float, friction: float, iner
     before = (STEPS_BEFORE + phase) * dt
     place = complex(-speed * before, _RADIUS_M + speed * before)
     discs = [build_disc(place, start, _RADIUS_M, inertia_factor=inertia)]
-    scene = build_attack_scene(name, shows, discs, walls=[FLOOR], wall_friction=friction)
     impulse = _compute_tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
-    final, rim = [(speed - impulse, speed)], [-impulse / inertia]
-    return Trial(scene, build_spin_judge(scene, final, rim, [2.0 * speed]))
+    judge = build_spin_judge([(speed - impulse, speed)], [-impulse / inertia], [2.0 * speed])
+    return build_trial(name, shows, discs, judge, walls=[FLOOR], wall_friction=friction)
 
 
 def _build_head_on_trial(name: str, shows: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
@@ -85,44 +82,42 @@ def _build_head_on_trial(name: str, shows: str, phase: float, friction: float, s
     dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
     begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
     discs = [build_disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), build_disc(0, 0, _RADIUS_M)]
-    scene = build_attack_scene(name, shows, discs, friction=friction)
     rim = _RADIUS_M * spin_rad_s
     impulse = _compute_tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
     final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
-    return Trial(scene, build_spin_judge(scene, final, rims, [max(speed, impulse / k)] * 2))
+    judge = build_spin_judge(final, rims, [max(speed, impulse / k)] * 2)
+    return build_trial(name, shows, discs, judge, friction=friction)
 
 
 @attack
-def _friction(value: float) -> list[Trial]:
+def _friction(value: float) -> Iterator[Trial]:
     shows = (
         f"With friction of {format_number(value, 3)}, a disc hits a floor at 45 degrees, and a spinning disc hits "
-        "another "
-        "head-on."
+        "another head-on."
     )
-    walls = [_build_wall_trial("friction", shows, phase, value, 0.5) for phase in PHASES]
-    return walls + [_build_head_on_trial("friction", shows, phase, value, 5.0) for phase in PHASES]
+    yield from (_build_wall_trial("friction", shows, phase, value, 0.5) for phase in PHASES)
+    yield from (_build_head_on_trial("friction", shows, phase, value, 5.0) for phase in PHASES)
 
 
 @attack
-def _spin(value: float) -> list[Trial]:
+def _spin(value: float) -> Iterator[Trial]:
     shows = (
         f"A disc that spins at {format_number(value, 3)} rad/s hits another head-on and slides with friction of 0.1."
     )
-    return [_build_head_on_trial("spin", shows, phase, 0.1, value) for phase in PHASES]
+    return (_build_head_on_trial("spin", shows, phase, 0.1, value) for phase in PHASES)
 
 
 @attack
-def _inertia(value: float) -> list[Trial]:
+def _inertia(value: float) -> Iterator[Trial]:
     shows = (
         f"A disc with a moment of inertia of {format_number(value, 3)} m R^2 hits a floor at 45 degrees, sticks, and "
-        "leaves "
-        "rolling."
+        "leaves rolling."
     )
-    return [_build_wall_trial("inertia", shows, phase, _GRIP, value) for phase in PHASES]
+    return (_build_wall_trial("inertia", shows, phase, _GRIP, value) for phase in PHASES)
 
 
 @attack
-def _grip_chain(value: float) -> list[Trial]:
+def _grip_chain(value: float) -> Iterator[Trial]:
     """Make a trial of a number of bounces of a superball between two plates, a dozen steps apart."""
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
@@ -130,15 +125,15 @@ def _grip_chain(value: float) -> list[Trial]:
     discs = [build_disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)]
     walls = [FLOOR, Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0))]
     laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
-    scene = build_attack_scene("grip-chain", shows, discs, 2 * rounds * height, walls=walls, **laws)
     # A round (floor and ceiling) rotates (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
-    return [Trial(scene, build_spin_judge(scene, final, rim, [2.0], 2 * rounds))]
+    judge = build_spin_judge(final, rim, [2.0], 2 * rounds)
+    yield build_trial("grip-chain", shows, discs, judge, 2 * rounds * height, walls=walls, **laws)
 
 
 @attack
-def _rolling(value: float) -> list[Trial]:
+def _rolling(value: float) -> Iterator[Trial]:
     """Make a trial of a disc that is thrown along a floor, and bounces until it rolls."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
     fall = pull * drop_s
@@ -153,9 +148,9 @@ def _rolling(value: float) -> list[Trial]:
     discs = [build_disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)]
     lasts_s = math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ
     laws = {"wall_friction": friction, "wall_restitution": value, "gravity_m_s2": (0.0, -pull)}
-    scene = build_attack_scene("rolling", shows, discs, lasts_s, walls=[FLOOR], **laws)
     final = speed / (1.0 + k)
-    return [Trial(scene, build_spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
+    judge = build_spin_judge([(final, 0.0)], [-final], [fall], 0)
+    yield build_trial("rolling", shows, discs, judge, lasts_s, walls=[FLOOR], **laws)
 
 
 #: Attacks with friction and spin.

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
 
 from carom.catalogue.closed_forms import build_disc
 from carom.catalogue.groups.classics_many_discs import stage_boxed_gas
@@ -13,15 +14,14 @@ from carom.catalogue.groups.classics_walled import build_box_walls
 from carom.model.scene import Disc, Scene, Wall
 from carom.studies.stress.attack import (
     PHASES,
-    Judge,
     Trial,
     attack,
     build_closed_form_judge,
-    build_energy_judge,
     build_pressure_judge,
     build_velocity_judge,
+    judge_energy,
 )
-from carom.studies.stress.pairs import RATE_HZ, build_attack_scene
+from carom.studies.stress.pairs import RATE_HZ, build_trial
 from carom.studies.stress.true_motion import TrueMotion, UndecidedError, compute_true_motion
 from carom.support.formatting import format_metres, format_number
 
@@ -34,24 +34,6 @@ _SPEED_M_S = 1.2
 _TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle spreads directions evenly, and no two are equal
 
 
-def _build_trial(
-    name: str,
-    shows: str,
-    discs: Sequence[Disc],
-    duration_s: float,
-    judge: Callable[[Scene], Judge] | None = None,
-    *,
-    rate_hz: float = RATE_HZ,
-    walls: Sequence[Wall] = (),
-    restitution: float = 1.0,
-) -> Trial:
-    """Make a trial of discs. By default, the judge compares the trace with their true motion."""
-    scene = build_attack_scene(
-        name, shows, discs, duration_s, frame_rate_hz=rate_hz, walls=walls, restitution=restitution
-    )
-    return Trial(scene, judge(scene) if judge else build_velocity_judge(compute_true_motion(scene), scene))
-
-
 def _build_row_trial(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
     """Make a trial of a striker and a row of equal discs at rest with the given gaps."""
     dt = 1.0 / RATE_HZ
@@ -59,29 +41,29 @@ def _build_row_trial(name: str, shows: str, gaps: Sequence[float], phase: float,
     for gap in gaps:
         places.append(places[-1] + 2 * _RADIUS_M + gap)
     discs = [build_disc(place, 0.0 if k else _SPEED_M_S, _RADIUS_M) for k, place in enumerate(places)]
-    return _build_trial(name, shows, discs, (5 + steps_after) * dt)
+    return build_trial(name, shows, discs, None, (5 + steps_after) * dt)
 
 
 @attack
-def _cradle_gap(gap: float) -> list[Trial]:
+def _cradle_gap(gap: float) -> Iterator[Trial]:
     shows = f"Newton's cradle of five discs with gaps of {format_metres(gap)}: only the last disc must leave."
     # The scene is twice as long as needed, so that a late method also finds every impact.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
-    return [_build_row_trial("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
+    return (_build_row_trial("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES)
 
 
 @attack
-def _crowded_frame(impacts: float) -> list[Trial]:
+def _crowded_frame(impacts: float) -> Iterator[Trial]:
     count = round(impacts)
     # All impacts are within half a step of the first impact, whose phase is below one half. The scene is long enough
     # for a method that processes one impact per step.
     gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
     shows = f"A row of discs with {count} impacts in one step."
-    return [_build_row_trial("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
+    return (_build_row_trial("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42))
 
 
 @attack
-def _at_once(pairs: float) -> list[Trial]:
+def _at_once(pairs: float) -> Iterator[Trial]:
     """Make a trial of distant pairs that all meet at exactly the same instant. All pairs are rotated copies of one."""
     count = round(pairs)
     dt, side, pitch = 1.0 / RATE_HZ, math.ceil(math.sqrt(count)), 8.0 * _RADIUS_M
@@ -97,15 +79,11 @@ def _at_once(pairs: float) -> list[Trial]:
     shows = f"{count} pairs of discs, far from each other, meet in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
-    return [
-        _build_trial(
-            "at-once", shows, discs, 48 * dt, lambda scene: build_closed_form_judge(scene, final, count, change)
-        )
-    ]
+    yield build_trial("at-once", shows, discs, build_closed_form_judge(final, count, change), 48 * dt)
 
 
 @attack
-def _packing(gap: float) -> list[Trial]:
+def _packing(gap: float) -> Iterator[Trial]:
     columns, rows, radius = 3, 3, 0.1
     pitch = 2 * radius * (1 + gap)
     margin = pitch / 2
@@ -117,17 +95,13 @@ def _packing(gap: float) -> list[Trial]:
     width = 2 * margin + (columns - 0.5) * pitch
     height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
-    shows = (
-        f"Nine discs in a box, packed hexagonally with gaps of {format_number(gap, 3)} diameters (packing "
-        f"{packing:.4f})."
-    )
-    return [
-        _build_trial("packing", shows, discs, 24 / RATE_HZ, build_energy_judge, walls=build_box_walls(width, height))
-    ]
+    gaps = f"gaps of {format_number(gap, 3)} diameters (packing {packing:.4f})"
+    shows = f"Nine discs in a box, packed hexagonally with {gaps}."
+    yield build_trial("packing", shows, discs, judge_energy, 24 / RATE_HZ, walls=build_box_walls(width, height))
 
 
 @attack
-def _duration(impacts: float) -> list[Trial]:
+def _duration(impacts: float) -> Iterator[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
     gas = stage_boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
     n, free = len(gas.discs), side * pitch - 2 * radius
@@ -136,11 +110,8 @@ def _duration(impacts: float) -> list[Trial]:
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     shows = f"Nine discs in a box for the time of approximately {format_number(impacts, 3)} impacts."
-    return [
-        _build_trial(
-            "duration", shows, gas.discs, duration_s, build_energy_judge, rate_hz=rate, walls=gas.half_planes()
-        )
-    ]
+    fields = {"frame_rate_hz": rate, "walls": gas.half_planes()}
+    yield build_trial("duration", shows, gas.discs, judge_energy, duration_s, **fields)
 
 
 #: Virial coefficients B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15
@@ -153,7 +124,7 @@ COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enu
 
 
 @attack
-def _gas_pressure(advance: float) -> list[Trial]:
+def _gas_pressure(advance: float) -> Iterator[Trial]:
     """Make a trial of a hard-disc gas with known pressure. `advance` is the mean path in a step, in radii."""
     side, radius, speed = 12, 0.05, 1.0
     count = side * side
@@ -170,32 +141,27 @@ def _gas_pressure(advance: float) -> list[Trial]:
     shows = f"{count} discs at packing {PACKING} in a box, moving {format_number(advance, 3)} radii per step."
     # About fifteen impacts per disc. The virial of a thousand impacts is accurate to 3 %.
     duration_s = round(1.25 * rate) / rate
-    judge = partial(build_pressure_judge, compressibility=COMPRESSIBILITY)
-    return [
-        _build_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=build_box_walls(width, width))
-    ]
+    fields = {"frame_rate_hz": rate, "walls": build_box_walls(width, width)}
+    yield build_trial("gas-pressure", shows, discs, build_pressure_judge(COMPRESSIBILITY), duration_s, **fields)
 
 
 @attack
-def _restitution(restitution: float) -> list[Trial]:
+def _restitution(restitution: float) -> Iterator[Trial]:
     discs = [build_disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
-
-    def judge(scene: Scene) -> Judge:
-        if restitution > CRITICAL_RESTITUTION:
-            try:
-                return build_velocity_judge(compute_true_motion(scene, most_impacts=300), scene)
-            except UndecidedError:  # the value is too near the critical value to compute all impacts
-                pass
-        # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
-        # which is at rest.
-        return build_closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
-
     shows = f"Three equal discs in a line approach each other with restitution {format_number(restitution, 4)}."
-    return [_build_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
+    # Infinitely many impacts close every gap in finite time. After that, the discs move with their centre of mass,
+    # which is at rest.
+    judge = build_closed_form_judge([(0.0, 0.0)] * 3, 0, [1.0] * 3)
+    trial = build_trial("restitution", shows, discs, judge, 2.0, restitution=restitution)
+    if restitution > CRITICAL_RESTITUTION:
+        # Near the critical value, there are too many impacts to compute.
+        with suppress(UndecidedError):
+            trial = replace(trial, judge=build_velocity_judge(compute_true_motion(trial.scene, most_impacts=300)))
+    yield trial
 
 
 @attack
-def _galperin(mass_ratio: float) -> list[Trial]:
+def _galperin(mass_ratio: float) -> Iterator[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
     shows = f"A disc of {format_number(mass_ratio, 4)} kg pushes one of 1 kg against a wall."
     discs = [build_disc(light_gap + radius, 0, radius), build_disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
@@ -210,31 +176,19 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
     # At its greatest speed the light disc has all the energy. The heavy disc reverses its velocity.
     change = [root * speed, 2 * speed]
-    return [
-        _build_trial(
-            "galperin",
-            shows,
-            discs,
-            4.0,
-            lambda scene: build_closed_form_judge(scene, final, count, change),
-            walls=[wall],
-        )
-    ]
+    yield build_trial("galperin", shows, discs, build_closed_form_judge(final, count, change), 4.0, walls=[wall])
 
 
 @attack
-def _unstable_orbit(bounces: float) -> list[Trial]:
+def _unstable_orbit(bounces: float) -> Iterator[Trial]:
     count = round(bounces)
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
     shows = f"A disc bounces {count} times between two immovable ones along a slanted axis."
-    discs = [
-        build_disc(-half, 0, 0.3, math.inf),
-        build_disc(half, 0, 0.3, math.inf),
-        build_disc(-0.1 * axis, 2.0 * axis, 0.2),
-    ]
+    fixed = [build_disc(place, 0, 0.3, math.inf) for place in (-half, half)]
+    discs = [*fixed, build_disc(-0.1 * axis, 2.0 * axis, 0.2)]
     # The disc moves a fifteenth of the contact distance per step.
-    return [_build_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
+    yield build_trial("unstable-orbit", shows, discs, None, (0.1 + count * free) / 2.0, frame_rate_hz=60.0)
 
 
 #: Attacks with many discs or many impacts.

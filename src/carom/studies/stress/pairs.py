@@ -8,7 +8,7 @@ from typing import Any
 
 from carom.catalogue.closed_forms import build_disc
 from carom.model.scene import Disc, Scene
-from carom.studies.stress.attack import PHASES, Attack, Trial, build_attack, build_velocity_judge
+from carom.studies.stress.attack import PHASES, Attack, Judge, Trial, build_attack, build_velocity_judge
 from carom.studies.stress.true_motion import compute_true_motion
 from carom.support.formatting import format_number
 
@@ -25,12 +25,18 @@ _RADIUS_M = 0.25
 _SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
 
 
-def build_attack_scene(
-    name: str, shows: str, discs: Sequence[Disc], duration_s: float = MEETING_S, **fields: Any
-) -> Scene:
-    """Return a scene of an attack (default duration: the duration of a meeting)."""
-    rates = {"frame_rate_hz": RATE_HZ}
-    return Scene(name=f"stress/{name}", description=shows, discs=discs, duration_s=duration_s, **rates | fields)
+def build_trial(
+    name: str,
+    shows: str,
+    discs: Sequence[Disc],
+    judge: Judge | None = None,
+    duration_s: float = MEETING_S,
+    **fields: Any,
+) -> Trial:
+    """Make a trial of an attack. By default, it lasts for a meeting, and the judge compares with the true motion."""
+    fields = {"frame_rate_hz": RATE_HZ, "duration_s": duration_s, **fields}
+    scene = Scene(name=f"stress/{name}", description=shows, discs=discs, **fields)
+    return Trial(scene, judge or build_velocity_judge(compute_true_motion(scene)))
 
 
 def _build_meeting_trial(
@@ -50,8 +56,7 @@ def _build_meeting_trial(
     across = offset * contact
     along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * dt * (STEPS_BEFORE + phase)
     striker = build_disc(complex(origin - along, origin), speed, radius)
-    scene = build_attack_scene(name, shows, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
-    return Trial(scene, build_velocity_judge(compute_true_motion(scene), scene))
+    return build_trial(name, shows, [striker, build_disc(complex(origin, origin + across), 0, radius, mass)])
 
 
 def _build_attack(name: str, shows: str, **of: Callable[[float], float]) -> Attack:
