@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from carom.engines.registry import format_engine_argument
@@ -59,6 +60,8 @@ _SHOWN = {
     CellEnding.NOT_SEEN: _GOOD,
     CellEnding.NOT_RUN: _NOT,
 }
+#: The number in a method's row for each kind of test, in the order of `HEADINGS`.
+_COUNTED = (("passed", CellEnding.PASSES), ("hold", CellEnding.HOLDS), ("seen", CellEnding.SEEN))
 _MEANINGS = (
     (_GOOD, "passes", "passes the whole axis, keeps the invariance, or does not show the bug"),
     (_WAY, "fails at", "fails at the shown size"),
@@ -107,47 +110,47 @@ def _sort_worst_first(results: StressResults, lines: list[StressTest]) -> list[S
 
 def _build_method_blocks(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[Block]:
     """Yield a table with a row per method: a heat map of its stress tests, and numbers passed."""
-
-    def counted(kind: str, head: str, ending: CellEnding) -> list[Column]:
-        def say(method: Method) -> str:
-            return str(sum(results.cells[line.name, method.name].ending is ending for line in kinds[kind]))
-
-        only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal shows sentences instead
-        return [Column(head, say, f"of {len(kinds[kind])}", number=True, only=only)] if kinds[kind] else []
-
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: method.label)]
     for group, own in formatting.group_by((line.group, line) for line in attacks).items():
         columns.append(Column(group or WORDS["attack"], partial(_build_heat_cell, results, own), f"of {len(own)}"))
-    columns += counted("attack", "passed", CellEnding.PASSES)
-    columns += counted("relation", "hold", CellEnding.HOLDS)
-    columns += counted("complaint", "seen", CellEnding.SEEN)
-    columns += (
-        [Column("fails first", partial(_build_first_failure_cell, results, attacks), only=Media.PAGE)]
-        if attacks
-        else []
-    )
-    if attacks and len(results.methods) > SENTENCES:  # with fewer methods, the answer has these sentences
-        yield Lines(
-            tuple(_describe_method(results, attacks, method, short=True) for method in results.methods), Media.TERMINAL
-        )
+    only = Media.IN_FULL if attacks else Media.EVERYWHERE  # a terminal shows sentences instead
+    for (head, ending), lines in zip(_COUNTED, kinds.values(), strict=True):
+        if lines:
+            count = partial(_format_count_of, results, lines, ending)
+            columns.append(Column(head, count, f"of {len(lines)}", number=True, only=only))
+    if attacks:
+        first = partial(_build_first_failure_cell, results, attacks)
+        columns.append(Column("fails first", first, only=Media.PAGE))
+    long = attacks if len(results.methods) > SENTENCES else []  # with fewer methods, the answer has these sentences
+    if long:
+        said = (_describe_method(results, attacks, method, short=True) for method in results.methods)
+        yield Lines(tuple(said), Media.TERMINAL)
     yield Table(columns, results.methods, css="methods")
     if attacks:
         yield Text(HEAT, Media.TERMINAL | Media.DETAIL)
-        if len(results.methods) > SENTENCES:
-            yield Lines(tuple(_describe_method(results, attacks, method) for method in results.methods), Media.IN_FULL)
-    yield Legend(
-        tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), Media.PAGE
-    )
+    if long:
+        yield Lines(tuple(_describe_method(results, attacks, method) for method in results.methods), Media.IN_FULL)
+    marks = ((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS)
+    yield Legend(tuple(marks), Media.PAGE)
+
+
+def _list_endings(results: StressResults, lines: list[StressTest], method: Method) -> list[CellEnding]:
+    """Return the endings of the tests that a method could run."""
+    endings = [results.cells[line.name, method.name].ending for line in lines]
+    return [ending for ending in endings if ending is not CellEnding.NOT_RUN]
+
+
+def _format_count_of(results: StressResults, lines: list[StressTest], ending: CellEnding, method: Method) -> str:
+    return str(_list_endings(results, lines, method).count(ending))
 
 
 def _build_heat_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return the number of tests of a group that a method passes. A terminal gets a character for each test."""
-    cells = [(line, results.cells[line.name, method.name]) for line in lines]
-    ran = [result.ending for _, result in cells if result.ending is not CellEnding.NOT_RUN]
+    ran = _list_endings(results, lines, method)
     passed = ran.count(CellEnding.PASSES)
     _, css = _NOT if not ran else _GOOD if passed == len(ran) else _WAY if passed else _BAD
-    signs = "".join(_format_sign(line, result) for line, result in cells)
+    signs = "".join(_format_sign(line, results.cells[line.name, method.name]) for line in lines)
     of = f" of {len(ran)}" if len(ran) < len(lines) else ""
     return Cell(f"{passed}{of}", short=signs, css=css, style=_STYLES[css], title=signs)
 
@@ -162,13 +165,11 @@ def _format_sign(line: StressTest, result: CellResult) -> str:
 
 def _describe_method(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
     """Describe the number of stress tests that a method passes, and the method's first failure: size and axis."""
-    endings = [results.cells[line.name, method.name].ending for line in lines]
-    ran = len(endings) - endings.count(CellEnding.NOT_RUN)
-    name = method.phrase
+    ran = _list_endings(results, lines, method)
     if not ran:
-        return f"{name}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
-    unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) and not short else ""
-    passes = f"{name}: passes {endings.count(CellEnding.PASSES)} of {ran}{unrun}"
+        return f"{method.phrase}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
+    unrun = f" ({len(lines) - len(ran)} could not be run)" if len(ran) < len(lines) and not short else ""
+    passes = f"{method.phrase}: passes {ran.count(CellEnding.PASSES)} of {len(ran)}{unrun}"
     first = _build_first_failure_cell(results, lines, method).text
     if short:
         return f"{passes}; first failure: {first}." if first else f"{passes}."
@@ -195,12 +196,9 @@ def _build_kind_sections(results: StressResults, kind: str, lines: list[StressTe
     """Yield the table of all lines of one kind, and the evidence for its cells."""
     columns = [
         Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
-        Column(
-            "axis", lambda line: line.axis, only=Media.MARKDOWN | Media.DETAIL
-        ),  # on a page, the axis is shown with the evidence
-    ]
-    columns += [
-        Column(method.engine, partial(_build_cell, results, method), method.profile) for method in results.methods
+        # On a page, the axis is shown with the evidence.
+        Column("axis", lambda line: line.axis, only=Media.MARKDOWN | Media.DETAIL),
+        *(Column(method.engine, partial(_build_cell, results, method), method.profile) for method in results.methods),
     ]
     table = Table(columns, lines, note=NOTES[kind], css="grid", only=Media.IN_FULL)
     yield Section(HEADINGS[kind], (table, Text("A cell links to its evidence: reason, scene and command.", Media.PAGE)))
@@ -251,9 +249,8 @@ def _format_number(value: float | None) -> str:
 def _format_command(method: Method, result: CellResult) -> str:
     if not result.scenes or result.ending is CellEnding.NOT_RUN:
         return ""
-    return shlex.join(
-        ("carom", "run", *result.scenes, "-e", format_engine_argument(method.engine), "-p", method.profile)
-    )
+    words = ("carom", "run", *result.scenes, "-e", format_engine_argument(method.engine), "-p", method.profile)
+    return shlex.join(words)
 
 
 def _list_cells(results: StressResults, line: StressTest) -> list[tuple[Method, CellResult]]:
@@ -294,38 +291,11 @@ def _build_cell(results: StressResults, method: Method, line: StressTest) -> Cel
 
 def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTest]]) -> Iterator[str]:
     asked = [formatting.format_count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
-    attacked = kinds["attack"] if len(results.methods) <= SENTENCES else ()
-    yield from (_describe_method(results, kinds["attack"], method) for method in results.methods if attacked)
-    for kind, good, does in (("attack", CellEnding.PASSES, "passed"), ("relation", CellEnding.HOLDS, "passed")):
-        if attacked and kind == "attack":
-            continue
-        passed: dict[int, list[str]] = {}
-        partly: list[str] = []  # methods that could not run every test are not ranked
-        for method in results.methods:
-            endings = [results.cells[line.name, method.name].ending for line in kinds[kind]]
-            ran = len(endings) - endings.count(CellEnding.NOT_RUN)
-            name = method.phrase
-            if ran and ran == len(endings):
-                passed.setdefault(endings.count(good), []).append(name)
-            elif ran:
-                partly.append(f"{name} {does} {endings.count(good)} of {ran} that it can run")
-        if passed:
-            most, fewest = max(passed), min(passed)
-            each = "each " if len(passed[most]) > 1 else ""
-            best, worst = f"{does} the most ({most})", f"; {_name_methods(passed[fewest])} {does} the fewest ({fewest})"
-            if most == fewest:
-                best, worst = f"{each}{does} {most}", ""
-            yield (
-                f"{_name_methods(passed[most])} {best} of "
-                f"{formatting.format_count(len(kinds[kind]), WORDS[kind])}{worst}."
-            )
-        if partly and (kind != "attack" or len(partly) <= FEW):  # the numbers are in the sentences about each method
-            said = f": {formatting.join_words(partly)}" if len(partly) <= FEW else ""
-            methods = formatting.format_count(len(partly), "method")
-            yield (
-                f"{methods} {'is' if len(partly) == 1 else 'are'} not ranked, because not every {WORDS[kind]} could "
-                f"be run{said}."
-            )
+    if kinds["attack"] and len(results.methods) <= SENTENCES:
+        yield from (_describe_method(results, kinds["attack"], method) for method in results.methods)
+    else:
+        yield from _describe_ranking(results, "attack", kinds["attack"], CellEnding.PASSES)
+    yield from _describe_ranking(results, "relation", kinds["relation"], CellEnding.HOLDS)
     if kinds["complaint"]:
         yield _describe_complaints(results, kinds["complaint"])
     methods, form = formatting.format_count(len(results.methods), "method"), "quick" if results.quick else "full"
@@ -335,34 +305,51 @@ def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTes
     )
 
 
+def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest], good: CellEnding) -> Iterator[str]:
+    """Yield a sentence on the best and the worst methods, and one on those that could not run every test."""
+    passed: dict[int, list[str]] = {}
+    partly: list[str] = []
+    for method in results.methods:
+        ran = _list_endings(results, lines, method)
+        if ran and len(ran) == len(lines):
+            passed.setdefault(ran.count(good), []).append(method.phrase)
+        elif ran:
+            partly.append(f"{method.phrase} passed {ran.count(good)} of {len(ran)} that it can run")
+    if passed:
+        most, fewest = max(passed), min(passed)
+        best, worst = f"passed the most ({most})", f"; {_name_methods(passed[fewest])} passed the fewest ({fewest})"
+        if most == fewest:
+            best, worst = f"{'each ' * (len(passed[most]) > 1)}passed {most}", ""
+        tests = formatting.format_count(len(lines), WORDS[kind])
+        yield f"{_name_methods(passed[most])} {best} of {tests}{worst}."
+    if partly and (kind != "attack" or len(partly) <= FEW):  # the numbers are in the sentences about each method
+        said = f": {formatting.join_words(partly)}" if len(partly) <= FEW else ""
+        are = f"{formatting.format_count(len(partly), 'method')} {'is' if len(partly) == 1 else 'are'}"
+        yield f"{are} not ranked, because not every {WORDS[kind]} could be run{said}."
+
+
 def _name_methods(methods: list[str]) -> str:
     return formatting.join_words(methods) if len(methods) <= FEW else f"{len(methods)} methods"
 
 
 def _describe_complaints(results: StressResults, complaints: list[StressTest]) -> str:
     """Describe how many reported bugs are still seen on the engine that they concern."""
-    still: list[str] = []
-    not_any_more: list[str] = []
-    for line in complaints:
-        own = [result.ending for method, result in _list_cells(results, line) if method.engine == line.about]
-        if any(ending is not CellEnding.NOT_RUN for ending in own):
-            (still if CellEnding.SEEN in own else not_any_more).append(line.name)
-    here, seen = len(still) + len(not_any_more), f": {formatting.join_words(still)}" if 0 < len(still) <= FEW else ""
+    endings = {
+        line.name: {result.ending for method, result in _list_cells(results, line) if method.engine == line.about}
+        for line in complaints
+    }
+    here = sum(bool(own - {CellEnding.NOT_RUN}) for own in endings.values())
+    still = [name for name, own in endings.items() if CellEnding.SEEN in own]
+    seen = f": {formatting.join_words(still)}" if 0 < len(still) <= FEW else ""
     of = f"{formatting.format_count(len(complaints), WORDS['complaint'])}: {here} concern one of these engines"
     return f"{of}; {len(still)} are still seen{seen}."
 
 
 def _format_json(results: StressResults) -> str:
-    engines = [results.engines[method.engine] for method in results.methods]
-    methods = [
-        {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
-        for method, engine in zip(results.methods, engines, strict=True)
-    ]
-    lines = [
-        {
-            **asdict(line),
-            "cells": [{**fields_of(one), "ending": one.ending.in_files} for _, one in _list_cells(results, line)],
-        }
-        for line in results.lines
-    ]
-    return format_json("stress", results, leave_out=("engines", "cells"), methods=methods, lines=lines)
+    def list_cell_fields(line: StressTest) -> list[dict[str, Any]]:
+        return [{**fields_of(one), "ending": one.ending.in_files} for _, one in _list_cells(results, line)]
+
+    methods = [(method, results.engines[method.engine]) for method in results.methods]
+    about = [{**asdict(one), "version": engine.version, "unavailable": engine.unavailable} for one, engine in methods]
+    lines = [{**asdict(line), "cells": list_cell_fields(line)} for line in results.lines]
+    return format_json("stress", results, leave_out=("engines", "cells"), methods=about, lines=lines)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -32,6 +32,8 @@ HOLDS = 1e-9
 
 #: A coefficient at which no impact of `superballs` slides. Every engine supports this coefficient.
 _GRIP = 10.0
+
+_SUPERBALLS = "Four unequal spinning superballs, and their oblique impacts."
 
 Run = Callable[[Scene], Trace]
 
@@ -93,31 +95,24 @@ def build_rough_scene() -> Scene:
 def build_superball_scene() -> Scene:
     """Return the rough scene with so much friction that all impacts stick, and with full tangential restitution."""
     rough = build_rough_scene()
-    return _build_variant(
-        rough,
-        rough.discs,
-        name="stress/superball-relations",
-        description="Four unequal spinning superballs, and their oblique impacts.",
-        friction=_GRIP,
-        tangential_restitution=1.0,
-    )
+    about = {"name": "stress/superball-relations", "description": _SUPERBALLS}
+    return _build_variant(rough, rough.discs, **about, friction=_GRIP, tangential_restitution=1.0)
 
 
-def _build_variant(scene: Scene, discs: Iterable[Disc], **fields: float | str) -> Scene:
-    return Scene(**{**dict(scene), "discs": list(discs), **fields})
+def _build_variant(scene: Scene, discs: Sequence[Disc], **fields: float | str) -> Scene:
+    return Scene(**{**dict(scene), "discs": discs, **fields})
 
 
-def _map_discs(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: float) -> Scene:
-    """Return the scene with changed fields of each disc."""
-    return _build_variant(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
-
-
-def _build_scene_at_state(base: Scene, state: State, duration_s: float) -> Scene:
+def _build_scene_at_state(base: Scene, state: State, **fields: float) -> Scene:
     discs = [
         Disc(**{**dict(disc), "position_m": tuple(p), "velocity_m_s": tuple(v), "spin_rad_s": w})
         for disc, p, v, w in zip(base.discs, *(part.tolist() for part in state), strict=True)
     ]
-    return _build_variant(base, discs, duration_s=duration_s)
+    return _build_variant(base, discs, **fields)
+
+
+def _start_state_of(scene: Scene) -> State:
+    return State(scene.arrays.position_m, scene.arrays.velocity_m_s, scene.arrays.spins)
 
 
 def _compute_deviation(base: Scene, found: State, expected: State) -> float:
@@ -153,22 +148,18 @@ def _build_invariance(
 
 
 def _measure_reversal_deviation(base: Scene, run: Run) -> float:
-    place, velocity, spin = _final_state_of(run(base))
-    back, velocity_back, spin_back = _final_state_of(
-        run(_build_scene_at_state(base, State(place, -velocity, -spin), base.duration_s))
-    )
-    start = base.arrays
-    return _compute_deviation(
-        base, State(back, -velocity_back, -spin_back), State(start.position_m, start.velocity_m_s, start.spins)
-    )
+    def reverse(at: State) -> State:
+        return State(at.position, -at.velocity, -at.spin)
+
+    back = run(_build_scene_at_state(base, reverse(_final_state_of(run(base)))))
+    return _compute_deviation(base, reverse(_final_state_of(back)), _start_state_of(base))
 
 
 def _measure_split_deviation(base: Scene, run: Run) -> float:
     whole, at_s = _final_state_of(run(base)), 1.0
     half = _final_state_of(run(_build_variant(base, base.discs, duration_s=at_s)))
-    return _compute_deviation(
-        base, _final_state_of(run(_build_scene_at_state(base, half, base.duration_s - at_s))), whole
-    )
+    rest = run(_build_scene_at_state(base, half, duration_s=base.duration_s - at_s))
+    return _compute_deviation(base, _final_state_of(rest), whole)
 
 
 def _build_units_relation(
@@ -177,70 +168,58 @@ def _build_units_relation(
     speed = length / time
 
     def change(scene: Scene) -> Scene:
-        return _map_discs(
-            scene,
-            lambda disc: {
-                "position_m": (disc.position_m[0] * length, disc.position_m[1] * length),
-                "velocity_m_s": (disc.velocity_m_s[0] * speed, disc.velocity_m_s[1] * speed),
-                "radius_m": disc.radius_m * length,
-                "mass_kg": disc.mass_kg * mass,
-                "spin_rad_s": disc.spin_rad_s / time,
-            },
-            duration_s=scene.duration_s * time,
-            frame_rate_hz=scene.frame_rate_hz / time,
-        )
+        start = _start_state_of(scene)
+        moved = State(start.position * length, start.velocity * speed, start.spin / time)
+        fields = {"duration_s": scene.duration_s * time, "frame_rate_hz": scene.frame_rate_hz / time}
+        scaled = _build_scene_at_state(scene, moved, **fields)
+        sizes = ({"radius_m": disc.radius_m * length, "mass_kg": disc.mass_kg * mass} for disc in scene.discs)
+        discs = [disc.model_copy(update=size) for disc, size in zip(scaled.discs, sizes, strict=True)]
+        return _build_variant(scaled, discs)
 
     return _build_invariance(
         name, states, change, lambda at: State(at.position / length, at.velocity / speed, at.spin * time)
     )
 
 
+def _build_motion_invariance(
+    name: str, states: str, change: Callable[[State], State], undo: Callable[[State], State]
+) -> Relation:
+    """Return the relation that discs with a changed start move correspondingly."""
+    return _build_invariance(
+        name, states, lambda scene: _build_scene_at_state(scene, change(_start_state_of(scene))), undo
+    )
+
+
 def _build_boost_relation(velocity: tuple[float, float]) -> Relation:
-    u, v = velocity
-
-    def add_velocity(disc: Disc) -> dict[str, object]:
-        return {"velocity_m_s": (disc.velocity_m_s[0] + u, disc.velocity_m_s[1] + v)}
-
     def undo(at: State) -> State:
         return State(at.position - np.array(velocity) * build_base_scene().duration_s, at.velocity - velocity, at.spin)
 
-    states = f"Adding a velocity of ({u:g}, {v:g}) m/s to all discs changes nothing else."
-    return _build_invariance("boost", states, lambda scene: _map_discs(scene, add_velocity), undo)
+    states = "Adding a velocity of ({:g}, {:g}) m/s to all discs changes nothing else.".format(*velocity)
+    return _build_motion_invariance("boost", states, lambda at: at._replace(velocity=at.velocity + velocity), undo)
+
+
+def _rotate(at: State, turn: complex) -> State:
+    place, velocity = ((rows[:, 0] + 1j * rows[:, 1]) * turn for rows in at[:2])
+    return State(np.stack([place.real, place.imag], axis=1), np.stack([velocity.real, velocity.imag], axis=1), at.spin)
 
 
 def _build_rotation_relation(angle_rad: float) -> Relation:
-    turn = cmath.rect(1.0, angle_rad)
-
-    def rotate_disc(disc: Disc) -> dict[str, object]:
-        place, velocity = complex(*disc.position_m) * turn, complex(*disc.velocity_m_s) * turn
-        return {"position_m": (place.real, place.imag), "velocity_m_s": (velocity.real, velocity.imag)}
-
-    def rotate_back(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        z = (rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate()
-        return np.stack([z.real, z.imag], axis=1)
-
-    def undo(at: State) -> State:
-        return State(rotate_back(at.position), rotate_back(at.velocity), at.spin)
-
-    states = f"Turning the scene by {angle_rad:g} rad turns its result."
-    return _build_invariance("rotation", states, lambda scene: _map_discs(scene, rotate_disc), undo)
+    turn, states = cmath.rect(1.0, angle_rad), f"Turning the scene by {angle_rad:g} rad turns its result."
+    return _build_motion_invariance(
+        "rotation", states, lambda at: _rotate(at, turn), lambda at: _rotate(at, turn.conjugate())
+    )
 
 
-def _mirror_disc(disc: Disc) -> dict[str, object]:
-    (x, y), (u, v) = disc.position_m, disc.velocity_m_s
-    # Subtraction from 0 never gives -0.
-    return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v), "spin_rad_s": 0.0 - disc.spin_rad_s}
+def _mirror(at: State) -> State:
+    turned = np.array([1.0, -1.0])
+    # Subtraction from 0 never gives -0, nor does the addition of 0.
+    return State(at.position * turned + 0.0, at.velocity * turned + 0.0, 0.0 - at.spin)
 
 
 def list_relations() -> list[Relation]:
     """Return all relations in the order of the table: first relations of smooth discs, then of rough discs."""
-    turned = np.array([1.0, -1.0])
-    mirror = _build_invariance(
-        "mirror",
-        "The mirror image of the scene has the mirror image of its result.",
-        lambda scene: _map_discs(scene, _mirror_disc),
-        lambda at: State(at.position * turned, at.velocity * turned, 0.0 - at.spin),
-    )
+    states = "The mirror image of the scene has the mirror image of its result."
+    mirror = _build_motion_invariance("mirror", states, _mirror, _mirror)
     relabelling = _build_invariance(
         "relabelling",
         "Listing the discs in reverse order changes nothing.",
@@ -270,35 +249,25 @@ def list_relations() -> list[Relation]:
         build_base_scene,
         of_runs=True,
     )
+    superballs = "If velocities and spins of superballs are reversed at the end, the run returns to its start."
+    slow_motion = "Slowing the scene and its frames a thousandfold changes nothing but the unit of time."
     general = [_build_boost_relation((11.0, -7.0)), _build_rotation_relation(0.7), mirror, relabelling, units_of_two]
     return [
         *general,
         _build_units_relation("kilometres", "Measuring in kilometres changes nothing but the unit.", length=1e-3),
         _build_units_relation("millimetres", "Measuring in millimetres changes nothing but the unit.", length=1e3),
-        _build_units_relation(
-            "slow-motion",
-            "Slowing the scene and its frames a thousandfold changes nothing but the unit of time.",
-            time=1e3,
-        ),
+        _build_units_relation("slow-motion", slow_motion, time=1e3),
         _build_units_relation("light", "Masses that are a million times smaller change nothing.", mass=1e-6),
         far_disc,
         reversal,
         split,
         *(
             replace(
-                relation,
-                name=f"rough-{relation.name}",
-                states=f"With friction and spin: {relation.states}",
-                base=build_rough_scene,
+                one, name=f"rough-{one.name}", states=f"With friction and spin: {one.states}", base=build_rough_scene
             )
-            for relation in (*general, split)
+            for one in (*general, split)
         ),
-        replace(
-            reversal,
-            name="superball-reversal",
-            states="If velocities and spins of superballs are reversed at the end, the run returns to its start.",
-            base=build_superball_scene,
-        ),
+        replace(reversal, name="superball-reversal", states=superballs, base=build_superball_scene),
     ]
 
 
@@ -314,9 +283,8 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
         if answer.value is None:
             raise _StoppedError(answer.said, answer.status)
         if answer.value.outcome is not Outcome.COMPLETED:
-            raise _StoppedError(
-                f"{answer.value.outcome.value}; {'; '.join(answer.value.notes)}".rstrip("; "), answer.status
-            )
+            said = "; ".join((answer.value.outcome.value, *answer.value.notes))
+            raise _StoppedError(said.rstrip("; "), answer.status)
         return answer.value
 
     cell = partial(CellResult, "relation", relation.name, method.name)
