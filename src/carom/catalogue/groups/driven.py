@@ -39,10 +39,8 @@ def _racket() -> Staged:
     normal = 0.8 + 0.6j  # the direction of the racket is (-0.6, 0.8)
     foot = 0.25j  # the point of the racket that the disc touches when they meet
     ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
-    moved = {"at": foot, "drive": drive, "restitution": 0.8, "time_s": time}
-    return stage_at_wall(
-        velocity, 0.125, normal, [edges(*ends, velocity_m_s=to_vector(drive))], _LAW, duration_s=1.25, **moved
-    )
+    walls, times = [edges(*ends, velocity_m_s=to_vector(drive))], {"time_s": time, "duration_s": 1.25}
+    return stage_at_wall(velocity, 0.125, normal, walls, _LAW, at=foot, drive=drive, restitution=0.8, **times)
 
 
 def _swatter() -> Staged:

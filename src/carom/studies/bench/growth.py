@@ -172,6 +172,16 @@ class GrowthCurve:
     memory_exponent: tuple[float, float, float]
     gravity: bool = False
 
+    @property
+    def label(self) -> str:
+        """Name of the method."""
+        return Method(self.engine, self.profile).label
+
+    @property
+    def ran(self) -> list[GrowthPoint]:
+        """The points with results."""
+        return [point for point in self.points if not point.reason]
+
 
 @dataclass(frozen=True)
 class Growth:

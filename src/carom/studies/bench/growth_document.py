@@ -7,10 +7,9 @@ import shlex
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
-from carom.execution.job import Method
 from carom.report import formatting, svg
 from carom.report.document import Cell, Column, Document, Figure, Figures, Headline, Lines, Media, Section, Table
 from carom.report.files import format_json, require_report_extra
@@ -38,7 +37,7 @@ def build_growth_document(growth: Growth) -> Document:
         Figure(partial(_render_svg, growth, True), "Memory. Dashed: with gravity."),
     )
     left_out = tuple(
-        f"{_format_method(curve)}{_format_gas(curve)}, {point.discs} discs, not run: {point.reason}"
+        f"{curve.label}{_format_gas(curve)}, {point.discs} discs, not run: {point.reason}"
         for curve in growth.curves
         for point in curve.points
         if point.reason
@@ -56,30 +55,26 @@ def build_growth_document(growth: Growth) -> Document:
 def _describe_growth(growth: Growth) -> Iterator[str]:
     """Yield a sentence for each gas, with the run times of the largest number of discs and the exponents of growth."""
     for gravity in (False, True):
-        curves = [curve for curve in growth.curves if curve.gravity == gravity and _list_completed_points(curve)]
+        curves = [curve for curve in growth.curves if curve.gravity == gravity and curve.ran]
         engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves
         if not engines:
             continue
-        discs = max(point.discs for curve in engines for point in _list_completed_points(curve))
-        ran = {id(curve): point for curve in curves for point in _list_completed_points(curve) if point.discs == discs}
+        discs = max(point.discs for curve in engines for point in curve.ran)
+        ran = {id(curve): point for curve in curves for point in curve.ran if point.discs == discs}
         fastest = min((c for c in engines if id(c) in ran), key=lambda c: ran[id(c)].advance_s)
         compared = [c for c in curves if c.engine in {"pic", "pit"} and id(c) in ran and c is not fastest]
+        names = [_SHOWN.get(curve.engine, curve.label) for curve in (*compared, fastest)]
+        names[-1] = f"the fastest engine, {names[-1]}," if len(engines) > 1 else names[-1]
         costs = [
-            f"{_SHOWN.get(c.engine, _format_method(c))} {_format_cost(ran[id(c)])}{_format_growth(c)}" for c in compared
+            f"{name} {_format_cost(ran[id(curve)])}{_format_growth(curve)}"
+            for name, curve in zip(names, (*compared, fastest), strict=True)
         ]
-        best = f"{_SHOWN.get(fastest.engine, _format_method(fastest))} "
-        best = f"the fastest engine, {best.strip()}, " if len(engines) > 1 else best
-        costs.append(f"{best}{_format_cost(ran[id(fastest)])}{_format_growth(fastest)}")
         gas = f"A simulated second of {discs} {'falling ' if gravity else ''}discs"
         yield f"{gas} takes {formatting.join_words(costs)}."
 
 
 #: Names of Carom's own methods in sentences and diagrams.
 _SHOWN = {"pic": "PIC", "pit": "PIT"}
-
-
-def _format_method(curve: GrowthCurve) -> str:
-    return Method(curve.engine, curve.profile).label
 
 
 def _format_cost(point: GrowthPoint) -> str:
@@ -96,11 +91,18 @@ def _format_gas(curve: GrowthCurve) -> str:
 
 
 def _build_tables(growth: Growth) -> tuple[Table, ...]:
-    of = {(_format_method(curve), curve.gravity): curve for curve in growth.curves}
-    plain = [curve for curve in growth.curves if not curve.gravity]
+    of = {(curve.label, curve.gravity): curve for curve in growth.curves}
 
     def format_falling(say: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
-        return lambda curve: say(of[_format_method(curve), True]) if (_format_method(curve), True) in of else ""
+        return lambda curve: say(falling) if (falling := of.get((curve.label, True))) else ""
+
+    def largest_column(
+        head: str, say: Callable[[GrowthPoint], str], under: str = "there", only: Media = Media.EVERYWHERE
+    ) -> Column:
+        return Column(head, _format_largest(say), under, number=True, only=only)
+
+    def number_column(head: str, read: Callable[[GrowthPoint], float]) -> Column:
+        return Column(head, lambda run: formatting.format_number(read(run.point), 3), number=True)
 
     return (
         Table(
@@ -108,27 +110,14 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
                 METHOD,
                 Column("run time", lambda curve: _build_power_cell(curve.time_exponent), "grows as"),
                 Column("falling", format_falling(lambda curve: _build_power_cell(curve.time_exponent)), "grows as"),
-                Column("most", _format_largest(lambda point: str(point.discs)), "discs", number=True),
-                Column("a second", _format_largest(_format_cost), "there", number=True),
+                largest_column("most", lambda point: str(point.discs), "discs"),
+                largest_column("a second", _format_cost),
                 Column("falling", format_falling(_format_largest(_format_cost)), "there", number=True),
-                Column(
-                    "memory", lambda curve: _build_power_cell(curve.memory_exponent), "grows as", only=Media.IN_FULL
-                ),
-                Column(
-                    "prepare",
-                    _format_largest(lambda p: formatting.format_seconds(p.prepare_s)),
-                    "there",
-                    number=True,
-                    only=Media.IN_FULL,
-                ),
-                Column(
-                    "peak",
-                    _format_largest(lambda p: f"{formatting.format_number(p.peak_bytes / _MIB, 3)} MiB"),
-                    "there",
-                    number=True,
-                ),
+                Column("memory", _build_memory_cell, "grows as", only=Media.IN_FULL),
+                largest_column("prepare", lambda p: formatting.format_seconds(p.prepare_s), only=Media.IN_FULL),
+                largest_column("peak", lambda p: f"{formatting.format_number(p.peak_bytes / _MIB, 3)} MiB"),
             ),
-            plain,
+            [curve for curve in growth.curves if not curve.gravity],
             title="Growth with the number of discs n, from 100 discs upwards",
             note="A second: run time per simulated second with the largest number of discs. Exponents are fitted by "
             "least squares on logarithmic axes, with a 95 % interval. If the run time decreases with more discs, "
@@ -136,17 +125,15 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
         ),
         Table(
             (
-                Column("point", lambda at: Cell(_format_run(*at), anchor=_build_anchor(*at))),
-                Column(
-                    "per step, ms", lambda at: formatting.format_number(1e3 * at[1].advance_s / STEPS, 3), number=True
-                ),
-                Column("over PIT's", lambda at: formatting.format_ratio(at[1].ratio), number=True),
-                Column("prepare, s", lambda at: formatting.format_number(at[1].prepare_s, 3), number=True),
-                Column("memory, MiB", lambda at: formatting.format_number(at[1].memory_bytes / _MIB, 3), number=True),
-                Column("peak, MiB", lambda at: formatting.format_number(at[1].peak_bytes / _MIB, 3), number=True),
-                Column("command", lambda at: _format_command(*at), only=Media.PAGE),
+                Column("point", lambda run: Cell(run.name, anchor=run.anchor)),
+                number_column("per step, ms", lambda point: 1e3 * point.advance_s / STEPS),
+                Column("over PIT's", lambda run: formatting.format_ratio(run.point.ratio), number=True),
+                number_column("prepare, s", lambda point: point.prepare_s),
+                number_column("memory, MiB", lambda point: point.memory_bytes / _MIB),
+                number_column("peak, MiB", lambda point: point.peak_bytes / _MIB),
+                Column("command", _format_command, only=Media.PAGE),
             ),
-            [(curve, point) for curve in growth.curves for point in _list_completed_points(curve)],
+            _list_runs(growth),
             title="All runs",
             note=f"Gas at packing {PACKING:g} in a square box, {STEPS} steps of {formatting.format_step(DT_S)}. Each "
             "run has its own process, and only one runs at a time. The time per step excludes preparation. Over PIT's: "
@@ -157,27 +144,39 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
     )
 
 
-def _format_run(curve: GrowthCurve, point: GrowthPoint) -> str:
-    return f"{_format_method(curve)}{_format_gas(curve)}, {formatting.format_count(point.discs, 'disc')}"
+class _Run(NamedTuple):
+    """A completed run of a curve."""
+
+    curve: GrowthCurve
+    point: GrowthPoint
+
+    @property
+    def name(self) -> str:
+        return f"{self.curve.label}{_format_gas(self.curve)}, {formatting.format_count(self.point.discs, 'disc')}"
+
+    @property
+    def anchor(self) -> str:
+        """Anchor of the run's row within the page."""
+        falling = "/falling" if self.curve.gravity else ""
+        return quote(f"{self.curve.engine}/{self.curve.profile}/{self.point.discs}{falling}")
 
 
-def _build_anchor(curve: GrowthCurve, point: GrowthPoint) -> str:
-    """Return the anchor of a run's row within the page."""
-    return quote(f"{curve.engine}/{curve.profile}/{point.discs}{'/falling' if curve.gravity else ''}")
+def _list_runs(growth: Growth) -> list[_Run]:
+    return [_Run(curve, point) for curve in growth.curves for point in curve.ran]
 
 
-def _format_command(curve: GrowthCurve, point: GrowthPoint) -> str:
-    words = ("carom", "bench", "--grow", "-e", curve.engine, "-p", curve.profile, "--discs", str(point.discs))
-    return shlex.join(words)
-
-
-def _list_completed_points(curve: GrowthCurve) -> list[GrowthPoint]:
-    return [point for point in curve.points if not point.reason]
+def _format_command(run: _Run) -> str:
+    method = ("-e", run.curve.engine, "-p", run.curve.profile)
+    return shlex.join(("carom", "bench", "--grow", *method, "--discs", str(run.point.discs)))
 
 
 def _format_largest(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
     """Return a column's text for the largest number of discs that was run."""
-    return lambda curve: say(ran[-1]) if (ran := _list_completed_points(curve)) else formatting.ABSENT
+    return lambda curve: say(curve.ran[-1]) if curve.ran else formatting.ABSENT
+
+
+def _build_memory_cell(curve: GrowthCurve) -> Cell:
+    return _build_power_cell(curve.memory_exponent)
 
 
 def _build_power_cell(exponent: tuple[float, float, float]) -> Cell:
@@ -191,11 +190,7 @@ def _build_power_cell(exponent: tuple[float, float, float]) -> Cell:
 
 def _render_svg(growth: Growth, memory: bool, narrow: bool = False) -> str:
     """Return the diagram of run time or memory against the number of discs as SVG. A narrow diagram fits a phone."""
-    links = {
-        _build_anchor(curve, point): _format_run(curve, point)
-        for curve in growth.curves
-        for point in _list_completed_points(curve)
-    }
+    links = {run.anchor: run.name for run in _list_runs(growth)}
     with svg.use_drawing_style():
         figure = _draw_figure(growth, memory, narrow=narrow)
         return svg.render(figure, "Memory" if memory else "Run time", links, narrow=narrow)
@@ -210,15 +205,14 @@ def _draw_figure(growth: Growth, memory: bool, foot: Sequence[str] = (), *, narr
     ends = list[svg.LineEnd]()
     for curve in growth.curves:
         places = [
-            (point.discs, height, _build_anchor(curve, point))
-            for point in _list_completed_points(curve)
+            (point.discs, height, _Run(curve, point).anchor)
+            for point in curve.ran
             if (height := point.memory_bytes / _MIB if memory else point.advance_s / _SIMULATED_S) > 0
         ]
         if not places:
             continue
-        style = svg.choose_line_style(curve.engine, profile=curve.profile) | {
-            "linestyle": "--" if curve.gravity else "-"
-        }
+        style = svg.choose_line_style(curve.engine, profile=curve.profile)
+        style["linestyle"] = "--" if curve.gravity else "-"
         axes.plot([discs for discs, _, _ in places], [height for _, height, _ in places], **style)
         for place in places:
             svg.draw_link_target(axes, *place)

@@ -88,9 +88,8 @@ def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[flo
         Column("order", lambda curve: _format_order(curve.order)),
         Column("steps that find all", _format_sound_steps, number=True, only=Media.IN_FULL),
     ]
-    return Table(
-        columns, sort_best_first(scene.curves), title=f"{scene.scene.name}: accuracy and run time of each method"
-    )
+    title = f"{scene.scene.name}: accuracy and run time of each method"
+    return Table(columns, sort_best_first(scene.curves), title=title)
 
 
 def _select_media(targets: Sequence[float], exact: Media = Media.EVERYWHERE) -> list[Media]:
@@ -138,9 +137,7 @@ class _Method(NamedTuple):
         return [curve.best for _, curve in self.curves if curve.best is not None]
 
     def list_scenes_within(self, target: float) -> list[SceneBench]:
-        return [
-            scene for scene, curve in self.curves if any(_is_within_target(point, target) for point in curve.points)
-        ]
+        return [scene for scene, curve in self.curves if any(_is_within_target(p, target) for p in curve.points)]
 
     def compute_median_cost(self, target: float) -> float:
         """Return the median, over scenes, of the run time for a target over PIC's run time; NaN if none is known."""
@@ -197,10 +194,8 @@ def _build_least_error_cell(kind: ErrorKind, curve: Curve) -> Cell:
         return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if reasons else "")
     if best.sound:
         return Cell(format_error(best.error, kind))
-    return Cell(
-        format_losses(best),
-        short=formatting.format_missed_and_invented(best.missed, best.spurious) or formatting.ABSENT,
-    )
+    short = formatting.format_missed_and_invented(best.missed, best.spurious) or formatting.ABSENT
+    return Cell(format_losses(best), short=short)
 
 
 def format_losses(point: Point) -> str:
@@ -224,14 +219,11 @@ def _build_cost_cell(scene: SceneBench, target: float, curve: Curve) -> Cell:
         met = next((p for p in curve.points if _is_within_target(p, target)), None)
         why = f"not timed: {(met and met.untimed) or 'there was no timing pass'}"
         return Cell("") if met is None else Cell("reached", title=why, short="yes")
-    spent = format_milliseconds(point.timing.advance_s)
-    notes = [
-        f"at {formatting.format_step(point.dt_s)}",
-        f"{format_milliseconds(point.timing.whole_s)} ms with preparation",
-    ]
+    whole = format_milliseconds(point.timing.whole_s)
+    title = f"at {formatting.format_step(point.dt_s)}; {whole} ms with preparation"
     if scene.exact is not None and not curve.exact:
-        notes.append(f"{formatting.format_ratio(read_run_time(point) / read_run_time(scene.exact))} PIC's")
-    return Cell(spent, title="; ".join(notes))
+        title += f"; {formatting.format_ratio(read_run_time(point) / read_run_time(scene.exact))} PIC's"
+    return Cell(format_milliseconds(point.timing.advance_s), title=title)
 
 
 def _format_point_error(point: Point) -> str:
@@ -242,48 +234,35 @@ def _format_point_error(point: Point) -> str:
     return f"{error} ({lost})" if lost else error
 
 
-def _format_timing(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
-    """Return the function that makes a column's text from the timing of a point."""
-    return lambda point: "" if point.timing is None else say(point.timing)
+def _format_least_error(point: Point) -> str:
+    return formatting.format_number(point.error_least)
+
+
+def _timing_column(head: str, say: Callable[[CellTiming], str], only: Media = Media.EVERYWHERE) -> Column:
+    return Column(head, lambda point: "" if point.timing is None else say(point.timing), number=True, only=only)
+
+
+def _step_column(head: str, read_s: Callable[[CellTiming], float]) -> Column:
+    """Return a column of a part of the run time, in microseconds per step."""
+    return _timing_column(head, lambda timing: formatting.format_number(read_s(timing) / timing.steps * 1e6, 3))
 
 
 #: Columns for points. The cost without collisions has separate columns.
 _POINT_COLUMNS = (
     Column("error", _format_point_error, number=True),
-    Column(
-        "smallest over starts",
-        lambda point: formatting.format_number(point.error_least),
-        number=True,
-        only=Media.ON_PAPER,
-    ),
-    Column("all steps, ms", _format_timing(lambda timing: format_milliseconds(timing.advance_s)), number=True),
-    Column("spread", _format_timing(lambda timing: _format_spread(timing.advance_s)), number=True),
-    Column("prepare, ms", _format_timing(lambda timing: format_milliseconds(timing.prepare_s)), number=True),
-    Column("whole, ms", _format_timing(lambda timing: format_milliseconds(timing.whole_s)), number=True),
-    Column("per step, µs", _format_timing(lambda timing: _format_microseconds(timing.step_s)), number=True),
-    Column(
-        "empty world, µs",
-        _format_timing(lambda timing: _format_microseconds(timing.empty_s.median / timing.steps)),
-        number=True,
-    ),
-    Column("call, µs", _format_timing(lambda timing: _format_microseconds(timing.call_s / timing.steps)), number=True),
-    Column(
-        "net, µs", _format_timing(lambda timing: _format_microseconds(timing.net_s.median / timing.steps)), number=True
-    ),
-    Column("steps / PIT", _format_timing(lambda timing: _format_median(timing.ratio)), number=True),
-    Column(
-        "ratio, quartiles",
-        _format_timing(lambda timing: format_quartiles(timing.ratio)),
-        number=True,
-        only=Media.ON_PAPER,
-    ),
-    Column("whole / PIT", _format_timing(lambda timing: _format_median(timing.whole_ratio)), number=True),
-    Column(
-        "whole ratio, quartiles",
-        _format_timing(lambda timing: format_quartiles(timing.whole_ratio)),
-        number=True,
-        only=Media.ON_PAPER,
-    ),
+    Column("smallest over starts", _format_least_error, number=True, only=Media.ON_PAPER),
+    _timing_column("all steps, ms", lambda timing: format_milliseconds(timing.advance_s)),
+    _timing_column("spread", lambda timing: _format_spread(timing.advance_s)),
+    _timing_column("prepare, ms", lambda timing: format_milliseconds(timing.prepare_s)),
+    _timing_column("whole, ms", lambda timing: format_milliseconds(timing.whole_s)),
+    _step_column("per step, µs", lambda timing: timing.advance_s.median),
+    _step_column("empty world, µs", lambda timing: timing.empty_s.median),
+    _step_column("call, µs", lambda timing: timing.call_s),
+    _step_column("net, µs", lambda timing: timing.net_s.median),
+    _timing_column("steps / PIT", lambda timing: _format_median(timing.ratio)),
+    _timing_column("ratio, quartiles", lambda timing: format_quartiles(timing.ratio), Media.ON_PAPER),
+    _timing_column("whole / PIT", lambda timing: _format_median(timing.whole_ratio)),
+    _timing_column("whole ratio, quartiles", lambda timing: format_quartiles(timing.whole_ratio), Media.ON_PAPER),
 )
 
 
@@ -335,10 +314,6 @@ def _format_command(scene: str, plan: BenchPlan, point: Point) -> str:
     return shlex.join(words)
 
 
-def _format_microseconds(value: float) -> str:
-    return formatting.format_number(value * 1e6, 3)
-
-
 def format_milliseconds(found: Spread) -> str:
     """Return the median of a run time, without its unit."""
     return formatting.format_number(found.median * 1e3, 3)
@@ -354,8 +329,6 @@ def _format_median(found: Spread | None) -> str:
 
 def format_quartiles(found: Spread | None) -> str:
     """Return the quartiles of a ratio."""
-    return (
-        formatting.ABSENT
-        if found is None
-        else f"{formatting.format_number(found.low)} to {formatting.format_number(found.high)}"
-    )
+    if found is None:
+        return formatting.ABSENT
+    return f"{formatting.format_number(found.low)} to {formatting.format_number(found.high)}"

@@ -130,11 +130,6 @@ class CellTiming:
     whole_ratio: Spread | None
     ratios: tuple[float, ...] = ()
 
-    @property
-    def step_s(self) -> float:
-        """Median time per step, seconds."""
-        return self.advance_s.median / self.steps
-
 
 @dataclass(frozen=True)
 class TimingKey:

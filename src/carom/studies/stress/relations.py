@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.catalogue.closed_forms import to_vector
 from carom.errors import InputError
 from carom.execution.job import Job, Method, Status
 from carom.execution.plan import observe_job
@@ -167,14 +168,15 @@ def _build_units_relation(
 ) -> Relation:
     speed = length / time
 
+    def scale(disc: Disc) -> Disc:
+        (x, y), (u, v) = disc.position_m, disc.velocity_m_s
+        motion = {"position_m": (x * length, y * length), "velocity_m_s": (u * speed, v * speed)}
+        size = {"radius_m": disc.radius_m * length, "mass_kg": disc.mass_kg * mass}
+        return disc.model_copy(update=motion | size | {"spin_rad_s": disc.spin_rad_s / time})
+
     def change(scene: Scene) -> Scene:
-        start = _start_state_of(scene)
-        moved = State(start.position * length, start.velocity * speed, start.spin / time)
-        fields = {"duration_s": scene.duration_s * time, "frame_rate_hz": scene.frame_rate_hz / time}
-        scaled = _build_scene_at_state(scene, moved, **fields)
-        sizes = ({"radius_m": disc.radius_m * length, "mass_kg": disc.mass_kg * mass} for disc in scene.discs)
-        discs = [disc.model_copy(update=size) for disc, size in zip(scaled.discs, sizes, strict=True)]
-        return _build_variant(scaled, discs)
+        times = {"duration_s": scene.duration_s * time, "frame_rate_hz": scene.frame_rate_hz / time}
+        return _build_variant(scene, list(map(scale, scene.discs)), **times)
 
     return _build_invariance(
         name, states, change, lambda at: State(at.position / length, at.velocity / speed, at.spin * time)
@@ -198,16 +200,18 @@ def _build_boost_relation(velocity: tuple[float, float]) -> Relation:
     return _build_motion_invariance("boost", states, lambda at: at._replace(velocity=at.velocity + velocity), undo)
 
 
-def _rotate(at: State, turn: complex) -> State:
-    place, velocity = ((rows[:, 0] + 1j * rows[:, 1]) * turn for rows in at[:2])
-    return State(np.stack([place.real, place.imag], axis=1), np.stack([velocity.real, velocity.imag], axis=1), at.spin)
-
-
 def _build_rotation_relation(angle_rad: float) -> Relation:
     turn, states = cmath.rect(1.0, angle_rad), f"Turning the scene by {angle_rad:g} rad turns its result."
-    return _build_motion_invariance(
-        "rotation", states, lambda at: _rotate(at, turn), lambda at: _rotate(at, turn.conjugate())
-    )
+
+    def rotate(at: State) -> State:
+        place, velocity = ([to_vector(complex(*row) * turn) for row in rows.tolist()] for rows in at[:2])
+        return State(np.array(place), np.array(velocity), at.spin)
+
+    def rotate_back(at: State) -> State:
+        z, w = ((rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate() for rows in at[:2])
+        return State(np.stack([z.real, z.imag], axis=1), np.stack([w.real, w.imag], axis=1), at.spin)
+
+    return _build_motion_invariance("rotation", states, rotate, rotate_back)
 
 
 def _mirror(at: State) -> State:
