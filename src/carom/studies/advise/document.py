@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 
 from carom.engines.registry import format_engine_argument
-from carom.execution.job import Method
 from carom.model.trace import body_name
 from carom.report import formatting
 from carom.report.document import (
@@ -31,7 +30,7 @@ from carom.report.provenance import build_provenance
 from carom.report.render.html import render_html
 from carom.studies.advise.figure import render_advice_svg
 from carom.studies.advise.run import Advice
-from carom.studies.advise.sampling_limit import Cause, HardImpact
+from carom.studies.advise.sampling_limit import Cause
 from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepRange, count_steps_per_frame
 from carom.studies.advise.step_trial import StepTrial
 from carom.support.folders import write_files
@@ -53,23 +52,45 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
     """
     rows = sorted(
         advice.answers,
-        key=lambda one: (_is_step_cut(advice, one), _compute_sort_key(one.demand), _compute_sort_key(one.never_misses)),
+        key=lambda one: (
+            one.method in advice.located,
+            _compute_sort_key(one.demand),
+            _compute_sort_key(one.never_misses),
+        ),
     )
+    answer, *more = _build_headline(advice)
+    notes = Lines(tuple(_build_notes(advice)))
+    sections = [Section("Advice", (Lines(tuple(more)), *([_build_table(advice, rows)] if rows else []), notes))]
+    if rows:
+        caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
+        figure = Figure(partial(render_advice_svg, advice), caption)
+        ends = Lines((*_describe_endings(rows), *_describe_refusals(rows), _describe_tests(advice)), Media.IN_FULL)
+        tested = (_build_evidence_table(advice, rows), ends, *map(_build_trials_table, rows))
+        sections += [
+            Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
+            Section("Code to paste", tuple(_build_code_blocks(advice, rows, asked or advice.scene.name))),
+            Section("All tested steps", tested, only=Media.IN_FULL),
+        ]
+    making_of = build_provenance(advice.environment, advice.command, advice.elapsed_s)
+    return Document("Carom: advice", Headline(answer), (*sections, *making_of))
+
+
+def _list_questions(advice: Advice) -> Iterator[tuple[str, Callable[[Advised], StepRange]]]:
+    """Yield the heading of each question, and the function that reads its result."""
+    yield "no miss", lambda answer: answer.never_misses
+    yield f"≤ {_format_target_angle(advice)}", lambda answer: answer.demand
+
+
+def _build_table(advice: Advice, rows: Sequence[Advised]) -> Table:
+    def build_columns(head: str, read: Callable[[Advised], StepRange]) -> Iterator[Column]:
+        yield Column(head, lambda answer: _describe_passing_step(answer, read(answer)), "steps/s", number=True)
+        yield Column("per", lambda answer: _format_steps_per_frame(advice, read(answer)), "frame", number=True)
+
     frame = f"{formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
-    table = Table(
+    return Table(
         (
-            Column("", lambda answer: _format_label(advice, answer.method)),
-            Column(
-                "no miss", lambda answer: _describe_passing_step(answer, answer.never_misses), "steps/s", number=True
-            ),
-            Column("per", lambda answer: _format_steps_per_frame(advice, answer.never_misses), "frame", number=True),
-            Column(
-                f"≤ {_format_target_angle(advice)}",
-                lambda answer: _describe_passing_step(answer, answer.demand),
-                "steps/s",
-                number=True,
-            ),
-            Column("per", lambda answer: _format_steps_per_frame(advice, answer.demand), "frame", number=True),
+            Column("", lambda answer: answer.method.label + " +CCD" * (answer.method in advice.swept)),
+            *(column for question in _list_questions(advice) for column in build_columns(*question)),
             Column(f"at {frame}", lambda answer: _format_frame_step_result(advice, answer)),
         ),
         rows,
@@ -77,39 +98,21 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
         note="Every tested step of this size or smaller passes. Steps between tested ones were not checked. Fails: "
         "number of starts with a missed or spurious impact.",
     )
+
+
+def _build_evidence_table(advice: Advice, rows: Sequence[Advised]) -> Table:
+    def build_columns(head: str, read: Callable[[Advised], StepRange]) -> Iterator[Column]:
+        yield Column(head, lambda answer: _format_rate_range(read(answer)), number=True)
+        yield Column("fails", lambda answer: _format_failing_rate(answer, read(answer)), "at", number=True)
+
     columns = (
         Column("", lambda answer: answer.method.label),
-        Column("no miss", lambda answer: _format_rate_range(answer.never_misses), number=True),
-        Column("fails", lambda answer: _format_failing_rate(answer, answer.never_misses), "at", number=True),
-        Column(f"≤ {_format_target_angle(advice)}", lambda answer: _format_rate_range(answer.demand), number=True),
-        Column("fails", lambda answer: _format_failing_rate(answer, answer.demand), "at", number=True),
+        *(column for question in _list_questions(advice) for column in build_columns(*question)),
         Column("direction", _format_direction_error, "error", number=True),
         Column("engine", lambda answer: str(answer.steps), "steps", number=True),
     )
     title = "Steps per second that pass, from the largest step to the finest tested:"
-    evidence = Table(columns, rows, title=title, only=Media.IN_FULL)
-    answer, *more = _build_headline(advice)
-    caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
-    figure = Figure(partial(render_advice_svg, advice), caption)
-    sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_build_notes(advice)))))]
-    if rows:
-        sections += [
-            Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
-            Section("Code to paste", tuple(_build_code_blocks(advice, rows, asked or advice.scene.name))),
-            Section(
-                "All tested steps",
-                (
-                    evidence,
-                    Lines(
-                        (*_describe_endings(rows), *_describe_refusals(rows), _describe_tests(advice)), Media.IN_FULL
-                    ),
-                    *map(_build_trials_table, rows),
-                ),
-                only=Media.IN_FULL,
-            ),
-        ]
-    making_of = build_provenance(advice.environment, advice.command, advice.elapsed_s)
-    return Document("Carom: advice", Headline(answer), (*sections, *making_of))
+    return Table(columns, rows, title=title, only=Media.IN_FULL)
 
 
 def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
@@ -141,11 +144,8 @@ def _build_headline(advice: Advice) -> Iterator[str]:
 def _describe_target(advice: Advice) -> str:
     demanded = f"For a direction error of at most {_format_target_angle(advice)}"
     if advice.demand.miss_probability > 0:
-        return (
-            f"{demanded} and misses at no more than {formatting.format_percent(advice.demand.miss_probability)} of "
-            "start "
-            "positions"
-        )
+        most = formatting.format_percent(advice.demand.miss_probability)
+        return f"{demanded} and misses at no more than {most} of start positions"
     return demanded
 
 
@@ -159,7 +159,7 @@ def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRan
     A method whose steps Carom cuts is named only if no other method passes, because an engine has no setting that cuts
     steps.
     """
-    able = [one for one in advice.answers if not _is_step_cut(advice, one)] or list(advice.answers)
+    able = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
     if not passing:
         return "no tested step of any engine suffices"
@@ -181,13 +181,9 @@ def _describe_substeps(advice: Advice, found: StepRange) -> str:
     """Describe the number of steps per frame at the largest passing step that divides a frame."""
     if (times := _count_steps_per_frame(advice, found)) is None:
         return ""
-    steps = (
-        f"{formatting.format_count(times, 'step')} per frame at "
-        f"{formatting.format_number(advice.scene.frame_rate_hz, 4)} Hz"
-    )
-    if found.in_frame is found.passes:
-        return f" ({steps})"
-    return f" ({steps} {'is' if times == 1 else 'are'} enough)"
+    rate = formatting.format_number(advice.scene.frame_rate_hz, 4)
+    enough = "" if found.in_frame is found.passes else f" {'is' if times == 1 else 'are'} enough"
+    return f" ({formatting.format_count(times, 'step')} per frame at {rate} Hz{enough})"
 
 
 def _count_steps_per_frame(advice: Advice, found: StepRange) -> int | None:
@@ -205,11 +201,10 @@ def _build_code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> I
     for answer in rows:
         found = answer.demand if answer.demand.in_frame else answer.never_misses
         method, trial, times = answer.method, found.in_frame, _count_steps_per_frame(advice, found)
-        if trial is None or times is None or _is_step_cut(advice, answer):
+        if trial is None or times is None or method in advice.located:
             continue
-        kept = (
-            f"direction error at most {_format_target_angle(advice)}" if found is answer.demand else "no missed impact"
-        )
+        target = f"direction error at most {_format_target_angle(advice)}"
+        kept = target if found is answer.demand else "no missed impact"
         code = advice.code.get(method, "")
         of = ", as code:" if code else "."
         fewer = _count_steps_per_frame(advice, answer.never_misses)
@@ -221,14 +216,6 @@ def _build_code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> I
         at = ("--dt", formatting.format_step_option(trial.dt_s), "--scene", asked)
         yield Text(f"For all settings, run: {shlex.join((*words, *at))}", shown)
         shown = Media.IN_FULL
-
-
-def _is_step_cut(advice: Advice, answer: Advised) -> bool:
-    return answer.method in advice.located
-
-
-def _format_label(advice: Advice, method: Method) -> str:
-    return f"{method.label}{' +CCD' if method in advice.swept else ''}"
 
 
 def _describe_passing_step(answer: Advised, found: StepRange) -> str:
@@ -270,10 +257,8 @@ def _build_notes(advice: Advice) -> Iterator[str]:
             if found.monotone or again:
                 continue
             passing, failing = _format_rates(found.coarser_passes), _format_rates(found.finer_failures)
-            yield (
-                f"Smaller is not always better: {answer.method.label} {what} at {passing} steps per second, but not "
-                f"at {failing}."
-            )
+            where = f"at {passing} steps per second, but not at {failing}"
+            yield f"Smaller is not always better: {answer.method.label} {what} {where}."
     stopped = [answer.method.label for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
@@ -285,16 +270,13 @@ def _build_notes(advice: Advice) -> Iterator[str]:
     if advice.cut is not None:
         until = formatting.format_seconds(advice.scene.duration_s)
         yield f"Only the time up to {until} was searched, because from the next impact on, {advice.cut.value}."
-    yield _describe_hardest_impact(
-        advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs
-    )
+    yield _describe_hardest_impact(advice)
 
 
 def _describe_tests(advice: Advice) -> str:
     return (
         f"Each step was tested at {formatting.format_count(advice.phases, 'start position')} that are spread evenly "
-        "over "
-        "a step, and at start positions with a frame just before the hardest impacts. The largest step of each "
+        "over a step, and at start positions with a frame just before the hardest impacts. The largest step of each "
         f"range was tested at {max(CONFIRM, advice.phases)}."
     )
 
@@ -322,9 +304,9 @@ def _format_rate(dt_s: float) -> str:
 def _format_rates(trials: Iterable[StepTrial]) -> str:
     """Return rates as a list. If there are many steps, return the first, the last and their number."""
     rates = [_format_rate(trial.dt_s) for trial in trials]
-    return (
-        formatting.join_words(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
-    )
+    if len(rates) < _MANY:
+        return formatting.join_words(rates)
+    return f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
 
 
 def _format_rate_range(found: StepRange) -> str:
@@ -370,34 +352,29 @@ def _format_degrees(angle_rad: float) -> str:
     return formatting.ABSENT if math.isnan(angle_rad) else f"{formatting.format_number(math.degrees(angle_rad), 3)}°"
 
 
-def _describe_hardest_impact(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
-    where = (
-        f"between {body_name(impact.first)} and {body_name(impact.second)} at "
-        f"{formatting.format_number(impact.time_s, 4)} s"
-    )
-    which = "The only impact is" if impacts == 1 else f"The hardest of {impacts} impacts is"
+def _describe_hardest_impact(advice: Advice) -> str:
+    impact, rate_hz = advice.hardest[0], advice.scene.frame_rate_hz
+    bodies = f"{body_name(impact.first)} and {body_name(impact.second)}"
+    where = f"between {bodies} at {formatting.format_number(impact.time_s, 4)} s"
+    which = "The only impact is" if advice.impacts == 1 else f"The hardest of {advice.impacts} impacts is"
     window = impact.limit.window
     if window is None:
         return f"{which} {where}: {impact.cause.value}."
-    size = (
-        f"{formatting.format_number(window.speed_m_s)} m/s, {formatting.format_number(window.reach_m)} m from centre "
-        "to centre"
-    )
+    speed, reach = formatting.format_number(window.speed_m_s), formatting.format_number(window.reach_m)
+    size = f"{speed} m/s, {reach} m from centre to centre"
     why = {
         Cause.GRAZE: f"a graze, off centre by {formatting.format_number(window.share, 4)} of the contact distance",
         Cause.FAST: f"they are fast for their size ({size})",
         Cause.TURN: f"the line between their centres turns fast ({size})",
     }[impact.cause]
     late = impact.limit.direction_dt_s
-    direction = (
-        "the direction meets the target even if the impact is found late"
-        if math.isinf(late)
-        else f"the direction misses the target if the impact is found more than {formatting.format_seconds(late)} late"
-    )
-    if rough:  # the effect of friction has no closed form
+    direction = f"misses the target if the impact is found more than {formatting.format_seconds(late)} late"
+    if math.isinf(late):
+        direction = "meets the target even if the impact is found late"
+    if advice.scene.arrays.rubs_discs:  # the effect of friction has no closed form
         direction += " (without friction)"
     return (
         f"{which} {where}: {why}. The bodies overlap while approaching for "
         f"{formatting.format_seconds(window.length_s)}. A frame at {formatting.format_number(rate_hz, 4)} Hz takes "
-        f"{formatting.format_seconds(1.0 / rate_hz)}. {formatting.capitalise(direction)}."
+        f"{formatting.format_seconds(1.0 / rate_hz)}. The direction {direction}."
     )
