@@ -65,7 +65,7 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
         caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
         figure = Figure(partial(render_advice_svg, advice), caption)
         ends = Lines((*_describe_endings(rows), *_describe_refusals(rows), _describe_tests(advice)), Media.IN_FULL)
-        tested = (_build_evidence_table(advice, rows), ends, *map(_build_trials_table, rows))
+        tested: tuple[Block, ...] = (_build_evidence_table(advice, rows), ends, *map(_build_trials_table, rows))
         sections += [
             Section("Error against step", (Figures((figure,), large=True),), only=Media.PAGE),
             Section("Code to paste", tuple(_build_code_blocks(advice, rows, asked or advice.scene.name))),

@@ -49,10 +49,8 @@ def _build_pair(entry: Divergence) -> Pair:
     scene, name = reference.scene, cell.column.name
     said = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."
     labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {said}")
-    sides = (
-        f"PIC: {formatting.format_count(len(reference.impacts), 'impact')}",
-        f"{name}: {formatting.format_count(len(observed.impacts), 'impact')}",
-    )
+    due, found = (formatting.format_count(len(trace.impacts), "impact") for trace in (reference, observed))
+    sides = (f"PIC: {due}", f"{name}: {found}")
     draw = partial(draw_pair, reference, observed, cell.line.missed or (), labels)
     return Pair(scene.name, cell.mark.cell, sides, draw, tuple(filter(None, (scene.description, said))))
 
@@ -73,9 +71,8 @@ def find_divergences(
         for cell in row.cells
         if cell.row is not None and cell.row.trace is not None
     ]
-    paper = [
-        entry for entry in cells if entry.cell.scene.startswith(f"{PAPER_GROUP}/") and entry.cell.column.engine == "pit"
-    ]
+    of_pit = [entry for entry in cells if entry.cell.column.engine == "pit"]
+    paper = [entry for entry in of_pit if entry.cell.scene.startswith(f"{PAPER_GROUP}/")]
     paper_scenes = {entry.cell.scene for entry in paper}
     worst: dict[str, Divergence] = {}
     for entry in sorted(cells, key=lambda entry: _compute_badness(entry.cell), reverse=True):

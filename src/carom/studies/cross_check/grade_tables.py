@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from carom.comparator import Verdict
 from carom.report import formatting
@@ -88,15 +88,7 @@ def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequ
         columns = (
             Column("scenes by grade", lambda method: _build_grade_bar(grid.list_cells(method))),
             *numbers,
-            *(
-                Column(
-                    name,
-                    partial(_build_group_cell, grid, names),
-                    formatting.format_count(len(names), "scene"),
-                    only=Media.PAGE,
-                )
-                for name, names in groups.items()
-            ),
+            *(_build_group_column(grid, name, names) for name, names in groups.items()),
             Column("worst scene", lambda method: _build_worst_scene_cell(grid.list_cells(method))),
         )
     name = Column("method", lambda method: Cell(method.label, method.profile, short=method.name))
@@ -146,6 +138,11 @@ def _read_group(scene: str) -> str:
     """Return the group in a scene's name. Scenes without a group form a group of their own."""
     group, slash, _ = scene.partition("/")
     return group if slash else "others"
+
+
+def _build_group_column(grid: Grid, name: str, scenes: Sequence[str]) -> Column:
+    under = formatting.format_count(len(scenes), "scene")
+    return Column(name, partial(_build_group_cell, grid, scenes), under, only=Media.PAGE)
 
 
 def _build_group_cell(grid: Grid, names: Sequence[str], method: GridColumn) -> Cell:
@@ -203,22 +200,10 @@ def _build_run_tables(grid: Grid) -> tuple[Table, ...]:
     columns = (
         Column("method", lambda cell: cell.column.name),
         Column("impacts", _format_found, number=True),
-        Column(
-            "time",
-            lambda cell: _format_error(cell, cell.time_error_s, 1e3, sign=True, limit=0.0),
-            number=True,
-            under="ms",
-        ),
-        Column("velocity", lambda cell: _format_error(cell, cell.errors.velocity, 100.0), number=True, under="%"),
-        Column(
-            "angle",
-            lambda cell: _format_error(cell, cell.errors.direction_rad, math.degrees(1.0)),
-            number=True,
-            under="°",
-        ),
-        Column(
-            "energy", lambda cell: _format_error(cell, cell.errors.energy, 100.0, sign=True), number=True, under="%"
-        ),
+        _error_column("time", "ms", lambda cell: cell.time_error_s, 1e3, sign=True, limit=0.0),
+        _error_column("velocity", "%", lambda cell: cell.errors.velocity, 100.0),
+        _error_column("angle", "°", lambda cell: cell.errors.direction_rad, math.degrees(1.0)),
+        _error_column("energy", "%", lambda cell: cell.errors.energy, 100.0, sign=True),
         Column("grade", _format_grade),
     )
     words = dict.fromkeys(f"{cell.mark.symbol} {cell.mark.css.replace('-', ' ')}" for cell in runs)
@@ -237,6 +222,10 @@ def _build_run_tables(grid: Grid) -> tuple[Table, ...]:
 def _format_found(cell: GridCell) -> str:
     invented = f" +{cell.invented}" if cell.invented else ""
     return f"{cell.expected - cell.missed - cell.undecided}/{cell.expected}{invented}"
+
+
+def _error_column(head: str, under: str, read: Callable[[GridCell], float], unit: float, **limits: Any) -> Column:
+    return Column(head, lambda cell: _format_error(cell, read(cell), unit, **limits), under, number=True)
 
 
 def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = False, limit: float | None = None) -> str:
@@ -262,9 +251,8 @@ def build_impacts_section(grid: Grid) -> Section:
         return Section("", ())
     impacts = _find_impacts(grid, methods)
     # A page shows a few impacts already in the table of methods. A terminal has space for a few methods only.
-    media = (Media.DETAIL if len(impacts) <= MOST_BESIDE else Media.IN_FULL) | (
-        Media.TERMINAL if len(methods) <= MOST_ACROSS else Media.DETAIL
-    )
+    media = Media.DETAIL if len(impacts) <= MOST_BESIDE else Media.IN_FULL
+    media |= Media.TERMINAL if len(methods) <= MOST_ACROSS else Media.DETAIL
     columns = [
         Column("bodies", lambda impact: impact.bodies),
         Column("time, s", lambda impact: impact.when, number=True),
@@ -272,14 +260,12 @@ def build_impacts_section(grid: Grid) -> Section:
     ]
     left_out = len(impacts) - MOST_IMPACTS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
-    short, full = _format_verdict_lines(grid, full=len(methods) == 1), _format_verdict_lines(grid, full=True)
     blocks = (
         Table(columns, impacts[:MOST_IMPACTS], note=note, only=media),
-        Lines(short, Media.TERMINAL),
-        Lines(full, Media.DETAIL),
+        Lines(_format_verdict_lines(grid, full=len(methods) == 1), Media.TERMINAL),
+        Lines(_format_verdict_lines(grid, full=True), Media.DETAIL),
     )
-    shown = tuple(block for block in blocks if block.items)
-    return Section("Impacts by method", shown, level=3)
+    return Section("Impacts by method", tuple(block for block in blocks if block.items), level=3)
 
 
 def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:

@@ -49,24 +49,18 @@ def build_reference_section(grid: Grid) -> Section:
         for name, reference in results.references.items()
         if reference.contact_s < math.inf
     ]
-    listed = _build_lines(lines, Media.EVERYWHERE if len(lines) <= MOST_LISTED else Media.IN_FULL)
-    blocks: tuple[Block, ...] = (
-        (listed, Text(REFERENCE_NOTE, Media.ON_PAPER), Text(ESTIMATE_NOTE, Media.ON_PAPER, folded=True))
-        if lines
-        else ()
-    )
+    blocks: list[Block] = []
+    if lines:
+        listed = _build_lines(lines, short=len(lines) <= MOST_LISTED)
+        blocks += [listed, Text(REFERENCE_NOTE, Media.ON_PAPER), Text(ESTIMATE_NOTE, Media.ON_PAPER, folded=True)]
     if rests:
-        blocks += (
-            _build_lines(rests, Media.EVERYWHERE if len(results.references) == 1 else Media.IN_FULL),
-            Text(REST_NOTE, Media.ON_PAPER),
-        )
-    return Section("Reliability of the reference", blocks, level=3)
+        blocks += [_build_lines(rests, short=len(results.references) == 1), Text(REST_NOTE, Media.ON_PAPER)]
+    return Section("Reliability of the reference", tuple(blocks), level=3)
 
 
-def _build_lines(lines: list[str], media: Media) -> Lines:
-    return Lines(
-        tuple(lines), media, folded="" if len(lines) <= MOST_LISTED else formatting.format_count(len(lines), "scene")
-    )
+def _build_lines(lines: list[str], *, short: bool) -> Lines:
+    folded = "" if len(lines) <= MOST_LISTED else formatting.format_count(len(lines), "scene")
+    return Lines(tuple(lines), Media.EVERYWHERE if short else Media.IN_FULL, folded=folded)
 
 
 class _Known(NamedTuple):
@@ -75,6 +69,10 @@ class _Known(NamedTuple):
     scene: str
     answer: KnownAnswer
     deviation: float
+
+
+def _format_count(known: _Known) -> str:
+    return "not known" if known.answer.count is None else str(known.answer.count)
 
 
 def _format_deviation(known: _Known) -> str:
@@ -93,9 +91,7 @@ def build_known_answers_section(grid: Grid) -> Section:
     columns = (
         Column("scene", lambda known: known.scene),
         Column("source", _build_source_cell),
-        Column(
-            "impacts", lambda known: "not known" if known.answer.count is None else str(known.answer.count), number=True
-        ),
+        Column("impacts", _format_count, number=True),
         Column("deviation of PIC", _format_deviation, number=True),
     )
     found = [_Known(name, *answer) for name, answer in grid.results.known.items()]

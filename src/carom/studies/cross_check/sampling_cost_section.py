@@ -97,14 +97,13 @@ def _select_known_errors(errors: Iterable[float | None]) -> list[float]:
 
 def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
     """Measure the cost of sampling for every engine except Carom's own methods; empty if PIT was not run."""
-    found = []
-    for column in grid.columns.values():
-        cells = (
-            cell for cell in grid.list_cells(column) if cell.scored and cell.pit and cell.line.outcome_taken is None
-        )
-        if not column.own and (own := tuple(cells)):
-            found.append(EngineCost(column, own))
-    return tuple(found)
+
+    def list_cells(column: GridColumn) -> tuple[GridCell, ...]:
+        cells = grid.list_cells(column)
+        return tuple(cell for cell in cells if cell.scored and cell.pit and cell.line.outcome_taken is None)
+
+    found = (EngineCost(column, list_cells(column)) for column in grid.columns.values() if not column.own)
+    return tuple(cost for cost in found if cost.cells)
 
 
 def build_sampling_cost_section(grid: Grid) -> Section:
@@ -113,9 +112,7 @@ def build_sampling_cost_section(grid: Grid) -> Section:
     if not found:
         return Section("", ())
     chart = Figures((Figure(partial(draw_sampling_costs, found), CAPTION, TITLE),), large=True)
-    columns = [
-        column for column in _COLUMNS if any(column.build_cell(cost).text != formatting.ABSENT for cost in found)
-    ]
+    columns = [one for one in _COLUMNS if any(one.build_cell(cost).text != formatting.ABSENT for cost in found)]
     blocks = (
         *((chart,) if any(cost.own for cost in found) else ()),
         Table(columns, found, only=Media.IN_FULL),

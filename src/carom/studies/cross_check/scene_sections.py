@@ -91,10 +91,8 @@ def pack_replays(grid: Grid) -> Iterator[tuple[str, str]]:
         reference = grid.results.references.get(row.name)
         runs = [found for cell in row.cells if (found := _build_replay(cell))]
         if reference is not None and runs:
-            yield (
-                escape_controls(row.name),
-                pack_data(build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}),
-            )
+            data = build_replay_data(reference, runs) | {"drag": build_play_link(reference.scene)}
+            yield escape_controls(row.name), pack_data(data)
 
 
 def _build_replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | None:
@@ -102,9 +100,8 @@ def _build_replay(cell: GridCell) -> tuple[Trace, Score, Mapping[str, Any]] | No
     if cell.row is None or cell.row.trace is None or cell.row.score is None:
         return None
     job = cell.row.job
-    said = describe_run(
-        cell.row, cell.column.label, build_replay_key(job), format_run_command(escape_controls(job.scene.name), job)
-    )
+    command = format_run_command(escape_controls(job.scene.name), job)
+    said = describe_run(cell.row, cell.column.label, build_replay_key(job), command)
     return cell.row.trace, cell.row.score, said
 
 
@@ -116,13 +113,12 @@ def build_unscored_section(grid: Grid) -> Section:
     missing = [info for info in grid.results.engines if info.missing and info.name not in run]
     here = f"{Path.cwd()}{os.sep}"  # shorten paths in the working folder, because reports are passed on
     names = formatting.join_words([info.name for info in missing])
+    hint = f"Not installed: {names}; 'carom engines' shows how to install them."
     lines = (
         Lines(every, Media.IN_FULL, folded=formatting.format_count(len(every), "reason")),
         Lines(important, Media.TERMINAL),
         Lines(tuple(f"{one.name} is not run: {one.unavailable.replace(here, '')}" for one in missing), Media.IN_FULL),
-        Lines(
-            (f"Not installed: {names}; 'carom engines' shows how to install them.",) if missing else (), Media.TERMINAL
-        ),
+        Lines((hint,) if missing else (), Media.TERMINAL),
         Lines(tuple(_describe_missing_profiles(grid)), Media.ON_PAPER),
     )
     return Section("Runs without a score", tuple(block for block in lines if block.items), level=3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -14,7 +14,6 @@ from carom.report.document import Cell, Column, Figure, Figures, Media, Section,
 from carom.report.svg import SURFACE, build_figure, choose_line_style, finish, format_tick, render, use_drawing_style
 from carom.studies.cross_check.explain import describe_pic, describe_pit
 from carom.studies.cross_check.grid import Grid
-from carom.support.formatting import format_number
 
 NOTE = (
     "Skipping changes no result. Without skipping, PIC predicts all pairs after each impact, and runs event by "
@@ -47,27 +46,27 @@ def build_skipping_section(grid: Grid) -> Section:
     columns = (
         Column("scene", lambda one: one.reference.scene.name),
         Column("PIC", lambda one: Cell(describe_pic(one.reference.scene, one.reference), css="prose")),
-        Column("PIC, ms", lambda one: _format_time_with(one.skips.pic), number=True),
-        Column("without", lambda one: _format_ratio_without(one.skips.pic), number=True),
+        *_build_time_columns("PIC", lambda one: one.skips.pic),
         Column("PIT", lambda one: Cell(describe_pit(one.reference.scene, one.skips.dt_s), css="prose")),
-        Column("PIT, ms", lambda one: _format_time_with(one.skips.pit), number=True),
-        Column("without", lambda one: _format_ratio_without(one.skips.pit), number=True),
+        *_build_time_columns("PIT", lambda one: one.skips.pit),
     )
     folded = f"Skipped work in {formatting.format_count(len(found), 'scene')}"
     figure = Figure(partial(_render_diagram, found), "Run time with skipping (filled) and without (ring).")
-    table = Table(columns, found, folded=folded, css="cells", only=Media.ON_PAPER)
-    explained = Text(NOTE, Media.ON_PAPER, folded=True)
-    return Section(
-        "Skipped work", (Text(" ".join(said), Media.ON_PAPER), Figures((figure,), large=True), table, explained)
+    blocks = (
+        Text(" ".join(said), Media.ON_PAPER),
+        Figures((figure,), large=True),
+        Table(columns, found, folded=folded, css="cells", only=Media.ON_PAPER),
+        Text(NOTE, Media.ON_PAPER, folded=True),
     )
+    return Section("Skipped work", blocks)
 
 
-def _format_time_with(saved: SkippedTime | None) -> str:
-    return formatting.ABSENT if saved is None else format_number(1e3 * saved.with_s, 3)
+def _build_time_columns(name: str, read: Callable[[_Scene], SkippedTime | None]) -> Iterator[Column]:
+    def column(head: str, say: Callable[[SkippedTime], str]) -> Column:
+        return Column(head, lambda one: say(saved) if (saved := read(one)) else formatting.ABSENT, number=True)
 
-
-def _format_ratio_without(saved: SkippedTime | None) -> str:
-    return formatting.ABSENT if saved is None else formatting.format_ratio(saved.ratio)
+    yield column(f"{name}, ms", lambda saved: formatting.format_number(1e3 * saved.with_s, 3))
+    yield column("without", lambda saved: formatting.format_ratio(saved.ratio))
 
 
 def _render_diagram(found: Sequence[_Scene], narrow: bool = False) -> str:

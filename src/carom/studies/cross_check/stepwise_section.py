@@ -36,6 +36,7 @@ SHORT_NOTE = (
 )
 #: Verdicts that only steps show.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
+_PAPER: Media = Media.ON_PAPER
 _OFF_PAPER: Media = Media.TERMINAL | Media.DETAIL
 
 
@@ -53,9 +54,7 @@ def build_steps_section(grid: Grid) -> Section:
         return Section("", ())
     alone, media = len(grid.rows) == 1, Media.EVERYWHERE if len(grid.rows) == 1 else Media.IN_FULL
 
-    def build_column(
-        head: str, say: Callable[[LocalScore], str], under: str = "", only: Media = Media.ON_PAPER
-    ) -> Column:
+    def build_column(head: str, say: Callable[[LocalScore], str], under: str = "", only: Media = _PAPER) -> Column:
         return Column(head, lambda run: say(run.local), under, number=True, only=only)
 
     columns = (
@@ -63,11 +62,7 @@ def build_steps_section(grid: Grid) -> Section:
         Column("method", lambda run: run.cell.column.name),
         Column("grade", lambda run: replace(run.cell.mark.cell, link=run.cell.link), only=Media.ON_PAPER),
         Column("steps", lambda run: mark_of_grade(run.local.grade, run.local.float_bits).cell),
-        *(
-            (Column("parted at", _format_divergence_time, only=Media.ON_PAPER),)
-            if any(map(_format_divergence_time, found))
-            else ()
-        ),
+        *([Column("parted at", _format_divergence_time, only=_PAPER)] * any(map(_format_divergence_time, found))),
         build_column("due", lambda local: str(local.due)),
         build_column("impacts", _format_impacts, "- (PIT's) +", only=_OFF_PAPER),
         build_column("missed", _format_missed, "(PIT's)"),
@@ -76,9 +71,7 @@ def build_steps_section(grid: Grid) -> Section:
         build_column("late, median", lambda local: formatting.format_number(local.late_steps[0])),
         build_column("late, worst", lambda local: formatting.format_number(local.late_steps[1], 3)),
         build_column("error, median", lambda local: formatting.format_number(local.ratio[0])),
-        build_column(
-            "error", lambda local: formatting.format_number(local.ratio[1], 4), "worst", only=Media.EVERYWHERE
-        ),
+        build_column("error", lambda local: formatting.format_number(local.ratio[1], 4), "worst", Media.EVERYWHERE),
         build_column("above 1", lambda local: f"{local.worse_than_pit} of {local.judged}"),
         build_column("energy", lambda local: formatting.format_number(local.energy), only=Media.ON_PAPER),
         build_column("energy", lambda local: formatting.format_number(local.energy, 1), only=_OFF_PAPER),

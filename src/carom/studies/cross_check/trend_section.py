@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -149,9 +149,8 @@ def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint
     errors = [error for error in velocities if not math.isnan(error)]
     median = statistics.median(errors) if errors else None
     low, high = min(errors, default=0.0), max(errors, default=0.0)
-    return TrendPoint(
-        median, low, high, len(errors), marks.count(Mark.WRONG), sum(mark.rank is not None for mark in marks)
-    )
+    graded = sum(mark.rank is not None for mark in marks)
+    return TrendPoint(median, low, high, len(errors), marks.count(Mark.WRONG), graded)
 
 
 def build_trend_section(grid: Grid) -> Section:
@@ -159,24 +158,15 @@ def build_trend_section(grid: Grid) -> Section:
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
-    charts = Figures(
-        (
-            Figure(
-                partial(_render_velocity_chart, trend), "Velocity error. Shaded: PIT's range from smallest to largest."
-            ),
-            Figure(
-                partial(_render_wrong_chart, trend),
-                "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently.",
-            ),
-        )
+    wrong = "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently."
+    charts = (
+        Figure(partial(_render_velocity_chart, trend), "Velocity error. Shaded: PIT's range from smallest to largest."),
+        Figure(partial(_render_wrong_chart, trend), wrong),
     )
     steps = [(k, f"step {formatting.format_fraction(part)}") for k, part in enumerate(trend.parts)]
     columns = [Column("engine", lambda series: series.name)]
-    columns += [Column("velocity error", _build_point_formatter(k, _format_error), step) for k, step in steps]
-    columns += [
-        Column("scenes wrong", _build_point_formatter(k, lambda point: f"{point.wrong} of {point.graded}"), step)
-        for k, step in steps
-    ]
+    columns += [Column("velocity error", partial(_format_error, k), step) for k, step in steps]
+    columns += [Column("scenes wrong", partial(_format_wrong, k), step) for k, step in steps]
     note = "Velocity error: median over scenes (smallest to largest; number of scenes)."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=Media.ON_PAPER)
     said = "There are no medians, because PIT has no scene with a velocity error at every step"
@@ -184,7 +174,7 @@ def build_trend_section(grid: Grid) -> Section:
         said = f"Velocity errors are medians over {formatting.format_count(len(trend.scenes), 'scene')} at every step"
     scenes = Lines(tuple(_describe_scenes(trend)), Media.ON_PAPER, folded="Scenes in the medians")
     blocks = (
-        charts,
+        Figures(charts),
         Text(f"{said}. Wrong scenes are counted among all graded scenes.", Media.ON_PAPER),
         Text(DETAIL_NOTE, Media.ON_PAPER, folded=True),
         table,
@@ -193,12 +183,12 @@ def build_trend_section(grid: Grid) -> Section:
     return Section("Error against step", blocks)
 
 
-def _build_point_formatter(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], Cell | str]:
-    """Return a function that formats the k-th point of a series."""
-    return lambda series: say(series.points[k])
+def _format_wrong(k: int, series: Series) -> str:
+    return f"{series.points[k].wrong} of {series.points[k].graded}"
 
 
-def _format_error(point: TrendPoint) -> Cell | str:
+def _format_error(k: int, series: Series) -> Cell | str:
+    point = series.points[k]
     if point.median is None:
         return formatting.ABSENT
     span = f"{formatting.format_number(point.low)} to {formatting.format_number(point.high)}"
@@ -221,10 +211,7 @@ def _render_velocity_chart(trend: Trend, narrow: bool = False) -> str:
         for series in trend.series:
             _draw_line(axes, trend, series, [math.nan if p.median is None else place(p.median) for p in series.points])
             if series.column.engine == "pit":
-                low, high = (
-                    [place(value) for value in ends]
-                    for ends in zip(*((p.low, p.high) for p in series.points), strict=True)
-                )
+                low, high = [place(p.low) for p in series.points], [place(p.high) for p in series.points]
                 axes.fill_between(trend.parts, low, high, color=INK, alpha=0.08, linewidth=0)
         axes.set_ylabel("velocity error, median over scenes", labelpad=2)
         _set_x_axis(axes, trend, figure if narrow else None)

@@ -14,6 +14,7 @@ from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.execution.environment import Environment
+from carom.execution.job import Method
 from carom.report import formatting
 from carom.report.outcome_marks import BROKEN, GRADED, Mark
 from carom.studies.diff.options import DiffOptions
@@ -215,11 +216,10 @@ def _has_run(cell: DiffCell | None) -> bool:
 
 
 def _find_method(cells: Sequence[DiffCell], name: str, path: Path) -> list[DiffCell]:
-    found = [
-        cell
-        for cell in cells
-        if name in (cell.method.engine, f"{cell.method.engine}/{cell.method.profile}", cell.method.name)
-    ]
+    def names_of(method: Method) -> tuple[str, ...]:
+        return method.engine, f"{method.engine}/{method.profile}", method.name
+
+    found = [cell for cell in cells if name in names_of(cell.method)]
     if not found:
         known = formatting.join_words(sorted({cell.method.name for cell in cells}))
         raise InputError(f"--engine: {path} has no engine or method {name!r}", hints=[f"it has {known or 'no rows'}"])

@@ -53,10 +53,8 @@ def build_diff_document(found: Diff, old: str, new: str) -> Document:
         *((Section("Changes, worst first", tables, only=Media.IN_FULL),) if changes else ()),
         *((Section("Versions and machine", (around,), only=Media.IN_FULL),) if found.around else ()),
     )
-    first, *rest = _build_headline(found)
-    return Document(
-        f"Carom diff: {old} → {new}", Headline(first, (*rest, *_describe_setting_changes(changes))), sections
-    )
+    headline = Headline.of((*_build_headline(found), *_describe_setting_changes(changes)))
+    return Document(f"Carom diff: {old} → {new}", headline, sections)
 
 
 def _build_summary_tables(changes: Sequence[Change]) -> Iterator[Table]:

@@ -91,16 +91,17 @@ def _build_cell(
         scene=line.scene,
         dt_s=line.dt_s,
         mark=mark,
-        measures=_list_measures(_read_float_width(line), line.dt_s, summary.scenes[line.scene].scales)
-        if mark.ran
-        else (),
+        measures=_read_measures(line, summary) if mark.ran else (),
         numbers=tuple(_list_numbers(line, found)) if mark.ran else (),
         verdicts=said or (line.reason,) * bool(line.reason),
-        settings=shared.setdefault(
-            repr(settings), settings
-        ),  # as keys, because 1, 1.0 and True are equal but different settings
+        # As keys, because 1, 1.0 and True are equal but different settings.
+        settings=shared.setdefault(repr(settings), settings),
         reference=references[line.scene] if mark.ran else {},
     )
+
+
+def _read_measures(line: RowLine, summary: Summary) -> tuple[Measure, ...]:
+    return _list_measures(_read_float_width(line), line.dt_s, summary.scenes[line.scene].scales)
 
 
 @lru_cache
@@ -133,9 +134,8 @@ def _read_float_width(line: RowLine) -> int:
 def _list_numbers(line: RowLine, found: Mapping[str, str]) -> Iterator[float | bool | None]:
     """Yield the numbers that rate a cell, in the order of `_list_measures`."""
     missed, invented = len(line.missed or ()), len(line.spurious or ())
-    if (
-        line.parted_s is not None and line.local_truth
-    ):  # after a divergence, impacts match only by chance, so use the steps
+    # After a divergence, impacts match only by chance, so use the steps.
+    if line.parted_s is not None and line.local_truth:
         missed, invented = line.local_truth.missed, line.local_truth.invented
     yield float(missed)
     yield float(invented)

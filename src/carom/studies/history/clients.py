@@ -75,14 +75,11 @@ class Pip:
         except (KeyError, TypeError):
             raise ClientError("pip's report has an unknown form: it contains no list of packages to install") from None
         others = [f"{_check_name(name)}=={require_version(one)}" for name, one in found]
-        needs = tuple(
-            dict.fromkeys((asked, *(one for one in others if _normalize_name(one) != _normalize_name(asked))))
-        )
+        needed = (one for one in others if _normalize_name(one) != _normalize_name(asked))
+        needs = tuple(dict.fromkeys((asked, *needed)))
         # The list includes requirements, except for packages that are already installed.
-        _run(
-            [*_PIP, "install", "--quiet", *_LIMITS, *_WHEELS, "--no-deps", "--target", str(folder), *needs],
-            INSTALLING_S,
-        )
+        into = ["--no-deps", "--target", str(folder)]
+        _run([*_PIP, "install", "--quiet", *_LIMITS, *_WHEELS, *into, *needs], INSTALLING_S)
         return needs
 
 
@@ -91,10 +88,8 @@ class Npm:
 
     def list_versions(self, package: str) -> tuple[str, ...]:
         """Return the versions that the registry lists for a package."""
-        found = _read_json(
-            _run(["npm", "view", *_QUIET, "--json", "--", _check_name(package), "versions"], LISTING_S),
-            "npm",
-        )
+        words = ["npm", "view", *_QUIET, "--json", "--", _check_name(package), "versions"]
+        found = _read_json(_run(words, LISTING_S), "npm")
         versions = [found] if isinstance(found, str) else found  # npm prints a single version without a list
         if not isinstance(versions, list) or not all(isinstance(one, str) for one in versions):
             raise ClientError(f"npm lists no versions of {package}: it printed {format_value(found)}")
@@ -177,9 +172,8 @@ def _run(words: Sequence[str], most_s: float, folder: Path | None = None) -> str
             file.seek(0)
             texts.append(file.read(MOST_PRINTED_BYTES).decode(errors="replace"))
     if code:
-        raise ClientError(
-            f"{client}: {_find_error_line(texts[1]) or _find_error_line(texts[0]) or f'exit code {code}'}"
-        )
+        why = _find_error_line(texts[1]) or _find_error_line(texts[0])
+        raise ClientError(f"{client}: {why or f'exit code {code}'}")
     return texts[0]
 
 

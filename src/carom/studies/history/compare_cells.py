@@ -153,11 +153,9 @@ def _build_numbers(off: NDArray[np.float64]) -> tuple[float, ...]:
 
 def _compute_digest(trace: Trace) -> str:
     """Return a digest of a run's results. Every bit of every number affects the digest."""
-    found = hashlib.sha256(trace.outcome.name.encode())
     arrays = (trace.impacts, trace.final_position_m, trace.final_velocity_m_s, trace.spins, trace.final_spin_rad_s)
-    for array in arrays:
-        found.update(b"none" if array is None else array.tobytes())
-    return found.hexdigest()
+    parts = (b"none" if array is None else array.tobytes() for array in arrays)
+    return hashlib.sha256(b"".join((trace.outcome.name.encode(), *parts))).hexdigest()
 
 
 #: Opens the journal of a history.
@@ -295,8 +293,7 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
         return CellChange(ChangeKind.UNOBSERVED)
     if not are_different(a, b):
         return CellChange(ChangeKind.ROUNDING)
-    if min(len(old.ran), len(new.ran)) < FEWEST_PHASES:
-        fewest = min(len(old.ran), len(new.ran))
+    if (fewest := min(len(old.ran), len(new.ran))) < FEWEST_PHASES:
         return CellChange(ChangeKind.OVERLAP, f"only {fewest} of the required {FEWEST_PHASES} phases ran")
     separate = list(_find_separated_measures(_MOTION, old.ran, new.ran))
     if separate or (elsewhere := _describe_coordinate(old.ran, new.ran)):
@@ -304,14 +301,11 @@ def classify_change(old: SeenCell, new: SeenCell) -> CellChange:
         unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # it is unknown which of the two is right
         kind = kinds.pop() if len(kinds) == 1 and not unknown else ChangeKind.NEITHER
         return CellChange(kind, "; ".join(why for _, why in separate) or elsewhere)
-    changes = [why for _, why in _find_separated_measures(_CONTACTS, old.ran, new.ran)] + _find_verdict_changes(
-        old.ran, new.ran
-    )
+    changes = [why for _, why in _find_separated_measures(_CONTACTS, old.ran, new.ran)]
+    changes += _find_verdict_changes(old.ran, new.ran)
     alike = all(map(_have_same_motion, old.ran, new.ran))
-    return CellChange(
-        ChangeKind.OTHER_CONTACTS if changes or alike else ChangeKind.OVERLAP,
-        "; ".join(changes or _describe_all_ranges(old.ran, new.ran)),
-    )
+    kind = ChangeKind.OTHER_CONTACTS if changes or alike else ChangeKind.OVERLAP
+    return CellChange(kind, "; ".join(changes or _describe_all_ranges(old.ran, new.ran)))
 
 
 def _find_separated_measures(
@@ -321,9 +315,8 @@ def _find_separated_measures(
         before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if any(map(math.isnan, (*before, *after))):
             continue
-        more, less = _compute_range_gaps(np.array(before), np.array(after)) > _compute_largest_rounding(
-            measure, (*old, *new)
-        )
+        gaps = _compute_range_gaps(np.array(before), np.array(after))
+        more, less = gaps > _compute_largest_rounding(measure, (*old, *new))
         if more or less:
             yield ChangeKind.WORSE if more else ChangeKind.BETTER, measure.describe(before, after)
 

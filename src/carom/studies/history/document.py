@@ -131,11 +131,7 @@ def _build_headline(found: History) -> Iterator[str]:
         yield f"{engine} from {ran[0].version} to {ran[-1].version}: {nothing}."
     for step in reversed(moved):
         counts = Counter(change.kind for change in step.real.values())
-        said = [
-            f"{counts[kind]} {kind.value}"
-            for kind in (ChangeKind.WORSE, ChangeKind.BETTER, ChangeKind.NEITHER)
-            if counts[kind]
-        ]
+        said = [f"{counts[kind]} {kind.value}" for kind in ChangeKind if kind.real and counts[kind]]
         yield f"{engine} {step.old.version} → {step.new.version}: {formatting.join_words(said)}."
     cells = formatting.format_count(max((len(one.seen) for one in ran), default=0), "cell")
     releases = formatting.format_count(len(ran), "release")
@@ -143,14 +139,14 @@ def _build_headline(found: History) -> Iterator[str]:
 
 
 def _build_release_columns(found: History) -> tuple[Column, ...]:
-    grades = [one.grade for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]]
-    bits = {one.float_bits for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]}
-    marks = {grade: mark_of_grade(grade, max(bits, default=64)).word for grade in Grade if grade.name in grades}
+    ran = [one for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]]
+    bits, grades = max((one.float_bits for one in ran), default=64), {one.grade for one in ran}
+    marks = {grade: mark_of_grade(grade, bits).word for grade in Grade if grade.name in grades}
 
     kinds = [kind for kind in _HEADINGS if any(step.count(kind) for step in found.transitions)]
     return (
         Column("release", lambda row: row.release.version),
-        *(Column(marks[grade], partial(_count_grade, grade), number=True) for grade in marks),
+        *(Column(word, partial(_count_grade, grade), number=True) for grade, word in marks.items()),
         Column("same bits", _format_same_bits, number=True),
         *(Column(_HEADINGS[kind], partial(_count_since, kind), number=True) for kind in kinds),
         *([Column("note", lambda row: _release_note(row.release))] if any(map(_release_note, found.releases)) else ()),

@@ -89,12 +89,8 @@ class ReleaseCache:
                 shutil.rmtree(note.parent, ignore_errors=True)
 
     def _folder(self, registry: str, package: str, version: str) -> Path:
-        return (
-            self.root
-            / registry
-            / re.sub(r"[^A-Za-z0-9._-]+", "_", package)
-            / f"{version}-{_build_platform_tag(registry)}"
-        )
+        name = re.sub(r"[^A-Za-z0-9._-]+", "_", package)
+        return self.root / registry / name / f"{version}-{_build_platform_tag(registry)}"
 
 
 def _build_platform_tag(registry: str) -> str:

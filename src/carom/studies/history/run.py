@@ -160,13 +160,9 @@ class _ReleaseRuns:
 def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
     """Whether two releases differ in a cell in a way that other phases may explain."""
     a, b = old.own.value, new.own.value
-    return (
-        a is not None
-        and b is not None
-        and a.settings == b.settings
-        and not (a.misses_contacts or b.misses_contacts)
-        and are_different(a, b)
-    )
+    if a is None or b is None or a.settings != b.settings or a.misses_contacts or b.misses_contacts:
+        return False
+    return are_different(a, b)
 
 
 def _build_installed_release(engine: str, origin: Origin) -> Release:
@@ -303,9 +299,8 @@ def bisect_change(
                 old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
             found = classify_change(old, new)
             if found.kind is ChangeKind.NOT_RUN:
-                raise CaromError(
-                    f"{origin.package} {version} can't run this scene with this profile and step: {found.why}"
-                )
+                what = f"{origin.package} {version} can't run this scene with this profile and step"
+                raise CaromError(f"{what}: {found.why}")
             return found
 
         if len(able) < 2 or not (newest := find_change(able[-1])).kind.real:
@@ -334,14 +329,12 @@ def is_final(version: str) -> bool:
 
 def sort_versions(versions: Iterable[str]) -> tuple[str, ...]:
     """Return versions from the oldest to the newest by number, with pre-releases before final releases."""
-    return tuple(
-        sorted(set(versions), key=lambda one: (parse_release_numbers(one), is_final(one), _parse_post_number(one), one))
-    )
 
+    def order(version: str) -> tuple[object, ...]:
+        post = re.search(r"\.post([0-9]+)$", version)
+        return parse_release_numbers(version), is_final(version), int(post[1]) if post else -1, version
 
-def _parse_post_number(version: str) -> int:
-    found = re.search(r"\.post([0-9]+)$", version)
-    return int(found[1]) if found else -1
+    return tuple(sorted(set(versions), key=order))
 
 
 def select_versions(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> tuple[str, ...]:
@@ -368,11 +361,8 @@ def select_versions(listed: Sequence[str], asked: Sequence[str] | None, most: in
             hints = build_name_hints(word, listed, f"there are: {_format_short_list(listed)}")
             raise UnknownNameError(f"there is no release {word!r}", hints=hints)
     conditions = [found for word in words if (found := parse_version_condition(word)) is not None]
-    able = [
-        one
-        for one in sort_versions(filter(is_final, listed))
-        if all(condition(parse_release_numbers(one)) for condition in conditions)
-    ]
+    finals = sort_versions(filter(is_final, listed))
+    able = [one for one in finals if all(condition(parse_release_numbers(one)) for condition in conditions)]
     return sort_versions([*named, *(able[-most:] if conditions or not named else ())])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -140,9 +140,8 @@ def _grade_word(judged: Judged) -> str:
 def _format_grade(judged: Judged) -> Cell:
     if judged.grade is None:
         return Cell(_grade_word(judged), judged.reason)
-    return Cell(
-        f"{_grade_word(judged)} {formatting.format_missed_and_invented(judged.missed, judged.spurious)}".rstrip()
-    )
+    lost = formatting.format_missed_and_invented(judged.missed, judged.spurious)
+    return Cell(f"{_grade_word(judged)} {lost}".rstrip())
 
 
 def _format_error(judged: Judged) -> str:
@@ -166,12 +165,10 @@ def _build_rows(found: Tuning) -> list[_Row]:
 def _profile_section(found: Tuning) -> Section:
     columns = (
         Column("", lambda row: row.name),
-        Column("wrong", lambda row: _format_number(one.grade is Grade.WRONG for one in row.found.judged), number=True),
-        Column("exact or close", lambda row: _format_number(not one.behind for one in row.found.judged), number=True),
-        Column(
-            "between", lambda row: _format_number(one.behind and not one.wrong for one in row.found.judged), number=True
-        ),
-        Column("not run", lambda row: _format_number(one.grade is None for one in row.found.judged), number=True),
+        _count_column("wrong", lambda one: one.grade is Grade.WRONG),
+        _count_column("exact or close", lambda one: not one.behind),
+        _count_column("between", lambda one: one.behind and not one.wrong),
+        _count_column("not run", lambda one: one.grade is None),
         Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
     )
     refused = formatting.group_by(
@@ -180,13 +177,12 @@ def _profile_section(found: Tuning) -> Section:
         for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None)
     )
     lines = tuple(f"Not run: {formatting.join_words(names)} ({reason})." for reason, names in refused.items())
-    return Section(
-        "Comparison with the existing profiles", (Table(columns, _build_rows(found), note=MERIT_NOTE), Lines(lines))
-    )
+    table = Table(columns, _build_rows(found), note=MERIT_NOTE)
+    return Section("Comparison with the existing profiles", (table, Lines(lines)))
 
 
-def _format_number(which: Iterable[bool]) -> str:
-    return str(sum(which) or "")
+def _count_column(head: str, is_counted: Callable[[Judged], bool]) -> Column:
+    return Column(head, lambda row: str(sum(map(is_counted, row.found.judged)) or ""), number=True)
 
 
 def _build_setting_section(found: Tuning) -> Section:
@@ -210,9 +206,8 @@ def _build_code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Sectio
         yield Section("Code for the engine", (Text(said), Code(found.code)))
     yield Section("Command with these settings", (Code(f"{shlex.join(words)} {format_set_options(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
-    said = (
-        f"Found by carom tune on {formatting.format_count(len(found.scenes), 'scene')}: {_format_grades(found.best)}."
-    )
+    scenes = formatting.format_count(len(found.scenes), "scene")
+    said = f"Found by carom tune on {scenes}: {_format_grades(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
     varying = [f"# {name} varies with the step: as in {method.profile}" for name in sorted(found.varying)]
     python = "\n".join(
