@@ -58,28 +58,21 @@ def _stage_on_floor(
     along: float = 0.0,
     rim: float = 0.0,
     fall: float = 0.0,
-    gravity_m_s2: float = 9.81,
-    restitution: float = 0.0,
-    friction: float = 0.0,
-    resists: float = 0.0,
+    pull: float = 9.81,
+    frame_rate_hz: float = 60.0,
+    **of_wall: float,
 ) -> Staged:
     """Build a scene with a disc on the line y = 0 whose position, speed and rim speed at the end are known.
 
     By default the disc is at rest at the end. Gravity is tilted to make a slope; `fall` is the tangent of the slope.
     """
     long = math.hypot(1.0, fall)
-    scene = build_scene(
-        discs=[body],
-        walls=[FLOOR],
-        gravity_m_s2=(gravity_m_s2 * fall / long, -gravity_m_s2 / long),
-        wall_restitution=restitution,
-        wall_friction=friction,
-        wall_rolling_resistance=resists,
-        duration_s=duration_s,
-    )
+    fields = {f"wall_{law}": value for law, value in ({"restitution": 0.0} | of_wall).items()}
+    times, gravity = {"frame_rate_hz": frame_rate_hz, "duration_s": duration_s}, (pull * fall / long, -pull / long)
+    scene = build_scene([body], walls=[FLOOR], gravity_m_s2=gravity, **times, **fields)
     end: Vector = (way, body.radius_m)
     spins = (rim / body.radius_m,) if scene.arrays.turns else None
-    count = None if restitution else 0
+    count = None if scene.wall_restitution else 0
     return Staged(scene, KnownAnswer(source, (), count, ((along, 0.0),), (end,), final_spin_rad_s=spins))
 
 
@@ -92,7 +85,9 @@ def rolls_out(along: float, resists: float, friction: float) -> Staged:
     """Build a scene in which a ball rolls on a level floor until it stops, and then rests for the same time."""
     slower = resists * 9.81 / (1.0 + _SPHERE)
     way, lasts = along**2 / (2.0 * slower), 2.0 * along / slower
-    return _stage_on_floor(_LAW, _build_ball(along, rolls=True), way, lasts, friction=friction, resists=resists)
+    return _stage_on_floor(
+        _LAW, _build_ball(along, rolls=True), way, lasts, friction=friction, rolling_resistance=resists
+    )
 
 
 def cannon_293() -> Staged:
@@ -101,9 +96,8 @@ def cannon_293() -> Staged:
     slower = (resists - fall) * g / math.hypot(1.0, fall) / (1.0 + _SPHERE)
     source = "On a slope v' = (g sin - c g cos)/(1 + k), and a disc stays at rest if the slope's tangent is at most c"
     body = _build_ball(along, rolls=True)
-    return _stage_on_floor(
-        source, body, along**2 / (2.0 * slower), 2.0 * along / slower, fall=fall, friction=0.8, resists=resists
-    )
+    laws = {"friction": 0.8, "rolling_resistance": resists}
+    return _stage_on_floor(source, body, along**2 / (2.0 * slower), 2.0 * along / slower, fall=fall, **laws)
 
 
 def cannon_345() -> Staged:
@@ -111,21 +105,20 @@ def cannon_345() -> Staged:
     along, friction, resists, g = 3.0, 0.8, 0.1, 9.82
     slid = along / (g * (friction + (friction - resists) / _SPHERE))
     rolled, slower = along - friction * g * slid, resists * g / (1.0 + _SPHERE)
-    return _stage_on_floor(
-        f"{_LAW}; while it slides v' = -f g and (R w)' = (f - c) g/k",
-        _build_ball(along, rolls=False),
+    source, ball = f"{_LAW}; while it slides v' = -f g and (R w)' = (f - c) g/k", _build_ball(along, rolls=False)
+    way, lasts = (
         along * slid - friction * g * slid**2 / 2.0 + rolled**2 / (2.0 * slower),
         2.0 * (slid + rolled / slower),
-        gravity_m_s2=g,
-        friction=friction,
-        resists=resists,
     )
+    return _stage_on_floor(source, ball, way, lasts, pull=g, friction=friction, rolling_resistance=resists)
 
 
 def nphysics_204() -> Staged:
     """A sphere that is released on a slope stays at rest."""
     source = "A sphere stays at rest if the slope's tangent is at most the friction and the rolling resistance"
-    return _stage_on_floor(source, _build_ball(0.0, rolls=True), 0.0, 5.0, fall=0.05, friction=0.5, resists=0.1)
+    return _stage_on_floor(
+        source, _build_ball(0.0, rolls=True), 0.0, 5.0, fall=0.05, friction=0.5, rolling_resistance=0.1
+    )
 
 
 def reactphysics3d_13() -> Staged:
@@ -138,22 +131,17 @@ def box2d_617() -> Staged:
     along, lasts = 3.0, 10.0
     source = "Without slip, friction has no effect"
     body = _build_ball(along, rolls=True, radius_m=1.0, inertia=0.5)
-    return _stage_on_floor(source, body, along * lasts, lasts, along=along, rim=-along, gravity_m_s2=10.0, friction=0.2)
+    return _stage_on_floor(source, body, along * lasts, lasts, along=along, rim=-along, pull=10.0, friction=0.2)
 
 
 def pooltool_39() -> Staged:
     """A pool ball that starts at 5 m/s without spin slides 3 m in 0.73 s, and then rolls."""
     along, friction, g, lasts = 5.0, 0.2, 9.81, 1.0
     slid = 2.0 * along / (7.0 * friction * g)
-    return _stage_on_floor(
-        "A sliding sphere begins to roll after 2v/(7 f g), at 5/7 of its speed",
-        _build_ball(along, rolls=False, radius_m=0.028575),
-        12.0 * along**2 / (49.0 * friction * g) + 5.0 / 7.0 * along * (lasts - slid),
-        lasts,
-        along=5.0 / 7.0 * along,
-        rim=-5.0 / 7.0 * along,
-        friction=friction,
-    )
+    source, rolls = "A sliding sphere begins to roll after 2v/(7 f g), at 5/7 of its speed", 5.0 / 7.0 * along
+    way = 12.0 * along**2 / (49.0 * friction * g) + rolls * (lasts - slid)
+    ball = _build_ball(along, rolls=False, radius_m=0.028575)
+    return _stage_on_floor(source, ball, way, lasts, along=rolls, rim=-rolls, friction=friction)
 
 
 def brax_58() -> Staged:
@@ -183,15 +171,8 @@ def brax_58() -> Staged:
 
 def brax_151() -> Staged:
     """An elastic ball that lies on the ground stays there."""
-    staged = _stage_on_floor(
-        "A body at rest stays at rest",
-        build_disc(complex(0.0, 0.1), 0, 0.1),
-        0.0,
-        3.0,
-        gravity_m_s2=9.8,
-        restitution=1.0,
-    )
-    return Staged(staged.scene.model_copy(update={"frame_rate_hz": 100.0}), staged.known)
+    source, body = "A body at rest stays at rest", build_disc(0.1j, 0, 0.1)
+    return _stage_on_floor(source, body, 0.0, 3.0, pull=9.8, restitution=1.0, frame_rate_hz=100.0)
 
 
 def bullet3_2117() -> Staged:
@@ -209,9 +190,8 @@ def bullet3_2117() -> Staged:
 def matter_613() -> Staged:
     """A block on a slope below its angle of friction stays at rest."""
     block = _build_ball(0.0, rolls=True, inertia=math.inf)
-    return _stage_on_floor(
-        "Coulomb: a block stays at rest if the slope's tangent is at most f", block, 0.0, 5.0, fall=0.25, friction=0.5
-    )
+    source = "Coulomb: a block stays at rest if the slope's tangent is at most f"
+    return _stage_on_floor(source, block, 0.0, 5.0, fall=0.25, friction=0.5)
 
 
 def bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:

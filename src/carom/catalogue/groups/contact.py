@@ -6,6 +6,7 @@ Sliding, rolling and resting follow Coulomb's law; see `docs/theory/contact.md`.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
@@ -22,6 +23,9 @@ _ROLLING = (
     "Technol. 206 (2011) 269, model A"
 )
 _COULOMB = "Coulomb's law: while a disc slips, friction is f P; it rolls if f P (1 + 1/k) can keep the slip at 0"
+
+
+_build_floor_scene = partial(build_scene, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_restitution=0.0)
 
 
 def _stage_on_wall(
@@ -186,9 +190,7 @@ def _lands_rolling() -> Staged:
 def _struck() -> Staged:
     """A rolling disc strikes an equal disc at rest. It stops and then follows the other, like a billiard ball."""
     discs = [build_disc(0.5j, 3, 0.5, spin_rad_s=-6.0), build_disc(2 + 0.5j, 0, 0.5)]
-    scene = build_scene(
-        discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
-    )
+    scene = _build_floor_scene(discs, wall_friction=0.2, duration_s=3.0)
     source = f"{_COULOMB}; the impact exchanges the velocities and keeps the spins"
     final = [(41 / 12 + 0.5j, 1), (91 / 12 + 0.5j, 2)]
     return build_staged(scene, [build_impact(1 / 3, 0, 1, 0, 3, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
@@ -199,10 +201,7 @@ def _edge() -> Staged:
     speed, end, duration = 3.0, 1.0, 1.0
     flown = duration - end / speed
     discs = [build_disc(complex(0.0, _RADIUS_M), speed, _RADIUS_M, spin_rad_s=-6.0)]
-    walls = [edges(-5, end)]
-    scene = build_scene(
-        discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.5, wall_restitution=0.0, duration_s=duration
-    )
+    scene = _build_floor_scene(discs, walls=[edges(-5, end)], wall_friction=0.5, duration_s=duration)
     source = "Galileo's parabola, which is wider than any circle around the end, because u^2 = 9 is above g R = 5"
     end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
     return build_staged(scene, [], source, final=[end_state], spins=(-6.0,))
@@ -211,9 +210,7 @@ def _edge() -> Staged:
 def _pressed() -> Staged:
     """A disc falls onto a disc that rests on the floor. The order of impacts decides whether the disc leaves again."""
     discs = [build_disc(0.5j, 0, 0.5), build_disc(1.7j, 0, 0.5)]
-    scene = build_scene(
-        discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), restitution=0.5, wall_restitution=0.0, duration_s=1.0
-    )
+    scene = _build_floor_scene(discs, restitution=0.5, duration_s=1.0)
     impacts = (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0)))
     convention = (
         "If the impacts are applied one after the other, each round leaves a quarter of 2 m/s, and both discs end "
@@ -227,9 +224,7 @@ def _pressed() -> Staged:
 def _stage_in_corner(spin: float, source: str, place_m: float, speed: float, after: float | None) -> Staged:
     discs = [build_disc(0.5 + 0.5j, 0, 0.5, spin_rad_s=spin)]
     walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
-    scene = build_scene(
-        discs, walls=walls, gravity_m_s2=(0.0, -_G), wall_friction=0.25, wall_restitution=0.0, duration_s=3.0
-    )
+    scene = _build_floor_scene(discs, walls=walls, wall_friction=0.25, duration_s=3.0)
     spins = None if after is None else (after,)
     return build_staged(scene, [], source, final=[(complex(place_m, 0.5), speed)], spins=spins)
 
