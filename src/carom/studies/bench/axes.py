@@ -40,7 +40,7 @@ class ErrorKind(StrEnum):
     @property
     def label(self) -> str:
         """Label of an axis, with the unit."""
-        return _LABELS[self]
+        return _TEXTS[self][0]
 
     @property
     def in_percent(self) -> bool:
@@ -50,38 +50,38 @@ class ErrorKind(StrEnum):
     @property
     def meaning(self) -> str:
         """Full name of the error."""
-        return _MEANINGS[self]
+        return _TEXTS[self][1]
 
 
-_LABELS = {
-    ErrorKind.IMPACT: "largest impact error, % of greatest speed or duration",
-    ErrorKind.TIME: "largest time error of an impact, % of the duration",
-    ErrorKind.VELOCITY: "largest velocity error, % of greatest speed",
-    ErrorKind.DIRECTION: "largest direction error, rad",
-    ErrorKind.POSITION: "largest position error at the end, % of a radius",
-}
-_MEANINGS = {
-    ErrorKind.IMPACT: "error of the worst impact: the larger of time error / duration and velocity error / "
-    "greatest speed",
-    ErrorKind.TIME: "time error of the worst impact, divided by the scene's duration",
-    ErrorKind.VELOCITY: "velocity error of the worst impact, divided by the scene's greatest speed",
-    ErrorKind.DIRECTION: "direction error of the worst impact, radians",
-    ErrorKind.POSITION: "error of the worst final position, divided by the largest radius",
+_TEXTS = {
+    ErrorKind.IMPACT: (
+        "largest impact error, % of greatest speed or duration",
+        "error of the worst impact: the larger of time error / duration and velocity error / greatest speed",
+    ),
+    ErrorKind.TIME: (
+        "largest time error of an impact, % of the duration",
+        "time error of the worst impact, divided by the scene's duration",
+    ),
+    ErrorKind.VELOCITY: (
+        "largest velocity error, % of greatest speed",
+        "velocity error of the worst impact, divided by the scene's greatest speed",
+    ),
+    ErrorKind.DIRECTION: ("largest direction error, rad", "direction error of the worst impact, radians"),
+    ErrorKind.POSITION: (
+        "largest position error at the end, % of a radius",
+        "error of the worst final position, divided by the largest radius",
+    ),
 }
 
 
 def compute_error(measures: Measures, kind: ErrorKind) -> float:
     """Return the error of a run; NaN if no impact was matched. Missed impacts are counted separately."""
-    time = abs(measures.total.time_s) / measures.duration_s
-    match kind:
-        case ErrorKind.TIME:
-            return time
-        case ErrorKind.VELOCITY:
-            return measures.total.velocity
-        case ErrorKind.DIRECTION:
-            return measures.total.direction_rad
-        case ErrorKind.POSITION:
-            return measures.total.final_position
-        case ErrorKind.IMPACT:
-            both = (time, measures.total.velocity)
-            return math.nan if any(map(math.isnan, both)) else max(both)
+    total, time = measures.total, abs(measures.total.time_s) / measures.duration_s
+    both = (time, total.velocity)
+    return {
+        ErrorKind.IMPACT: math.nan if any(map(math.isnan, both)) else max(both),
+        ErrorKind.TIME: time,
+        ErrorKind.VELOCITY: total.velocity,
+        ErrorKind.DIRECTION: total.direction_rad,
+        ErrorKind.POSITION: total.final_position,
+    }[kind]

@@ -81,10 +81,7 @@ class Compared:
 
         A change in these digits is never noise, because runs of one version repeat the error.
         """
-        now, then = (
-            (self.point.lost, _round_error(self.point.error)),
-            (self.before.lost, _round_error(self.before.error)),
-        )
+        now, then = ((one.lost, _round_error(one.error)) for one in (self.point, self.before))
         if now == then:
             return BaselineChange.SAME
         return BaselineChange.REGRESSED if now > then else BaselineChange.IMPROVED
@@ -133,11 +130,8 @@ def _read_method(point: dict[str, Any]) -> tuple[str, str]:
 def _read_point(point: dict[str, Any]) -> Before:
     error = point["error"]
     ratios = (point["timing"] or {}).get("ratios") or ()
-    return Before([float(one) for one in ratios], math.nan if error is None else float(error), _count_lost(point))
-
-
-def _count_lost(point: dict[str, Any]) -> int:
-    return int(point["missed"]) + int(point["spurious"])
+    lost = int(point["missed"]) + int(point["spurious"])
+    return Before([float(one) for one in ratios], math.nan if error is None else float(error), lost)
 
 
 def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
@@ -149,12 +143,11 @@ def compare_points(bench: Bench, before: dict[tuple[str, str, str, float], Befor
         if point.engine != "pit" and not point.reason
         if (found := before.get((scene.scene.name, point.engine, point.profile, point.dt_s))) is not None
     ]
-    return [
-        Compared(
-            scene, point, found, *_compute_ratio(point.timing.ratios if point.timing else (), found.ratios, len(both))
-        )
-        for scene, point, found in both
-    ]
+
+    def compute_ratio(point: Point, found: Before) -> tuple[float, float, float]:
+        return _compute_ratio(point.timing.ratios if point.timing else (), found.ratios, len(both))
+
+    return [Compared(scene, point, found, *compute_ratio(point, found)) for scene, point, found in both]
 
 
 def _compute_ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
@@ -198,8 +191,8 @@ def build_baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Sectio
         Column("run time", lambda one: Cell(one.time.value, short=one.time.value)),
         Column("now / then", _format_interval, number=True),
         Column("error", lambda one: Cell(one.accuracy.value, short=one.accuracy.value)),
-        Column("then", lambda one: _format_error(one.before.error, one.before.lost, kind), number=True),
-        Column("now", lambda one: _format_error(one.point.error, one.point.lost, kind), number=True),
+        Column("then", lambda one: _format_error(one.before, kind), number=True),
+        Column("now", lambda one: _format_error(one.point, kind), number=True),
     )
     changed = [one for one in found if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
     note = (
@@ -219,11 +212,9 @@ def _format_name(one: Compared) -> str:
 def _format_interval(one: Compared) -> str:
     if math.isnan(one.ratio):
         return formatting.ABSENT
-    return (
-        f"{formatting.format_ratio(one.ratio)} ({formatting.format_number(one.low)} to "
-        f"{formatting.format_number(one.high)})"
-    )
+    ends = f"{formatting.format_number(one.low)} to {formatting.format_number(one.high)}"
+    return f"{formatting.format_ratio(one.ratio)} ({ends})"
 
 
-def _format_error(error: float, lost: int, kind: ErrorKind) -> str:
-    return f"{lost} lost" if lost else format_error(error, kind)
+def _format_error(one: Point | Before, kind: ErrorKind) -> str:
+    return f"{one.lost} lost" if one.lost else format_error(one.error, kind)

@@ -48,22 +48,15 @@ def build_bench_document(
     """
     targets = list_reached_targets(bench)
     suite = (build_suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
-    return Document(
-        "Carom bench",
-        Headline.of(
-            (
-                *(describe_baseline(baseline) if baseline is not None else ()),
-                *describe_bench(bench),
-                *_describe_coverage(bench),
-            )
-        ),
-        (
-            *((build_baseline_section(baseline, bench.plan.error),) if baseline else ()),
-            Section("Every method", suite),
-            *(section for scene in bench.scenes for section in _build_scene_sections(bench, scene, axes, targets)),
-            *build_provenance(bench.environment, bench.command, bench.elapsed_s),
-        ),
+    compared = describe_baseline(baseline) if baseline is not None else ()
+    sections = (
+        *((build_baseline_section(baseline, bench.plan.error),) if baseline else ()),
+        Section("Every method", suite),
+        *(section for scene in bench.scenes for section in _build_scene_sections(bench, scene, axes, targets)),
+        *build_provenance(bench.environment, bench.command, bench.elapsed_s),
     )
+    headline = Headline.of((*compared, *describe_bench(bench), *_describe_coverage(bench)))
+    return Document("Carom bench", headline, sections)
 
 
 def write_bench(
@@ -117,9 +110,8 @@ def _build_scene_sections(
     if len(bench.scenes) > 1:
         methods = (dataclasses.replace(table, only=Media.IN_FULL), Text(TABLE_NOTE, Media.IN_FULL))
         described = (answer_text, *described)
-    yield Section(
-        scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], build_point_table(scene, bench.plan))
-    )
+    points = build_point_table(scene, bench.plan)
+    yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], points))
     left_out = tuple(_describe_missing_points(scene))
     yield Section("Omitted points", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:
@@ -149,14 +141,11 @@ def _describe_missing_points(bench: SceneBench) -> Iterator[str]:
         for point in curve.points:
             for what, reason in (("not scored", point.reason), ("not timed", point.untimed)):
                 if reason:
-                    own = steps.setdefault((what, reason), {})
-                    own.setdefault(Method(curve.engine, curve.profile).label, []).append(
-                        formatting.format_step(point.dt_s)
-                    )
+                    own = steps.setdefault((what, reason), {}).setdefault(Method(curve.engine, curve.profile).label, [])
+                    own.append(formatting.format_step(point.dt_s))
     for (what, reason), by_curve in steps.items():
-        for at_steps, whose in formatting.group_by(
-            (formatting.join_words(at), who) for who, at in by_curve.items()
-        ).items():
+        by_steps = formatting.group_by((formatting.join_words(at), who) for who, at in by_curve.items())
+        for at_steps, whose in by_steps.items():
             who = "everything" if len(whose) == len(bench.curves) else formatting.join_words(whose)
             yield f"{who}, {what} at {at_steps}: {reason}"
 

@@ -78,13 +78,8 @@ class _Drawing:
     def compute_place(self, point: Point) -> tuple[float, float]:
         height = self.unit * (max(point.error, self.floor) if point.error > THRESHOLDS.rounding else self.floor)
         time_ms = 1e3 * read_run_time(point)
-        match self.kind:
-            case Diagram.ERROR_TIME:
-                return time_ms, height
-            case Diagram.ERROR_DT:
-                return point.dt_s, height
-            case Diagram.TIME_DT:
-                return point.dt_s, time_ms
+        along = time_ms if self.kind is Diagram.ERROR_TIME else point.dt_s
+        return along, time_ms if self.kind is Diagram.TIME_DT else height
 
     def draw_curve(self, curve: Curve) -> None:
         style = svg.choose_line_style(curve.engine, profile=curve.profile)

@@ -249,10 +249,8 @@ def measure_growth(
             }
             own_s = shares_s.pop((info.name, gravity), 0.0)
             left_s = min(all_left_s, max(own_s, all_left_s - sum(shares_s.values())))
-            what = (
-                f"{size} {'falling ' if gravity else ''}discs on {info.name}{formatting.format_time_left(all_left_s)}"
-            )
-            progress(done, len(wanted), what)
+            what = f"{size} {'falling ' if gravity else ''}discs on {info.name}"
+            progress(done, len(wanted), f"{what}{formatting.format_time_left(all_left_s)}")
             own, method = points[info.name, gravity], _select_method(info.name, profile, engine_names)
             key = GrowthKey(size, method, find_versions(info.name), here.machine, gravity, STEPS)
             reason = info.unavailable or _find_skip_reason(own, size, min(left_s, options.time_limit_s), left_s)
@@ -294,11 +292,8 @@ def _find_skip_reason(own: Sequence[GrowthPoint], size: int, allowed_s: float, l
     expected_s = spent * (size / last.discs) ** exponent
     if expected_s + START_S <= allowed_s:
         return ""
-    left = f"only {max(allowed_s, 0):.0f} s are left"
-    return (
-        f"it would take about {expected_s:.0f} s according to the run with {last.discs} discs, and {left}; raise "
-        "--budget or --time-limit"
-    )
+    expected = f"it would take about {expected_s:.0f} s according to the run with {last.discs} discs"
+    return f"{expected}, and only {max(allowed_s, 0):.0f} s are left; raise --budget or --time-limit"
 
 
 def _build_point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
@@ -323,9 +318,8 @@ def select_same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
 def _build_curve(
     method: Method, gravity: bool, points: Sequence[GrowthPoint], pit: dict[tuple[int, str], float]
 ) -> GrowthCurve:
-    held = tuple(
-        replace(point, ratio=point.advance_s / pit.get((point.discs, point.sitting), math.nan)) for point in points
-    )
+    pit_s = [pit.get((point.discs, point.sitting), math.nan) for point in points]
+    held = tuple(replace(point, ratio=point.advance_s / of) for point, of in zip(points, pit_s, strict=True))
     fitted = select_same_method([point for point in held if not point.reason and point.discs >= FIT_FROM])
     sizes = [float(point.discs) for point in fitted]
     time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]

@@ -45,19 +45,15 @@ def describe_bench(bench: Bench) -> Iterator[str]:
 def _format_time_range(points: list[Point]) -> str:
     """Return the smallest and the largest run time as text. If the two are equal, return one time."""
     spent = sorted((point.timing.advance_s for point in points if point.timing), key=lambda time: time.median)
-    return (
-        f" in {' to '.join(dict.fromkeys(format_milliseconds(time) for time in (spent[0], spent[-1])))} ms"
-        if spent
-        else ""
-    )
+    ends = dict.fromkeys(format_milliseconds(time) for time in (*spent[:1], *spent[-1:]))
+    return f" in {' to '.join(ends)} ms" if ends else ""
 
 
 def _scenes_of(name: str, cheapest: list[Point | None], bench: Bench) -> str:
     """Return the scenes on which a method is the cheapest."""
     pairs = zip(bench.scenes, cheapest, strict=True)
-    return _format_scenes(
-        [scene for scene, point in pairs if point is not None and _format_method(point) == name], bench
-    )
+    scenes = [scene for scene, point in pairs if point is not None and _format_method(point) == name]
+    return _format_scenes(scenes, bench)
 
 
 def _format_scenes(scenes: list[SceneBench], bench: Bench) -> str:
@@ -108,12 +104,8 @@ def _describe_engines(
         described = f"{_describe_point(best, kind)}{_format_pic_ratio(scene, best)}"
         yield f"the most accurate engine, and the fastest with at most {wanted}, is {described}"
     else:
-        cost = ""
-        if cheap.timing:
-            cost = (
-                f" with {format_milliseconds(cheap.timing.advance_s)} ms at steps of "
-                f"{formatting.format_step(cheap.dt_s)}"
-            )
+        at = f" ms at steps of {formatting.format_step(cheap.dt_s)}"
+        cost = f" with {format_milliseconds(cheap.timing.advance_s)}{at}" if cheap.timing else ""
         ratio = _format_pic_ratio(scene, cheap)
         yield f"the fastest engine with at most {wanted} is {_format_method(cheap)}{cost}{ratio}"
         yield f"the most accurate is {_describe_point(best, kind)}"

@@ -278,10 +278,8 @@ def _measure_visit_costs(
             expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
             # Omit a method that would use most of the budget alone.
             if expected_s > budget_s / 4:
-                untimed[at] = (
-                    f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of a budget of "
-                    f"{budget_s:.0f} s for this scene; raise --budget"
-                )
+                budget = f"a budget of {budget_s:.0f} s for this scene; raise --budget"
+                untimed[at] = f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of {budget}"
                 continue
         else:
             runner.run(VisitTask(scene, at))
@@ -308,10 +306,8 @@ def _count_fitting_rounds(costs: dict[At, float], untimed: dict[At, str], rounds
         most_expensive = max(costs, key=lambda at: costs[at])
         if costs[most_expensive] <= VISIT_S:  # nothing more can be omitted
             break
-        cost = costs.pop(most_expensive)
-        untimed[most_expensive] = (
-            f"a run takes {format_seconds(cost)}, more than the rest of the timing budget; raise --budget"
-        )
+        takes = f"a run takes {format_seconds(costs.pop(most_expensive))}"
+        untimed[most_expensive] = f"{takes}, more than the rest of the timing budget; raise --budget"
     if not costs:
         return LEAST_ROUNDS
     return max(LEAST_ROUNDS, int(min(rounds, left_s / compute_round_time())))
