@@ -40,8 +40,10 @@ def build_disc(position: complex, velocity: complex, radius_m: float, mass_kg: f
     return Disc(position_m=place, velocity_m_s=speed, radius_m=radius_m, mass_kg=mass_kg, **fields)
 
 
-def build_scene(discs: list[Disc], **fields: Any) -> Scene:
-    """Return a scene. The catalogue adds the name."""
+def build_scene(discs: Sequence[Disc], *, pull: float = 0.0, **fields: Any) -> Scene:
+    """Return a scene. `pull` is its gravity downwards. The catalogue adds the name."""
+    if pull:
+        fields["gravity_m_s2"] = (0.0, -pull)
     return Scene(name="unnamed", discs=discs, **fields)
 
 

@@ -37,9 +37,8 @@ def thicken_scene(scene: Scene, margin_m: float) -> Scene:
         return one.model_copy(update={"point_m": (x + half * nx, y + half * ny)})
 
     # Copy without validation, because bodies that start within the margin now overlap.
-    return scene.model_copy(
-        update={"discs": tuple(map(thicken_disc, scene.discs)), "walls": tuple(map(thicken_wall, scene.half_planes()))}
-    )
+    discs, walls = tuple(map(thicken_disc, scene.discs)), tuple(map(thicken_wall, scene.half_planes()))
+    return scene.model_copy(update={"discs": discs, "walls": walls})
 
 
 def solve_thickened(scene: Scene, margin_m: float) -> Trace:

@@ -98,9 +98,8 @@ def build_known_trace(scene: Scene, known: KnownAnswer) -> Trace:
             spins = (float(spin[first]), float(spin[second]), spin_first or 0.0, spin_second or 0.0)
             spin[second] = spins[3]
         own_spins = spins if turns else None
-        records.append(
-            ImpactRecord(now_s, first, second, normal, (ux, uy), before_second, after, after_second, own_spins)
-        )
+        velocities = ((ux, uy), before_second, after, after_second)
+        records.append(ImpactRecord(now_s, first, second, normal, *velocities, own_spins))
         velocity[first], spin[first] = after, spins[2]
     return Trace(
         method="known answer",

@@ -67,9 +67,8 @@ class KnownFailure:
         if not self.versions:
             return True
         if not version[:1].isdigit():
-            raise InputError(
-                f"versions = {self.versions!r} can't be judged: the engine's version is {format_value(version)}"
-            )
+            why = f"the engine's version is {format_value(version)}"
+            raise InputError(f"versions = {self.versions!r} can't be judged: {why}")
         numbers = parse_release_numbers(version)
         return all(condition(numbers) for condition in parse_version_conditions(self.versions))
 
@@ -117,9 +116,8 @@ def _parse_entry(entry: object, where: str) -> KnownFailure:
     if not (isinstance(reason, str) and reason.strip()):
         raise InputError(f"{where}: reason must be a sentence, got {format_value(reason)}")
     if not (isinstance(names, list) and names and all(isinstance(name, str) for name in names)):
-        raise InputError(
-            f"{where}: cases must be a list of names such as 'penalty::energy[tuned]', got {format_value(names)}"
-        )
+        what = "cases must be a list of names such as 'penalty::energy[tuned]'"
+        raise InputError(f"{where}: {what}, got {format_value(names)}")
     versions = _parse_versions(entry["versions"], where) if "versions" in entry else ""
     place = _parse_platform(entry["platform"], where) if "platform" in entry else ""
     return KnownFailure(reason.strip(), tuple(names), versions, place)
@@ -139,11 +137,10 @@ def _parse_platform(value: object, where: str) -> str:
     system, dash, machine = value.partition("-") if isinstance(value, str) else ("", "", "")
     for part, names in ((system, _SYSTEMS), *([(machine, _MACHINES)] if dash else [])):
         if part not in names:
-            raise InputError(
-                f"{where}: platform must be a system, or a system and a machine, such as 'linux-aarch64', "
-                f"got {format_value(value)}",
-                hints=build_name_hints(part, names, f"there are: {', '.join(names)}; this is {find_platform_name()}"),
-            )
+            what = "platform must be a system, or a system and a machine, such as 'linux-aarch64'"
+            every = f"there are: {', '.join(names)}; this is {find_platform_name()}"
+            hints = build_name_hints(part, names, every)
+            raise InputError(f"{where}: {what}, got {format_value(value)}", hints=hints)
     return f"{system}{dash}{machine}"
 
 
@@ -171,11 +168,8 @@ def list_known_reasons(
             except InputError as error:
                 raise InputError(f"{path}: known_failure {number}: {error}") from None
             if name in found:
-                raise InputError(
-                    f"{path}: known_failure {number}: {format_value(name)} is listed twice for release "
-                    f"{versions[engine]} "
-                    f"on {platform_}"
-                )
+                where = f"for release {versions[engine]} on {platform_}"
+                raise InputError(f"{path}: known_failure {number}: {format_value(name)} is listed twice {where}")
             found[name] = entry.reason
     return found
 
@@ -210,9 +204,8 @@ def check_names(
             hint = suggest_name(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
             raise InputError(f"{path}: there is no case {format_value(name)}", hints=[hint])
         if name in skipped and name in known:
-            raise InputError(
-                f"{path}: {name!r} can't fail, because it is skipped: {skipped[name]}", hints=["remove it"]
-            )
+            what = f"{name!r} can't fail, because it is skipped"
+            raise InputError(f"{path}: {what}: {skipped[name]}", hints=["remove it"])
 
 
 #: Beginning of a new entry's reason. The user replaces this text.
@@ -305,12 +298,11 @@ def _drop_passing_cases(
     entry: KnownFailure, passed: Collection[str], versions: Mapping[str, str], platform: str
 ) -> KnownFailure:
     """Return an entry without its passing cases, if the entry is valid for this release and platform."""
-    stay = [
-        name
-        for name in entry.cases
-        if name not in passed or not entry.is_valid_for(versions[name.partition("::")[0]], platform)
-    ]
-    return entry if len(stay) == len(entry.cases) else replace(entry, cases=tuple(stay))
+
+    def is_fixed(name: str) -> bool:
+        return name in passed and entry.is_valid_for(versions[name.partition("::")[0]], platform)
+
+    return replace(entry, cases=tuple(name for name in entry.cases if not is_fixed(name)))
 
 
 def _build_new_entries(

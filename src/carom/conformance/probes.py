@@ -131,6 +131,10 @@ def _observe(world: World) -> Observation:
         return world.observe()
 
 
+def _read_bytes(seen: Observation) -> tuple[bytes, bytes]:
+    return seen.position_m.tobytes(), seen.velocity_m_s.tobytes()
+
+
 def _copy_observation(seen: Observation) -> Observation:
     return replace(seen, position_m=seen.position_m.copy(), velocity_m_s=seen.velocity_m_s.copy())
 
@@ -170,12 +174,8 @@ class Watch(_Probe):
                     _observe(world)
             with _catch_adapter_errors("settings"):
                 settings = dict(world.settings)
-        changed = (
-            k
-            for k, (now, then) in enumerate(zip(given, copies, strict=True))
-            if now.position_m.tobytes() != then.position_m.tobytes()
-            or now.velocity_m_s.tobytes() != then.velocity_m_s.tobytes()
-        )
+        pairs = enumerate(zip(given, copies, strict=True))
+        changed = (k for k, (now, then) in pairs if _read_bytes(now) != _read_bytes(then))
         return Watched(settings, tuple(copies), next(changed, None))
 
     def _cut(self, world: World, length_s: float) -> None:

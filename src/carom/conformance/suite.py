@@ -129,16 +129,7 @@ def select_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
     points = list_adapter_points()
     chosen: dict[str, None] = {}
     for word in wanted:
-        found = (
-            [word]
-            if word in points
-            else [
-                name
-                for name, point in points.items()
-                if word in (ALL, point.module.partition(".")[0])
-                or _normalize_name(distribution_of(name)) == _normalize_name(word)
-            ]
-        )
+        found = [word] if word in points else [name for name in points if _contains(name, word)]
         if not found:
             known = ", ".join(f"{name} ({distribution_of(name)})" for name in sorted(points))
             raise UnknownNameError(
@@ -151,6 +142,12 @@ def select_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
         if infos[name].unavailable and name in wanted:
             raise InputError(f"{name}: {infos[name].unavailable}")
     return [infos[name] for name in chosen]
+
+
+def _contains(name: str, word: str) -> bool:
+    """Whether a word means all adapters, or the package or distribution of an adapter."""
+    package = list_adapter_points()[name].module.partition(".")[0]
+    return word in (ALL, package) or _normalize_name(distribution_of(name)) == _normalize_name(word)
 
 
 def _normalize_name(name: str) -> str:

@@ -21,10 +21,10 @@ def dropped(
 ) -> Staged:
     """Build a scene in which a ball is dropped from rest, with its lowest point `height_m` above a floor."""
     scene = build_scene(
-        discs=[build_disc(complex(0, radius_m + height_m), 0, radius_m, spin_rad_s=spin_rad_s)],
+        [build_disc(complex(0, radius_m + height_m), 0, radius_m, spin_rad_s=spin_rad_s)],
         walls=[FLOOR],
         wall_restitution=restitution,
-        gravity_m_s2=(0.0, -gravity_m_s2),
+        pull=gravity_m_s2,
         duration_s=duration_s,
         frame_rate_hz=rate_hz,
     )

@@ -21,9 +21,7 @@ def mbsim_49() -> Staged:
     """A disc without spin bounces on a rough floor. After the impact its rim speed is that of rolling."""
     radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
     start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
-    scene = build_scene(
-        discs=[start], walls=[FLOOR], wall_friction=0.5, wall_restitution=restitution, duration_s=2 * _HIT_S
-    )
+    scene = build_scene([start], walls=[FLOOR], wall_friction=0.5, wall_restitution=restitution, duration_s=2 * _HIT_S)
     after = (along / (1 + k), restitution * down)
     spin = -after[0] / radius
     hit = KnownImpact(_HIT_S, 0, -1, after, spin_first_after=spin)
@@ -106,10 +104,8 @@ def cannon_345() -> Staged:
     slid = along / (g * (friction + (friction - resists) / _SPHERE))
     rolled, slower = along - friction * g * slid, resists * g / (1.0 + _SPHERE)
     source, ball = f"{_LAW}; while it slides v' = -f g and (R w)' = (f - c) g/k", _build_ball(along, rolls=False)
-    way, lasts = (
-        along * slid - friction * g * slid**2 / 2.0 + rolled**2 / (2.0 * slower),
-        2.0 * (slid + rolled / slower),
-    )
+    way = along * slid - friction * g * slid**2 / 2.0 + rolled**2 / (2.0 * slower)
+    lasts = 2.0 * (slid + rolled / slower)
     return _stage_on_floor(source, ball, way, lasts, pull=g, friction=friction, rolling_resistance=resists)
 
 
@@ -150,13 +146,9 @@ def brax_58() -> Staged:
     met, changed = gap / along, 2.0 * along / 7.0
     slid = changed / (friction * g)
     rolls_s, slides_m = lasts - met - slid, changed * slid / 2.0
-    discs = [
-        _build_ball(along, rolls=True),
-        build_disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE),
-    ]
-    scene = build_scene(
-        discs, walls=[FLOOR], gravity_m_s2=(0.0, -g), wall_friction=friction, wall_restitution=0.0, duration_s=lasts
-    )
+    struck = build_disc(complex(2.0 * radius + gap, radius), 0, radius, inertia_factor=_SPHERE)
+    discs = [_build_ball(along, rolls=True), struck]
+    scene = build_scene(discs, walls=[FLOOR], pull=g, wall_friction=friction, wall_restitution=0.0, duration_s=lasts)
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
     source = (
@@ -180,9 +172,8 @@ def bullet3_2117() -> Staged:
     resists, g, speed, lasts = 0.02, 9.81, 0.5, 2.5
     slower = resists * g / (1.0 + _SPHERE)
     left, way = speed - slower * lasts, speed * lasts - slower * lasts**2 / 2.0
-    scene = build_scene(
-        discs=[build_disc(0, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts
-    )
+    ball = build_disc(0, speed * (0.8 + 0.6j), 0.028575)
+    scene = build_scene([ball], table_deceleration_m_s2=slower, duration_s=lasts)
     source = "The friction of a rolling ball acts against its motion, so the speed decreases by c g/(1 + k) a second"
     return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
 

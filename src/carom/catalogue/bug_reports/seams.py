@@ -76,7 +76,7 @@ def godot_65204() -> Staged:
     before = 2 - 1j - 1j * pull * time
     start = -0.125 + 1j * radius - (2 - 1j) * time + 0.5j * pull * time**2
     after = compute_after_wall(before, 1j, restitution)
-    fields = {"wall_restitution": restitution, "gravity_m_s2": (0.0, -pull), "duration_s": end}
+    fields = {"wall_restitution": restitution, "pull": pull, "duration_s": end}
     scene = build_scene([build_disc(start, 2 - 1j, radius)], walls=[edges(-4, 4, pieces=16)], **fields)
     final = compute_fall(-0.125 + 1j * radius, after, end - time, -1j * pull)
     return build_staged(scene, [build_impact(time, 0, -1, after)], f"Free fall; {_LAW}", final=[final])

@@ -96,7 +96,7 @@ def avian_990() -> Staged:
     pull, radius, end, start = 9.81, 0.0135, 0.25, 0.05
     begun = complex(-radius - 0.0005, start)
     walls = [_build_solid(0, 0.1, 0.1 - 1j, -1j)]
-    scene = build_scene([build_disc(begun, 0, radius)], walls=walls, gravity_m_s2=(0.0, -pull), duration_s=end)
+    scene = build_scene([build_disc(begun, 0, radius)], walls=walls, pull=pull, duration_s=end)
     final = compute_fall(begun, 0, end, -1j * pull)
     return build_staged(scene, [], "Galileo: the ball falls freely, half a millimetre from the wall", final=[final])
 
@@ -134,7 +134,7 @@ def ball2box_10() -> Staged:
     end, up = 3.5 * fall, complex(drift, pull * fall)
     impacts = [build_impact(fall, 0, -1, up), build_impact(3 * fall, 0, -1, up)]
     final = compute_fall(complex(-0.01, radius), up, end - 3 * fall, -1j * pull)
-    scene = build_scene([build_disc(start, drift, radius)], walls=[box], gravity_m_s2=(0.0, -pull), duration_s=end)
+    scene = build_scene([build_disc(start, drift, radius)], walls=[box], pull=pull, duration_s=end)
     source = "Galileo: rise and fall take equal times; Newton's law on the box"
     return build_staged(scene, impacts, source, final=[final])
 
@@ -145,6 +145,6 @@ def cannon_301() -> Staged:
     time = math.sqrt(2 * height / pull)
     end, up = 1.5 * time, 1j * pull * time
     discs, walls = [build_disc(complex(-0.25, radius + height), 0, radius)], [edges(-4, 0, pieces=4)]
-    scene = build_scene(discs, walls=walls, gravity_m_s2=(0.0, -pull), duration_s=end)
+    scene = build_scene(discs, walls=walls, pull=pull, duration_s=end)
     final = compute_fall(complex(-0.25, radius), up, end - time, -1j * pull)
     return build_staged(scene, [build_impact(time, 0, -1, up)], f"Free fall; {_LAW}", final=[final])

@@ -15,8 +15,7 @@ from carom.catalogue.closed_forms import (
     unit,
 )
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.catalogue.groups.classics_walled import build_box_walls, compute_box_bounces
-from carom.model.scene import Wall
+from carom.catalogue.groups.classics_walled import build_box_walls, compute_box_bounces, upright
 
 _MIRROR = "Each wall reverses the velocity along its normal and multiplies it by the restitution"
 
@@ -26,7 +25,7 @@ def wall_on_the_right(
 ) -> Staged:
     """Build a scene in which a disc at the origin meets one wall."""
     discs = [build_disc(0, velocity, radius_m)]
-    walls = [Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))]
+    walls = [upright(radius_m + gap_m, -1)]
     scene = build_scene(discs, walls=walls, wall_restitution=restitution, duration_s=duration_s, frame_rate_hz=rate_hz)
     after = complex(-restitution * velocity.real, velocity.imag)
     return build_staged(scene, [build_impact(gap_m / velocity.real, 0, -1, after)], _MIRROR)
@@ -37,7 +36,7 @@ def in_a_box(
 ) -> Staged:
     """Build a scene with a disc in an elastic box. `start` is relative to the box's lower left corner."""
     scene = build_scene(
-        discs=[build_disc(start, velocity, radius)], walls=build_box_walls(width, height), duration_s=duration
+        [build_disc(start, velocity, radius)], walls=build_box_walls(width, height), duration_s=duration
     )
     inner = start - complex(radius, radius)
     impacts = compute_box_bounces(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
@@ -48,7 +47,7 @@ def pooltool_217() -> Staged:
     """A ball moves straight into a corner, and meets two walls at one instant."""
     radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
     scene = build_scene(
-        discs=[build_disc(1 + 1j, complex(part, part), radius)], walls=build_box_walls(side, side), duration_s=3.5
+        [build_disc(1 + 1j, complex(part, part), radius)], walls=build_box_walls(side, side), duration_s=3.5
     )
     time = (side - radius - 1) / part
     impacts = [build_impact(time, 0, -4, complex(part, -part)), build_impact(time, 0, -2, complex(-part, -part))]
@@ -59,7 +58,7 @@ def pooltool_217_touching() -> Staged:
     """A ball that touches a cushion is shot towards it."""
     radius, side = 0.03125, 4.5
     scene = build_scene(
-        discs=[build_disc(complex(side - radius, 1), 1.5 + 0.5j, radius)],
+        [build_disc(complex(side - radius, 1), 1.5 + 0.5j, radius)],
         walls=build_box_walls(side, side),
         duration_s=1.0,
     )
@@ -70,9 +69,7 @@ def nimble_143() -> Staged:
     """A ball bounces off a wall, and meets the ball that follows it."""
     radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
     discs = [build_disc(first, v1, radius), build_disc(second, v2, radius)]
-    scene = build_scene(
-        discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=1.25, frame_rate_hz=100.0
-    )
+    scene = build_scene(discs, walls=[upright(wall, -1)], duration_s=1.25, frame_rate_hz=100.0)
     at_wall = (wall - radius - first) / v1
     met = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
     impacts = [build_impact(at_wall, 0, -1, -v1), build_impact(met, 0, 1, v2, -v1)]
@@ -116,15 +113,10 @@ def dyn4j_87() -> Staged:
         place, wall = (right - radius, -2) if speed > 0 else (left + radius, -1)
         speed *= -restitution
         impacts.append(build_impact(time, 0, wall, speed))
-    walls = [Wall(point_m=(left, 0.0), normal=(1.0, 0.0)), Wall(point_m=(right, 0.0), normal=(-1.0, 0.0))]
-    scene = build_scene(
-        discs=[build_disc(-0.3, 2, radius)], walls=walls, wall_restitution=restitution, duration_s=duration
-    )
-    return build_staged(
-        scene,
-        impacts,
-        f"{_MIRROR}: each crossing takes the free distance over a speed that each wall reduces by the same factor",
-    )
+    walls = [upright(left, 1), upright(right, -1)]
+    scene = build_scene([build_disc(-0.3, 2, radius)], walls=walls, wall_restitution=restitution, duration_s=duration)
+    crossing = "each crossing takes the free distance over a speed that each wall reduces by the same factor"
+    return build_staged(scene, impacts, f"{_MIRROR}: {crossing}")
 
 
 def gama_556() -> Staged:
@@ -133,7 +125,7 @@ def gama_556() -> Staged:
     first = wall - radius - gap
     second = first - 2 * radius - slit
     discs = [build_disc(first, speed, radius), build_disc(second, speed, radius)]
-    scene = build_scene(discs, walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))], duration_s=0.75)
+    scene = build_scene(discs, walls=[upright(wall, -1)], duration_s=0.75)
     at_wall = gap / speed
     met = at_wall + slit / (2 * speed)  # the balls approach at twice the speed
     back = met + slit / (2 * speed)  # the first ball returns by half of the slit between the balls

@@ -15,7 +15,7 @@ from carom.catalogue.closed_forms import (
     stage_struck_row,
 )
 from carom.catalogue.entry import Staged, Tag, add_tags
-from carom.model.scene import Wall
+from carom.catalogue.groups.classics_walled import upright
 
 
 def _sorting() -> Staged:
@@ -57,22 +57,19 @@ def _galperin_100() -> Staged:
         build_disc(gap_light + radius_light, 0, radius_light, light),
         build_disc(gap_heavy + 2 * radius_light + radius_heavy, -speed, radius_heavy, heavy),
     ]
-    scene = build_scene(discs, walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))], duration_s=2.0)
+    scene = build_scene(discs, walls=[upright(0.0, 1)], duration_s=2.0)
     # In coordinates that are scaled by the root of the mass, the pair is a single point. The point moves between the
     # wall's line, at angle 0, and the line on which the discs touch.
     root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
     start = complex(root_heavy * gap_heavy, root_light * gap_light)
     bounces = compute_wedge_impacts(start, -root_heavy * speed, math.atan2(root_light, root_heavy))
-    impacts = [
-        build_impact(b.time_s, 0, 1, b.velocity.imag / root_light, b.velocity.real / root_heavy)
-        if b.upper
-        else build_impact(b.time_s, 0, -1, b.velocity.imag / root_light)
-        for b in bounces
-    ]
+    impacts = []
+    for b in bounces:
+        body, heavy_after = (1, b.velocity.real / root_heavy) if b.upper else (-1, None)
+        impacts.append(build_impact(b.time_s, 0, body, b.velocity.imag / root_light, heavy_after))
     source = (
         "Unfolding of a wedge of angle atan(1/10): there are 31 impacts, and 31 are the first two digits of pi (G. "
-        "Galperin, Playing pool "
-        "with pi, Regular and Chaotic Dynamics 8(4), 375-394, 2003)"
+        "Galperin, Playing pool with pi, Regular and Chaotic Dynamics 8(4), 375-394, 2003)"
     )
     return build_staged(scene, impacts, source)
 
@@ -101,14 +98,8 @@ def _three_in_line() -> Staged:
 
     x0, x1, x2 = to_line_coordinates(start)
     v0, v1, v2 = to_line_coordinates(velocity)
-    scene = build_scene(
-        discs=[
-            build_disc(x0 - (r0 + r1), v0, r0, m0),
-            build_disc(x1, v1, r1, m1),
-            build_disc(x2 + (r1 + r2), v2, r2, m2),
-        ],
-        duration_s=2.0,
-    )
+    left, right = build_disc(x0 - (r0 + r1), v0, r0, m0), build_disc(x2 + (r1 + r2), v2, r2, m2)
+    scene = build_scene([left, build_disc(x1, v1, r1, m1), right], duration_s=2.0)
     impacts = []
     for bounce in compute_wedge_impacts(start, velocity, angle):
         after = to_line_coordinates(bounce.velocity)
@@ -127,11 +118,8 @@ def _between_fixed() -> Staged:
     """A disc bounces between two immovable discs along their axis. This periodic orbit is unstable."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
-    discs = [
-        build_disc(-half_distance, 0, fixed, math.inf),
-        build_disc(0, speed, radius),
-        build_disc(half_distance, 0, fixed, math.inf),
-    ]
+    left, right = (build_disc(x, 0, fixed, math.inf) for x in (-half_distance, half_distance))
+    discs = [left, build_disc(0, speed, radius), right]
     scene = build_scene(discs, duration_s=2.25)
     impacts = []
     for n in range(int((scene.duration_s * speed + reach) / (2 * reach))):

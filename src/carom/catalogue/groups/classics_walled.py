@@ -24,6 +24,11 @@ from carom.model.trace import wall_body
 FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 
 
+def upright(x_m: float, side: float) -> Wall:
+    """Return an upright wall at a place. The free side is right (1) or left (-1) of the wall."""
+    return Wall(point_m=(x_m, 0.0), normal=(side, 0.0))
+
+
 def edges(*points: complex, **fields: Any) -> Chain:
     """Return a wall of edges from point to point."""
     return Chain(points_m=tuple(map(to_vector, points)), **fields)
@@ -31,12 +36,8 @@ def edges(*points: complex, **fields: Any) -> Chain:
 
 def build_box_walls(width_m: float, height_m: float) -> list[Wall]:
     """Return the walls of a box with one corner at the origin: left, right, bottom, top."""
-    return [
-        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
-        Wall(point_m=(width_m, 0.0), normal=(-1.0, 0.0)),
-        FLOOR,
-        Wall(point_m=(0.0, height_m), normal=(0.0, -1.0)),
-    ]
+    ceiling = Wall(point_m=(0.0, height_m), normal=(0.0, -1.0))
+    return [upright(0.0, 1), upright(width_m, -1), FLOOR, ceiling]
 
 
 def compute_box_bounces(
@@ -106,7 +107,7 @@ def _box() -> Staged:
     radius, width, height = 0.2, 2.4, 1.6
     start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # relative to the corner of the region of the centre
     scene = build_scene(
-        discs=[build_disc(start + complex(radius, radius), velocity, radius)],
+        [build_disc(start + complex(radius, radius), velocity, radius)],
         walls=build_box_walls(width, height),
         duration_s=2.5,
     )
@@ -158,10 +159,8 @@ def _bank_shot() -> Staged:
     struck = complex(0, radius) + outgoing * (time_2 - time_1)
     normal = compute_normal(outgoing, 0.4)
     after, target_after = compute_after_impact(1.0, outgoing, 1.0, 0, normal)
-    discs = [
-        build_disc(complex(0, radius) - incoming * time_1, incoming, radius),
-        build_disc(struck + 2 * radius * normal, 0, radius),
-    ]
+    striker = build_disc(complex(0, radius) - incoming * time_1, incoming, radius)
+    discs = [striker, build_disc(struck + 2 * radius * normal, 0, radius)]
     scene = build_scene(discs, walls=[FLOOR], duration_s=1.75)
     impacts = [build_impact(time_1, 0, -1, outgoing), build_impact(time_2, 0, 1, after, target_after)]
     source = (

@@ -11,7 +11,7 @@ from typing import Any
 
 from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.catalogue.groups.classics_walled import FLOOR, edges
+from carom.catalogue.groups.classics_walled import FLOOR, edges, upright
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector, wall_body
 
@@ -25,7 +25,7 @@ _ROLLING = (
 _COULOMB = "Coulomb's law: while a disc slips, friction is f P; it rolls if f P (1 + 1/k) can keep the slip at 0"
 
 
-_build_floor_scene = partial(build_scene, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_restitution=0.0)
+_build_floor_scene = partial(build_scene, walls=[FLOOR], pull=_G, wall_restitution=0.0)
 
 
 def _stage_on_wall(
@@ -71,7 +71,7 @@ def _stage_on_wall(
     )
     wall = Wall(point_m=(0.0, 0.0), normal=(nx, ny))
     laws = {"wall_restitution": 0.0, **laws}
-    scene = build_scene([body], walls=[wall], gravity_m_s2=(0.0, -_G), duration_s=duration_s, **laws)
+    scene = build_scene([body], walls=[wall], pull=_G, duration_s=duration_s, **laws)
     spins = (answer[2] / _RADIUS_M,) if scene.arrays.turns else None
     place, velocity = (at(answer[0], _RADIUS_M),), (at(answer[1], 0.0),)
     return Staged(scene, KnownAnswer(source, (), count, velocity, place, final_spin_rad_s=spins))
@@ -223,7 +223,7 @@ def _pressed() -> Staged:
 
 def _stage_in_corner(spin: float, source: str, place_m: float, speed: float, after: float | None) -> Staged:
     discs = [build_disc(0.5 + 0.5j, 0, 0.5, spin_rad_s=spin)]
-    walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
+    walls = [FLOOR, upright(0.0, 1)]
     scene = _build_floor_scene(discs, walls=walls, wall_friction=0.25, duration_s=3.0)
     spins = None if after is None else (after,)
     return build_staged(scene, [], source, final=[(complex(place_m, 0.5), speed)], spins=spins)

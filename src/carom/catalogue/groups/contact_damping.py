@@ -11,7 +11,7 @@ import math
 
 from carom.catalogue.closed_forms import build_disc, build_impact, build_scene, build_staged
 from carom.catalogue.entry import Staged
-from carom.catalogue.groups.classics_walled import FLOOR
+from carom.catalogue.groups.classics_walled import FLOOR, upright
 from carom.model.scene import Disc, Wall
 from carom.model.trace import wall_body
 
@@ -66,7 +66,7 @@ def _damped_box() -> Staged:
 def _damped_stop() -> Staged:
     """A damped disc never reaches a wall at exactly the distance that the disc moves in infinite time."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
-    walls = [Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))]
+    walls = [upright(speed / damping + radius, -1)]
     scene = build_scene([build_disc(0, speed, radius)], walls=walls, damping_per_s=damping, duration_s=duration)
     way, kept = speed * _to_undamped_time(duration, damping), math.exp(-damping * duration)
     return build_staged(scene, [], f"{_LAW}: the whole distance is v/c", final=[(way, speed * kept)])
@@ -78,10 +78,8 @@ def _damped_pair() -> Staged:
     gap, radius = 1.5, 0.5
     when, end = gap / (fast - slow), _to_undamped_time(duration, damping)
     centre = (fast + mass * slow) / (1.0 + mass)
-    after = [
-        centre - restitution * (fast - slow) * mass / (1.0 + mass),
-        centre + restitution * (fast - slow) / (1.0 + mass),
-    ]
+    apart = restitution * (fast - slow)
+    after = [centre - apart * mass / (1.0 + mass), centre + apart / (1.0 + mass)]
     starts = (0.0, 2.0 * radius + gap)
     kept, left = 1.0 - damping * when, math.exp(-damping * duration)
     final = [
@@ -103,17 +101,11 @@ def _damped_slide() -> Staged:
     # The rim moves to the right, so the floor's friction acts to the left on the centre, and against the spin.
     u_after, v_after, spin_after = u - friction * pushed, -restitution * v, spin - 2.0 * friction * pushed
     kept, left = 1.0 - damping * when, math.exp(-damping * duration)
-    scene = build_scene(
-        [build_disc(complex(0.0, height), complex(u, v), 1.0, spin_rad_s=spin)],
-        walls=[FLOOR],
-        wall_restitution=restitution,
-        wall_friction=friction,
-        damping_per_s=damping,
-        duration_s=duration,
-    )
-    hit = build_impact(
-        _to_clock_time(when, damping), 0, -1, complex(u_after * kept, v_after * kept), None, spin_after * kept
-    )
+    discs = [build_disc(complex(0.0, height), complex(u, v), 1.0, spin_rad_s=spin)]
+    laws = {"wall_restitution": restitution, "wall_friction": friction, "damping_per_s": damping}
+    scene = build_scene(discs, walls=[FLOOR], duration_s=duration, **laws)
+    after = complex(u_after * kept, v_after * kept)
+    hit = build_impact(_to_clock_time(when, damping), 0, -1, after, None, spin_after * kept)
     source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding reduces v by f (1 + e) w_n"
     place = complex(u * when + u_after * (end - when), 1.0 + v_after * (end - when))
     final = [(place, complex(u_after * left, v_after * left))]

@@ -20,7 +20,7 @@ from carom.catalogue.closed_forms import (
     to_vector,
 )
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.catalogue.groups.classics_walled import edges, stage_in_room
+from carom.catalogue.groups.classics_walled import edges, stage_in_room, upright
 from carom.model.scene import Wall
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
@@ -101,7 +101,7 @@ def stage_before_paddle(
     path = [{"from_s": float(begin), "velocity_m_s": (float(drive), 0.0)} for begin, drive in legs]
     moves = {"legs": path} if len(path) > 1 else {"velocity_m_s": path[0]["velocity_m_s"]}
     walls = [
-        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+        upright(0.0, 1),
         Wall(point_m=(float(length), 0.0), normal=(-1.0, 0.0), **moves),
     ]
     scene = build_scene([build_disc(1, float(start), 0.25)], walls=walls, duration_s=float(duration))
@@ -163,9 +163,7 @@ def stage_on_lift(rise: float) -> Staged:
     end = complex(0.0, radius + rise * duration + top), complex(0.0, rise)
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, rise))
     discs = [build_disc(complex(0.0, radius + height), 0, radius)]
-    scene = build_scene(
-        discs, walls=[floor], wall_restitution=restitution, gravity_m_s2=(0.0, -pull), duration_s=duration
-    )
+    scene = build_scene(discs, walls=[floor], wall_restitution=restitution, pull=pull, duration_s=duration)
     return build_staged(scene, impacts, "Galileo: free fall and Newton's law, relative to the floor", final=[end])
 
 
@@ -193,9 +191,8 @@ def _fast_cup() -> Staged:
     while time < scene.duration_s:
         impacts.append(build_impact(time, 0, -1, speed))
         time, speed = time + (width - 2.0 * radius) / drive, 2.0 * drive - speed
-    return build_staged(
-        scene, impacts, "Galileo: relative to the cup, the cup is at rest and the ball starts at the velocity -V"
-    )
+    source = "Galileo: relative to the cup, the cup is at rest and the ball starts at the velocity -V"
+    return build_staged(scene, impacts, source)
 
 
 def _conveyor() -> Staged:

@@ -30,7 +30,7 @@ FALL = complex(0.0, -9.80665)
 def _free_fall() -> Staged:
     """A disc is thrown and meets nothing, so any error at the end comes from the integrator."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
-    scene = build_scene(discs=[build_disc(start, velocity, 0.15)], gravity_m_s2=to_vector(FALL), duration_s=duration)
+    scene = build_scene([build_disc(start, velocity, 0.15)], pull=abs(FALL), duration_s=duration)
     final = [compute_fall(start, velocity, duration, FALL)]
     return build_staged(scene, [], "Galileo's parabola: x + v t + g t^2/2", final=final)
 
@@ -60,9 +60,7 @@ def _stage_bouncing(height: float, restitution: float, duration_s: float) -> Sta
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
     discs = [build_disc(complex(0, height + radius), drift, radius)]
-    scene = build_scene(
-        discs, walls=[FLOOR], wall_restitution=restitution, gravity_m_s2=to_vector(FALL), duration_s=duration_s
-    )
+    scene = build_scene(discs, walls=[FLOOR], wall_restitution=restitution, pull=abs(FALL), duration_s=duration_s)
     bounces = _compute_hops(first, speed, pull, restitution, duration_s)
     last, leaving = bounces[-1]
     final = compute_fall(complex(drift * last, radius), complex(drift, leaving), duration_s - last, FALL)
@@ -89,14 +87,12 @@ def _box() -> Staged:
     start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # relative to the corner of the region of the centre
     pull = abs(FALL)
     discs = [build_disc(start + complex(radius, radius), velocity, radius)]
-    scene = build_scene(discs, walls=build_box_walls(width, height), gravity_m_s2=to_vector(FALL), duration_s=duration)
+    scene = build_scene(discs, walls=build_box_walls(width, height), pull=abs(FALL), duration_s=duration)
     landing = math.sqrt(velocity.imag**2 + 2 * pull * start.imag)
     floor = _compute_hops((velocity.imag + landing) / pull, landing, pull, 1.0, duration)
     length = width - 2 * radius
-    sides = [
-        ((n * length - start.real) / velocity.real, n)
-        for n in range(1, math.floor((start.real + velocity.real * duration) / length) + 1)
-    ]
+    count = math.floor((start.real + velocity.real * duration) / length)
+    sides = [((n * length - start.real) / velocity.real, n) for n in range(1, count + 1)]
     events = [(t, True, n) for t, n in sides] + [(t, False, n) for n, (t, _) in enumerate(floor)]
     impacts, across = [], velocity.real
     for time, is_side, n in sorted(events):
@@ -125,7 +121,7 @@ def _falling_pair() -> Staged:
     p1, p2 = where - r1 * normal, where + r2 * normal
     after1, after2 = compute_after_impact(m1, v1, m2, v2, normal, e)
     discs = [build_disc(p1 - v1 * time, v1, r1, m1), build_disc(p2 - v2 * time, v2, r2, m2)]
-    scene = build_scene(discs, restitution=e, gravity_m_s2=to_vector(FALL), duration_s=duration)
+    scene = build_scene(discs, restitution=e, pull=abs(FALL), duration_s=duration)
     gained, rest = FALL * time, duration - time
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
@@ -142,7 +138,7 @@ def _incline() -> Staged:
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
     discs = [build_disc((height + radius) * normal, 0, radius)]
     walls = [Wall(point_m=to_vector(-3 * along), normal=(3.0, 4.0))]
-    scene = build_scene(discs, walls=walls, wall_restitution=e, gravity_m_s2=to_vector(FALL), duration_s=duration)
+    scene = build_scene(discs, walls=walls, wall_restitution=e, pull=abs(FALL), duration_s=duration)
     bounces = _compute_hops(first, speed, pull, e, duration)
     last, leaving = bounces[-1]
     up, falling = compute_fall(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
@@ -151,6 +147,5 @@ def _incline() -> Staged:
         "Perpendicular to the slope, the ball bounces under g cos(slope); along the slope, its acceleration is g "
         "sin(slope)"
     )
-    return build_staged(
-        scene, [build_impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], source, final=[final]
-    )
+    impacts = [build_impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces]
+    return build_staged(scene, impacts, source, final=[final])

@@ -13,7 +13,7 @@ from typing import Any
 
 from carom.catalogue.closed_forms import build_scene
 from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
-from carom.catalogue.groups.classics_walled import FLOOR
+from carom.catalogue.groups.classics_walled import FLOOR, upright
 from carom.model.scene import Disc, Wall
 from carom.model.trace import Vector
 
@@ -39,7 +39,7 @@ def _stage_on_floor(
 ) -> Staged:
     """Build a scene in which a disc hits a level floor once."""
     scene = build_scene(
-        discs=[_build_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[FLOOR], duration_s=1.0, **fields
+        [_build_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[FLOOR], duration_s=1.0, **fields
     )
     spin = float(spin_after)
     hit = KnownImpact(_FIRST_S, 0, -1, after, spin_first_after=spin)
@@ -52,7 +52,7 @@ def _stage_two_discs(
     """Build a scene in which a spinning disc hits another disc at rest."""
     first = _build_disc((0.0, 0.0), velocity, spin_rad_s=spin)
     second = Disc(position_m=(2.0 * normal[0], 2.0 * normal[1]), radius_m=1.0)
-    scene = build_scene(discs=[first, second], duration_s=1.0, **fields)
+    scene = build_scene([first, second], duration_s=1.0, **fields)
     hit = KnownImpact(_FIRST_S, 0, 1, *after, *spins_after)
     return Staged(scene, KnownAnswer(_ALCIATORE, (hit,), 1, after, final_spin_rad_s=spins_after))
 
@@ -125,7 +125,7 @@ def _stage_between_plates(
     start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)
     first_s = gap / 2 / across
     scene = build_scene(
-        discs=[start], walls=walls, wall_friction=_GRIP, duration_s=first_s + (len(states) - 0.5) * flight, **fields
+        [start], walls=walls, wall_friction=_GRIP, duration_s=first_s + (len(states) - 0.5) * flight, **fields
     )
     impacts, x, now, speed = [], 0.0, 0.0, along
     for n, (v, w) in enumerate(states):
@@ -153,9 +153,7 @@ def _bounce_to_roll() -> Staged:
     """A disc thrown along a floor slides at three bounces, sticks at the fourth, and finally rolls on the floor."""
     pull, drop = 2.0, 0.25  # the first impact is after half a second, at 1 m/s; later flights take 1/2 s, 1/4 s, ...
     disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
-    scene = build_scene(
-        discs=[disc], walls=[FLOOR], wall_friction=0.25, wall_restitution=0.5, gravity_m_s2=(0.0, -pull), duration_s=2.0
-    )
+    scene = build_scene([disc], walls=[FLOOR], wall_friction=0.25, wall_restitution=0.5, pull=pull, duration_s=2.0)
     along = [Fraction(13, 8), Fraction(23, 16), Fraction(43, 32), *[Fraction(4, 3)] * 5]
     spins = [Fraction(-3, 4), Fraction(-9, 8), Fraction(-21, 16), *[Fraction(-4, 3)] * 5]
     impacts = [
@@ -187,11 +185,11 @@ def _superball_hop() -> Staged:
     pull, drop, duration = 8.0, 1.0, 2.75  # the first impact is after half a second, at 4 m/s; a hop takes a second
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
     scene = build_scene(
-        discs=[disc],
+        [disc],
         walls=[FLOOR],
         wall_friction=_GRIP,
         wall_tangential_restitution=1.0,
-        gravity_m_s2=(0.0, -pull),
+        pull=pull,
         duration_s=duration,
     )
     signs = (-1.0, 1.0, -1.0)
@@ -220,8 +218,8 @@ def _strip() -> Staged:
 
 def _corner() -> Staged:
     """A disc meets both walls of a right-angled corner at once. With friction, the order of the walls has an effect."""
-    walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
-    scene = build_scene(discs=[_build_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
+    walls = [FLOOR, upright(0.0, 1)]
+    scene = build_scene([_build_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
     # The side wall has the lower number, so its impact is first. Its friction can change -2 m/s by up to 6/4 m/s, and
     # 2/3 m/s are enough for rolling.
     impacts = (

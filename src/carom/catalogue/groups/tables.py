@@ -249,9 +249,7 @@ def _peg() -> Staged:
     after = compute_after_wall(-1j * pull * time, normal)
     duration = time + 0.2
     walls = [Ring(centre_m=(0, 0), radius_m=0.0, half_width_m=0.05)]
-    scene = build_scene(
-        [build_disc(complex(offset, height), 0, 0.25)], walls=walls, gravity_m_s2=(0.0, -pull), duration_s=duration
-    )
+    scene = build_scene([build_disc(complex(offset, height), 0, 0.25)], walls=walls, pull=pull, duration_s=duration)
     left = duration - time
     end = compute_fall(reach * normal, after, left, -1j * pull)
     source = "Free fall to the circle that the centre can't enter; Newton's law at this circle"
@@ -264,11 +262,7 @@ def _bowl() -> Staged:
     pull, height = 8.0, 3.0
     fall, speed, count = math.sqrt(2.0 * height / pull), math.sqrt(2.0 * height * pull), 3
     discs = [build_disc(1j, 0, 0.25)]
-    scene = build_scene(
-        discs, walls=[Ring(centre_m=(0, 0), radius_m=2.25)], gravity_m_s2=(0.0, -pull), duration_s=2.0 * count * fall
-    )
+    scene = build_scene(discs, walls=[Ring(centre_m=(0, 0), radius_m=2.25)], pull=pull, duration_s=2.0 * count * fall)
     impacts = tuple(build_impact((2 * k - 1) * fall, 0, -1, 1j * speed) for k in range(1, count + 1))
-    return Staged(
-        scene,
-        KnownAnswer("Galileo: the first fall takes sqrt(2 h / g), and each flight takes twice as long", impacts, count),
-    )
+    source = "Galileo: the first fall takes sqrt(2 h / g), and each flight takes twice as long"
+    return Staged(scene, KnownAnswer(source, impacts, count))

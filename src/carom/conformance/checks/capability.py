@@ -84,9 +84,8 @@ def slows_as_declared(subject: Subject) -> None:
     if disc.spin_rad_s:
         found.append(math.nan if end.spin_rad_s is None else end.spin_rad_s[0] / disc.spin_rad_s)
     slowed = all(least - subject.rounding <= kept <= most + subject.rounding for kept in found)
-    expected = f"{format_number(least, 6)} to {format_number(most, 6)} times its velocity" + " and its spin" * bool(
-        disc.spin_rad_s
-    )
+    spin = " and its spin" * bool(disc.spin_rad_s)
+    expected = f"{format_number(least, 6)} to {format_number(most, 6)} times its velocity{spin}"
     require(slowed, "a disc is not damped at the scene's rate", expected, format_vector(found), setup)
 
 
@@ -99,13 +98,8 @@ def rolls_as_declared(subject: Subject) -> None:
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     right = abs(found - expected) <= rate * setup.dt_s + subject.rounding + promise
     wrong = "a rolling disc does not decelerate by c g/(1 + k)"
-    require(
-        right,
-        wrong,
-        f"{format_number(expected, 6)} m/s to {format_number(rate * setup.dt_s + promise)}",
-        f"{format_number(found, 6)} m/s",
-        setup,
-    )
+    wanted = f"{format_number(expected, 6)} m/s to {format_number(rate * setup.dt_s + promise)}"
+    require(right, wrong, wanted, f"{format_number(found, 6)} m/s", setup)
 
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
@@ -126,12 +120,14 @@ def _require_velocity_transfer(subject: Subject, scene: Scene, where: str, dt_s:
     end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], where)
 
 
+def _require_transfer_at(subject: Subject, speed: float) -> None:
+    scene = scenes.build_approach(speed_m_s=speed)
+    _require_velocity_transfer(subject, scene, f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed)
+
+
 def fast_as_declared(subject: Subject) -> None:
     """At the greatest declared speed, with steps scaled accordingly, a disc passes its velocity on to an equal disc."""
-    speed = min(subject.capabilities().max_speed_m_s, FAST_M_S)
-    _require_velocity_transfer(
-        subject, scenes.build_approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed
-    )
+    _require_transfer_at(subject, min(subject.capabilities().max_speed_m_s, FAST_M_S))
 
 
 def far_as_declared(subject: Subject) -> None:
@@ -140,9 +136,8 @@ def far_as_declared(subject: Subject) -> None:
     # Beyond this coordinate, rounding exceeds a thousandth of the disc's radius in any engine.
     finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
     coordinate = min(can.max_coordinate_m, FAR_M, finest)
-    _require_velocity_transfer(
-        subject, scenes.build_approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin"
-    )
+    scene = scenes.build_approach(x_m=coordinate - 4.0)
+    _require_velocity_transfer(subject, scene, f"{coordinate:g} m from the origin")
 
 
 def moves_as_declared(subject: Subject) -> None:
@@ -175,10 +170,7 @@ def large_as_declared(subject: Subject) -> None:
 
 def slow_as_declared(subject: Subject) -> None:
     """At twice the declared threshold of inelastic contacts, a disc passes its velocity on to an equal disc."""
-    speed = 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S
-    _require_velocity_transfer(
-        subject, scenes.build_approach(speed_m_s=speed), f"at {speed:g} m/s", scenes.DT_S * 3.0 / speed
-    )
+    _require_transfer_at(subject, 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S)
 
 
 def detects_continuously(subject: Subject) -> None:

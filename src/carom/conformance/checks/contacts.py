@@ -72,17 +72,12 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
             begin, end = (step - 1) * setup.dt_s, step * setup.dt_s
             what = f"a contact of disc {contact.first} in step {step} has a time outside that step"
             sound = begin - rounding_s <= contact.time_s <= end + rounding_s
-            require(
-                sound,
-                what,
-                f"{format_number(begin, 9)} to {format_number(end, 9)} s",
-                f"{format_number(contact.time_s, 9)} s",
-                setup,
-            )
+            found = f"{format_number(contact.time_s, 9)} s"
+            require(sound, what, f"{format_number(begin, 9)} to {format_number(end, 9)} s", found, setup)
             declared = {Stamp.START: begin, Stamp.END: end}.get(stamp, contact.time_s)
             what = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
             sound = abs(contact.time_s - declared) <= rounding_s
-            require(sound, what, f"{format_number(declared, 9)} s", f"{format_number(contact.time_s, 9)} s", setup)
+            require(sound, what, f"{format_number(declared, 9)} s", found, setup)
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
@@ -120,10 +115,8 @@ def require_explained(setup: Setup, change: Array, acting: list[Contact], allowe
                 reported[body] += sign * impulse / mass[body]
     for body, (wanted, found) in enumerate(zip(change.tolist(), reported.tolist(), strict=True)):
         what = f"the impulses of step {step} do not explain the velocity change of disc {body}"
-        expected, worth = (
-            f"{format_vector(wanted)} m/s to {format_number(allowed)}",
-            f"impulses for {format_vector(found)} m/s",
-        )
+        expected = f"{format_vector(wanted)} m/s to {format_number(allowed)}"
+        worth = f"impulses for {format_vector(found)} m/s"
         require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
 
 

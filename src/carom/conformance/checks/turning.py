@@ -110,9 +110,8 @@ def _choose_friction(can: Capabilities, share: str) -> float:
 
 def _read_spins(now: Observation, setup: Setup) -> list[float]:
     if now.spin_rad_s is None:
-        require(
-            not setup.scene.arrays.spins.any(), "no spins are reported", "spin_rad_s of a scene that turns", None, setup
-        )
+        expected = "spin_rad_s of a scene that turns"
+        require(not setup.scene.arrays.spins.any(), "no spins are reported", expected, None, setup)
         return [0.0] * len(setup.scene.discs)
     return [float(spin) for spin in now.spin_rad_s]
 
@@ -133,13 +132,8 @@ def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
     for i, ((_, spin), found) in enumerate(zip(wanted, _read_spins(end, setup), strict=True)):
         off = f"{format_number(found, 10)} rad/s, off by {format_number(abs(found - spin), 3)}"
         wrong = f"{what}: disc {i} ends with a wrong spin"
-        require(
-            abs(found - spin) <= allowed,
-            wrong,
-            f"{format_number(spin, 10)} rad/s to {format_number(allowed)}",
-            off,
-            setup,
-        )
+        expected = f"{format_number(spin, 10)} rad/s to {format_number(allowed)}"
+        require(abs(found - spin) <= allowed, wrong, expected, off, setup)
 
 
 def _compute_motion_after(
@@ -196,10 +190,8 @@ def _require_spin_explained(
     spun = np.array(_read_spins(after, setup)) - np.array(_read_spins(before, setup))
     for body, (wanted, found, off) in enumerate(zip(spun, turned, arm_short, strict=True)):
         what = f"the tangential impulses of step {step} do not explain the spin change of disc {body}"
-        expected, worth = (
-            f"{format_number(wanted, 6)} rad/s to {format_number(off)}",
-            f"impulses for {format_number(found, 6)} rad/s",
-        )
+        expected = f"{format_number(wanted, 6)} rad/s to {format_number(off)}"
+        worth = f"impulses for {format_number(found, 6)} rad/s"
         require(abs(wanted - found) <= off, what, expected, worth, setup)
 
 

@@ -50,14 +50,11 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
         asked: The scene as a command-line argument. The default is its name, which only works for scenes of the
             catalogue.
     """
-    rows = sorted(
-        advice.answers,
-        key=lambda one: (
-            one.method in advice.located,
-            _compute_sort_key(one.demand),
-            _compute_sort_key(one.never_misses),
-        ),
-    )
+
+    def order(one: Advised) -> tuple[bool, float, float]:
+        return one.method in advice.located, _compute_sort_key(one.demand), _compute_sort_key(one.never_misses)
+
+    rows = sorted(advice.answers, key=order)
     answer, *more = _build_headline(advice)
     notes = Lines(tuple(_build_notes(advice)))
     sections = [Section("Advice", (Lines(tuple(more)), *([_build_table(advice, rows)] if rows else []), notes))]

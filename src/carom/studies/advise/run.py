@@ -159,6 +159,7 @@ def advise(
     found = {method: search.build_answer() for method, search in searches.items()}
     sampling = found.pop(PIT_METHOD, None)
     located = frozenset(method for method in found if method.profile in asked.infos[method.engine].located)
+    own = {method: answer for method, answer in found.items() if method not in located}
     return Advice(
         scene,
         demand,
@@ -170,17 +171,9 @@ def advise(
         tuple(unable),
         phases,
         options.budget_steps,
-        swept=frozenset(
-            one
-            for one in found
-            if one not in located and _has_continuous_detection(asked.infos[one.engine], one.profile)
-        ),
+        swept=frozenset(one for one in own if _has_continuous_detection(asked.infos[one.engine], one.profile)),
         located=located,
-        code={
-            method: code
-            for method, answer in found.items()
-            if method not in located and (code := _write_frame_code(scene, answer, pool))
-        },
+        code={method: code for method, answer in own.items() if (code := _write_frame_code(scene, answer, pool))},
         environment=describe_environment(infos),
         command=command,
         elapsed_s=time.perf_counter() - started,
@@ -214,9 +207,8 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if cut is None or reliable == len(times):
         return reference, None
     if reliable == 0:
-        raise InputError(
-            f"no step can be recommended for {scene.name!r}, because from its first impact on, {cut.value}"
-        )
+        why = f"because from its first impact on, {cut.value}"
+        raise InputError(f"no step can be recommended for {scene.name!r}, {why}")
     # End half-way to the next impact, so that a rounded start can't move an impact across the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
@@ -243,14 +235,11 @@ def _run_searches(
     tried = 0
     while wanted := {method: search.wanted for method, search in searches.items() if search.wanted is not None}:
         starts = {method: list_start_phases(one.dt_s, one.even, aimed_s) for method, one in wanted.items()}
-        jobs = [
-            Job(scene, method, wanted[method].dt_s, 0, phase)
-            for method, (even, aimed) in starts.items()
-            for phase in (*even, *aimed)
-        ]
+        phases = [(method, phase) for method, (even, aimed) in starts.items() for phase in (*even, *aimed)]
+        jobs = [Job(scene, method, wanted[method].dt_s, 0, phase) for method, phase in phases]
         found = try_starts(jobs, pool)
         for method, (even, aimed) in starts.items():
-            answers = ([found[method, phase] for phase in phases] for phases in (even, aimed))
+            answers = ([found[method, phase] for phase in some] for some in (even, aimed))
             searches[method].take(StepTrial.of(wanted[method].dt_s, *answers))
         tried += len(wanted)
         ended = sum(search.wanted is None for search in searches.values())

@@ -282,9 +282,11 @@ class StepSearch:
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False
-        run = _select_finest_passing(
-            self._tested, lambda trial: trial.never_misses and not trial.is_within(self._demand)
-        )
+
+        def is_inaccurate(trial: StepTrial) -> bool:
+            return trial.never_misses and not trial.is_within(self._demand)
+
+        run = _select_finest_passing(self._tested, is_inaccurate)
         last = [trial for trial in run if trial.dt_s <= 2**LONGEST * run[-1].dt_s]
         return _spans_octaves(last, LONGEST) and _are_equal([trial.direction_error_rad for trial in last])
 

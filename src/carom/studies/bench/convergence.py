@@ -84,9 +84,8 @@ def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, flo
     if freedom < 1:
         return exponent, math.nan, math.nan, math.exp(offset)
     residual = log_y - offset - exponent * log_x
-    half = compute_student_quantile(0.5 + CONFIDENCE / 2, freedom) * math.sqrt(
-        float(residual @ residual) / freedom / squares
-    )
+    deviation = math.sqrt(float(residual @ residual) / freedom / squares)
+    half = compute_student_quantile(0.5 + CONFIDENCE / 2, freedom) * deviation
     return exponent, exponent - half, exponent + half, math.exp(offset)
 
 

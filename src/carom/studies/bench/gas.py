@@ -62,13 +62,11 @@ def build_gas_scene(
 
     shrink = 1.0 if touching else 1 - 2.0**-10
     gas = build_hard_disc_gas(discs, packing / shrink**2)
+    states = zip(gas.position_m, gas.velocity_m_s, gas.radius_m, strict=True)
     return Scene(
         name=f"gas of {discs} discs, packing {packing:g}{', falling' if gravity else ''}",
         gravity_m_s2=(0.0, -9.81) if gravity else (0.0, 0.0),
-        discs=[
-            Disc(position_m=place, velocity_m_s=velocity, radius_m=float(radius) * shrink)
-            for place, velocity, radius in zip(gas.position_m, gas.velocity_m_s, gas.radius_m, strict=True)
-        ],
+        discs=[Disc(position_m=x, velocity_m_s=v, radius_m=float(radius) * shrink) for x, v, radius in states],
         walls=[Wall(point_m=(x, y), normal=(nx, ny)) for x, y, nx, ny in gas.half_planes()],
         duration_s=duration_s,
     )

@@ -93,10 +93,11 @@ class Curve:
     @property
     def best(self) -> Point | None:
         """The sound point of smallest error, otherwise the point with fewest lost impacts; None if none was scored."""
-        scored = [point for point in self.points if not point.reason]
-        return min(
-            scored, key=lambda point: (not point.sound, point.lost, point.error, read_run_time(point)), default=None
-        )
+
+        def order(point: Point) -> tuple[bool, int, float, float]:
+            return not point.sound, point.lost, point.error, read_run_time(point)
+
+        return min((point for point in self.points if not point.reason), key=order, default=None)
 
 
 @dataclass(frozen=True)

@@ -28,16 +28,12 @@ def build_cells_section(grid: Grid) -> Section:
             lambda cell: f"{cell.expected} / {cell.missed} / {cell.invented}" if cell.scored else formatting.ABSENT,
         ),
         Column("error / PIT's", lambda cell: formatting.format_number(cell.cost, 3)),
-        *(
-            Column(metric.metadata["name"], partial(_format_metric, metric.name))
-            for metric in dataclasses.fields(Errors)
-        ),
+        *(Column(one.metadata["name"], partial(_format_metric, one.name)) for one in dataclasses.fields(Errors)),
         Column("verdicts", lambda cell: Cell("; ".join(cell.reasons), css="prose")),
     )
     cells = keep_worst(grid.runs, MOST_CELLS, lambda cell: (cell,))
-    table = Table(
-        columns, cells, folded=formatting.format_count(len(cells), "cell"), css="cells", only=Media.PAGE, packed=True
-    )
+    folded = formatting.format_count(len(cells), "cell")
+    table = Table(columns, cells, folded=folded, css="cells", only=Media.PAGE, packed=True)
     return Section("All cells at all steps", (table, *omission_note(cells, grid.runs, "runs", Media.PAGE)))
 
 

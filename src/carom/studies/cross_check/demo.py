@@ -44,9 +44,8 @@ class Demo:
         rate = f"{1 / observed.dt_s:g} steps per second"
         due = formatting.format_count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])
-        sentence = (
-            f"{method} misses {len(missed)} of {due} at {rate}; the first is at {formatting.format_number(when, 4)} s."
-        )
+        first = f"the first is at {formatting.format_number(when, 4)} s"
+        sentence = f"{method} misses {len(missed)} of {due} at {rate}; {first}."
         return f"{sentence}\nPlay page, to throw the discs yourself: {self.page}"
 
     def _repr_html_(self) -> str | None:

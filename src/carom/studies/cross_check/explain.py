@@ -128,10 +128,8 @@ def _describe_saving(saved: SkippedTime | None, plain: str) -> str:
     """Describe the measured saving of skipping; an empty text if the run without skipping would take too long."""
     if saved is None:
         return ""
-    return (
-        f"; it takes {format_number(1e3 * saved.with_s, 3)} ms, and {plain} takes {format_number(saved.ratio)} times "
-        "as long"
-    )
+    takes = f"{plain} takes {format_number(saved.ratio)} times as long"
+    return f"; it takes {format_number(1e3 * saved.with_s, 3)} ms, and {takes}"
 
 
 def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
@@ -153,10 +151,8 @@ def _describe_engines(scene: Scene, reference: Trace, dt_s: float) -> str:
         return f"stopped once {until}, because no discs meet in PIC"
     last_s = float(reference.impacts["time_s"][-1])
     needed = _count_needed_steps(scene, reference, dt_s)
-    return (
-        f"stopped once {until} after PIC's last impact at {format_number(last_s, 4)} s, which is in step {needed} of "
-        f"{steps} at {format_instant(dt_s)}"
-    )
+    last = f"PIC's last impact at {format_number(last_s, 4)} s"
+    return f"stopped once {until} after {last}, which is in step {needed} of {steps} at {format_instant(dt_s)}"
 
 
 def _is_last_impact(scene: Scene, reference: Trace) -> bool:

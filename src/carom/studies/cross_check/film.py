@@ -121,9 +121,8 @@ def build_film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation
         for artist in near:
             artist.set_visible(held_s is not None and bool(abs(now - held_s) <= _compute_lead_time(scene)))
         clock.set_text(f"{format_number(now, 4)} s of {format_number(scene.duration_s, 4)} s")
-        said = [
-            became for when, became in changes if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s
-        ]
+        lasts_s = _SAID_FOR * scene.duration_s
+        said = [became for when, became in changes if when is not None and 0 <= now - when < lasts_s]
         words.set_text(f"impact {said[-1]}" if said else " ")
         return [circle for circle, *_ in moving]
 
@@ -185,9 +184,8 @@ def _draw_frames(
     for back in range(_MOST_FLASHES):
         since = frames - np.searchsorted(looks, looks - back)
         alphas = np.clip(1.0 - since / (_FLASH_S * FRAMES_PER_S), 0.0, 1.0) * (looks >= back)
-        flashing = _draw_discs(
-            axes, scene, seen, np.maximum(looks - back, 0.0) * dt_s, fill=False, linewidth=2.5, path=False
-        )
+        taken_s = np.maximum(looks - back, 0.0) * dt_s
+        flashing = _draw_discs(axes, scene, seen, taken_s, fill=False, linewidth=2.5, path=False)
         movable = (k for k, disc in enumerate(scene.discs) if not disc.immovable)
         for k, moving in zip(movable, flashing, strict=True):
             yield moving._replace(alphas=np.zeros(len(times)) if alone and k not in failing else alphas)

@@ -275,11 +275,9 @@ def build_grid(results: Results) -> Grid:
     """Build the grid of a cross-check."""
     summary, lines = build_summary(results), [build_line(row) for row in results.rows]
     grid = _assemble_grid(summary, lines, results.rows, results)
-    own_frames = (
-        math.isclose(row.job.dt_s * row.job.scene.frame_rate_hz, 1.0, rel_tol=formatting.WHOLE)
-        for row in results.rows
-        if row.job.refinement == 0
-    )
+    coarsest = (row.job for row in results.rows if row.job.refinement == 0)
+    frames = (job.dt_s * job.scene.frame_rate_hz for job in coarsest)
+    own_frames = (math.isclose(part, 1.0, rel_tol=formatting.WHOLE) for part in frames)
     return dataclasses.replace(grid, step_phrase="each scene's own frame rate") if all(own_frames) else grid
 
 
@@ -316,16 +314,15 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
         found = results.certified.get(name, "")
         certified = f"certified to impact {found.certified}" if isinstance(found, Horizon) else found
         certified = certified.partition(";")[0].partition(":")[0]
-        absent = (
-            GridCell(name, column, Mark.ABSENT, (NOT_PLANNED,), _NO_LINE, _NO_SCENE, {}, None)
-            for column in columns.values()
-        )
-        cells = tuple(coarsest.get((name, cell.column), cell) for cell in absent)
+        cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in columns.values())
         return GridRow(name, scenes[name], certified, cells)
 
-    return Grid(
-        columns, tuple(map(build_row, scenes)), runs, "the coarsest step", _group_not_run(runs, len(scenes)), results
-    )
+    unrun = _group_not_run(runs, len(scenes))
+    return Grid(columns, tuple(map(build_row, scenes)), runs, "the coarsest step", unrun, results)
+
+
+def _build_absent_cell(scene: str, column: GridColumn) -> GridCell:
+    return GridCell(scene, column, Mark.ABSENT, (NOT_PLANNED,), _NO_LINE, _NO_SCENE, {}, None)
 
 
 def _build_method(line: RowLine) -> Method:

@@ -36,14 +36,14 @@ def _build_error_column(head: str, digits: int, say: Callable[[float, ImpactErro
     return Column(head, format_error, number=True)
 
 
+def _format_time(impact: _Impact) -> str:
+    return "does not happen" if impact.time_s is None else formatting.format_number(impact.time_s, 9)
+
+
 _REPORTED = _build_error_column("", 9, lambda time_s, error: time_s + error.reported_time_s)
 _COLUMNS = (
     Column("bodies", lambda impact: impact.bodies),
-    Column(
-        "PIC, s",
-        lambda impact: "does not happen" if impact.time_s is None else formatting.format_number(impact.time_s, 9),
-        number=True,
-    ),
+    Column("PIC, s", _format_time, number=True),
     Column("reported, s", lambda impact: impact.otherwise or _REPORTED.say(impact), number=True),
     _build_error_column("path turned, s", 9, lambda time_s, error: time_s + error.effective_time_s),
     _build_error_column("velocity error", 3, lambda _, error: error.velocity),

@@ -69,6 +69,14 @@ class _RunTimes(NamedTuple):
     ends: list[int]
 
 
+def _format_ratio_range(times: _RunTimes) -> str:
+    return " to ".join(map(formatting.format_ratio, (min(times.ratios), max(times.ratios))))
+
+
+def _format_equal_ends(times: _RunTimes) -> str:
+    return f"{times.ends.count(1)} of {len(times.ends)}" if times.ends else "-"
+
+
 def build_run_time_section(grid: Grid) -> Section:
     """Return the measured run times at each scene's coarsest step."""
     found = []
@@ -86,15 +94,9 @@ def build_run_time_section(grid: Grid) -> Section:
     columns = (
         Column("engine", lambda times: times.column.name),
         Column("median", build_median_cell, number=True),
-        Column(
-            "range", lambda times: " to ".join(map(formatting.format_ratio, (min(times.ratios), max(times.ratios))))
-        ),
+        Column("range", _format_ratio_range),
         Column("scenes", lambda times: str(len(times.ratios)), number=True),
-        Column(
-            "bit-identical repeats",
-            lambda times: f"{times.ends.count(1)} of {len(times.ends)}" if times.ends else "-",
-            number=True,
-        ),
+        Column("bit-identical repeats", _format_equal_ends, number=True),
     )
     table = Table(columns, found, css="times", only=Media.ON_PAPER)
     notes = (Text(RUN_TIME_NOTE, Media.ON_PAPER), Text(RUN_TIME_DETAIL, Media.ON_PAPER, folded=True))
@@ -110,9 +112,7 @@ def build_settings_section(grid: Grid) -> Section:
         Column("engine", lambda column: column.name),
         Column("profile", lambda column: Cell(_describe_profile(column, profiles), css="prose")),
         Column("used on", lambda column: first[column].scene),
-        Column(
-            "settings", lambda column: Cell("; ".join(_describe_settings(first[column], used[column])), css="prose")
-        ),
+        Column("settings", lambda one: Cell("; ".join(_describe_settings(first[one], used[one])), css="prose")),
     )
     table = Table(columns, list(used), css="settings", only=Media.ON_PAPER)
     return Section("Settings used", (table, Text(SETTINGS_NOTE, Media.ON_PAPER)) if used else (), level=3)
@@ -133,10 +133,7 @@ def _describe_settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]
     same_scene = [line for line in lines if line.scene == here.scene]
     same_step = [line for line in lines if line.dt_s == here.dt_s and line.scene != here.scene]
     for name, value in (here.settings or {}).items():
-        on = [
-            what
-            for what, others in (("step", same_scene), ("scene", same_step))
-            if any((other.settings or {}).get(name) != value for other in others)
-        ]
+        by = {"step": same_scene, "scene": same_step}
+        on = [what for what, own in by.items() if any((one.settings or {}).get(name) != value for one in own)]
         said = f" (varies with the {formatting.join_words(on, 'and the')})" if on else ""
         yield f"{name} = {formatting.format_setting(value)}{said}"

@@ -151,7 +151,5 @@ def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
         asked = {line.pit_parted_s for line in lines}
         pit = [formatting.format_seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
         also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
-        yield (
-            f"Diverged from the reference's trajectory: {formatting.format_count(len(times), 'method')} "
-            f"{when}{also_pit}."
-        )
+        methods = formatting.format_count(len(times), "method")
+        yield f"Diverged from the reference's trajectory: {methods} {when}{also_pit}."

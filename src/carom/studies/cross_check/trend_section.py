@@ -97,9 +97,8 @@ def build_trend(grid: Grid) -> Trend:
     """Compute the series over the scenes in which PIT has a velocity error at every step."""
     by_place = formatting.group_by(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
     coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
-    ratios = formatting.group_by(
-        (cell.line.refinement, cell.line.dt_s / coarsest[cell.scene]) for cell in grid.runs if cell.scene in coarsest
-    )
+    planned = [cell for cell in grid.runs if cell.scene in coarsest]
+    ratios = formatting.group_by((one.line.refinement, one.line.dt_s / coarsest[one.scene]) for one in planned)
     by_scene = formatting.group_by((cell.scene, cell) for cell in grid.runs)
     why = formatting.group_by((_find_omission_reason(cells), name) for name, cells in by_scene.items())
     chosen = why.pop("", [])

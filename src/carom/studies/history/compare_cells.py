@@ -231,15 +231,17 @@ def _read_rounding(ran: ReleaseRun) -> float:
 
 
 #: Measures of the motion, which do not depend on contact listeners.
+def _compute_velocity_error(run: ReleaseRun) -> float:
+    return _compute_largest_error(run.off_m_s) / run.speed_m_s
+
+
+def _compute_place_error(run: ReleaseRun) -> float:
+    return _compute_largest_error(run.off_m)
+
+
 _MOTION = (
-    _Measure(
-        "error of final velocities, divided by the greatest speed",
-        lambda run: _compute_largest_error(run.off_m_s) / run.speed_m_s,
-        _read_rounding,
-    ),
-    _Measure(
-        "error of positions in metres", lambda run: _compute_largest_error(run.off_m), attrgetter("place_rounding_m")
-    ),
+    _Measure("error of final velocities, divided by the greatest speed", _compute_velocity_error, _read_rounding),
+    _Measure("error of positions in metres", _compute_place_error, attrgetter("place_rounding_m")),
 )
 #: Measures of the reported contacts.
 _CONTACTS = (

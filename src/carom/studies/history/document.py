@@ -113,9 +113,8 @@ def describe_bisection(found: Bisection | None) -> Iterator[str]:
         yield "The oldest and the newest release agree in this run within the range over phases."
         return
     oldest = found.asked[0]
-    before = (
-        f"{oldest}, the oldest" if found.last == oldest else f"{found.last}, which agrees with the oldest, {oldest}"
-    )
+    agrees = f"{found.last}, which agrees with the oldest, {oldest}"
+    before = f"{oldest}, the oldest" if found.last == oldest else agrees
     why = f"{found.change.kind.value}: {found.change.why}"
     cell = f"{found.cell.scene} with {found.cell.profile} at {formatting.format_step(found.cell.dt_s)}"
     yield f"{cell}: {found.first} differs from {before} ({why})."

@@ -51,13 +51,9 @@ FEW = 3
 _GOOD, _WAY, _BAD, _NOT = ("=", "exact"), ("~", "inaccurate"), ("x", "wrong"), ("-", "not-scored")
 _STYLES = {"exact": "green", "inaccurate": "yellow", "wrong": "red", "not-scored": "dim"}
 _SHOWN = {
-    CellEnding.PASSES: _GOOD,
+    **dict.fromkeys((CellEnding.PASSES, CellEnding.HOLDS, CellEnding.NOT_SEEN), _GOOD),
+    **dict.fromkeys((CellEnding.FAILS_AT_START, CellEnding.VIOLATED, CellEnding.SEEN), _BAD),
     CellEnding.FAILS_AT_SIZE: _WAY,
-    CellEnding.FAILS_AT_START: _BAD,
-    CellEnding.HOLDS: _GOOD,
-    CellEnding.VIOLATED: _BAD,
-    CellEnding.SEEN: _BAD,
-    CellEnding.NOT_SEEN: _GOOD,
     CellEnding.NOT_RUN: _NOT,
 }
 #: The number in a method's row for each kind of test, in the order of `HEADINGS`.
@@ -78,12 +74,8 @@ def write_stress(results: StressResults, folder: Path) -> Path:
         InputError: The folder is not writable, or contains foreign files.
     """
     document = build_stress_document(results)
-    contents = {
-        "stress.html": render_html(document),
-        "stress.md": render_markdown(document),
-        "stress.json": _format_json(results),
-    }
-    return write_files(folder, "stress", contents)
+    pages = {"stress.html": render_html(document), "stress.md": render_markdown(document)}
+    return write_files(folder, "stress", pages | {"stress.json": _format_json(results)})
 
 
 def build_stress_document(results: StressResults) -> Document:
@@ -180,14 +172,11 @@ def _describe_method(results: StressResults, lines: list[StressTest], method: Me
 def _build_first_failure_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
     """Return a cell with the stress test that a method fails after the smallest part of its axis."""
     cells = [(line, results.cells[line.name, method.name]) for line in lines]
-    fallen = [
-        (depth, line, result)
-        for line, result in cells
-        if result.ending is not CellEnding.PASSES and (depth := line.compute_depth(result)) is not None
-    ]
+    found = [(line.compute_depth(result), line, result) for line, result in cells]
+    fallen = [one for one in found if one[0] is not None and one[2].ending is not CellEnding.PASSES]
     if not fallen:
         return Cell("")
-    _, line, result = min(fallen, key=lambda one: one[0])
+    _, line, result = min(fallen, key=lambda one: one[0] or 0.0)
     said = _format_result(result) if result.ending is CellEnding.FAILS_AT_START else f"at {_format_result(result)}"
     return Cell(f"{line.name} {said}", title=result.reason, link=f"#{_build_anchor(line, method)}")
 
@@ -299,10 +288,8 @@ def _describe_results(results: StressResults, kinds: Mapping[str, list[StressTes
     if kinds["complaint"]:
         yield _describe_complaints(results, kinds["complaint"])
     methods, form = formatting.format_count(len(results.methods), "method"), "quick" if results.quick else "full"
-    yield (
-        f"This campaign ran {methods} on {formatting.join_words(asked)} in the {form} form, in "
-        f"{formatting.format_seconds(results.elapsed_s)}."
-    )
+    spent = formatting.format_seconds(results.elapsed_s)
+    yield f"This campaign ran {methods} on {formatting.join_words(asked)} in the {form} form, in {spent}."
 
 
 def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest], good: CellEnding) -> Iterator[str]:

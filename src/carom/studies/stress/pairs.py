@@ -79,17 +79,13 @@ def _build_size_attack(name: str) -> Attack:
     return _build_attack(name, shows, radius=lambda value: value, speed=lambda value: 0.02 * value * RATE_HZ)
 
 
+_GRAZING = "A disc grazes another, {value} contact distances from a miss."
+_TUNNELLING = "A disc that moves {value} radii per step meets one at rest head-on."
 #: Attacks with one pair of discs.
 PAIR_ATTACKS = (
-    _build_attack(
-        "grazing", "A disc grazes another, {value} contact distances from a miss.", offset=lambda value: 1.0 - value
-    ),
+    _build_attack("grazing", _GRAZING, offset=lambda value: 1.0 - value),
     _build_attack("mass-ratio", "A disc of 1 kg meets one of {value} kg head-on.", mass=lambda value: value),
-    _build_attack(
-        "tunnelling",
-        "A disc that moves {value} radii per step meets one at rest head-on.",
-        speed=lambda value: value * _RADIUS_M * RATE_HZ,
-    ),
+    _build_attack("tunnelling", _TUNNELLING, speed=lambda value: value * _RADIUS_M * RATE_HZ),
     _build_size_attack("small"),
     _build_size_attack("large"),
     _build_attack("far-away", "Two discs meet head-on {value} m from the origin.", origin=lambda value: value),

@@ -220,6 +220,11 @@ def _mirror(at: State) -> State:
     return State(at.position * turned + 0.0, at.velocity * turned + 0.0, 0.0 - at.spin)
 
 
+def _roughen(relation: Relation) -> Relation:
+    states = f"With friction and spin: {relation.states}"
+    return replace(relation, name=f"rough-{relation.name}", states=states, base=build_rough_scene)
+
+
 def list_relations() -> list[Relation]:
     """Return all relations in the order of the table: first relations of smooth discs, then of rough discs."""
     states = "The mirror image of the scene has the mirror image of its result."
@@ -265,12 +270,7 @@ def list_relations() -> list[Relation]:
         far_disc,
         reversal,
         split,
-        *(
-            replace(
-                one, name=f"rough-{one.name}", states=f"With friction and spin: {one.states}", base=build_rough_scene
-            )
-            for one in (*general, split)
-        ),
+        *map(_roughen, (*general, split)),
         replace(reversal, name="superball-reversal", states=superballs, base=build_superball_scene),
     ]
 
@@ -301,9 +301,8 @@ def check_relation(relation: Relation, method: Method, runner: TaskRunner) -> Un
     except _StoppedError as error:
         reason, status = error.args
     except InputError as error:
-        reason = (
-            f"no second scene: a run can't start from the final state of the first one ({str(error).splitlines()[0]})"
-        )
+        why = "a run can't start from the final state of the first one"
+        reason = f"no second scene: {why} ({str(error).splitlines()[0]})"
     ending = CellEnding.VIOLATED if reason else CellEnding.HOLDS
     result = cell(ending, value, reason=reason, runs=len(used), status=status)
     return UnsavedResult(result, _build_named_scenes(relation, method, used))

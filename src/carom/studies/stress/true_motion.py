@@ -105,9 +105,8 @@ class _Motion:
             normals = [_convert_exactly(wall.normal) for wall in scene.half_planes()]
             # Stored normals have length 1 to a float's rounding only.
             units = [normal / (normal @ normal).sqrt() for normal in normals]
-        self.walls = [
-            (_convert_exactly(wall.point_m), unit) for wall, unit in zip(scene.half_planes(), units, strict=True)
-        ]
+        points = [_convert_exactly(wall.point_m) for wall in scene.half_planes()]
+        self.walls = list(zip(points, units, strict=True))
         self.end = Decimal(scene.duration_s)
         self.now = Decimal(0)
         self.events: list[tuple[Decimal, int, int]] = []
@@ -155,11 +154,8 @@ class _Motion:
 
     def _predict(self, pairs: Iterator[tuple[int, int]]) -> None:
         for first, second in pairs:
-            wait = (
-                self._compute_wall_wait(first, wall_index(second))
-                if second < 0
-                else self._compute_pair_wait(first, second)
-            )
+            is_wall = second < 0
+            wait = self._compute_wall_wait(first, second) if is_wall else self._compute_pair_wait(first, second)
             if wait is None:
                 self._upcoming.pop((first, second), None)
             else:
@@ -192,7 +188,7 @@ class _Motion:
         return wait
 
     def _compute_wall_wait(self, i: int, wall: int) -> Decimal | None:
-        point, normal = self.walls[wall]
+        point, normal = self.walls[wall_index(wall)]
         approach: Decimal = self.velocity[i] @ normal
         if self.weight[i] == 0 or approach >= 0:
             return None

@@ -64,13 +64,8 @@ def tune(
         ('pymunk', ['paper/late'])
     """
     asked = TuneOptions.build_from_arguments("tune", options)
-    found = found_by(
-        resolve_engine(engine),
-        resolve_scenes([SCENES] if scenes is None else scenes)[0],
-        asked,
-        progress=progress or no_progress,
-    )
-    return ShownTuning.of(found)
+    on, _ = resolve_scenes([SCENES] if scenes is None else scenes)
+    return ShownTuning.of(found_by(resolve_engine(engine), on, asked, progress=progress or no_progress))
 
 
 def _draw(found: Tuning, axes: Axes) -> None:

@@ -48,10 +48,8 @@ class _Line(NamedTuple):
 def build_tune_document(found: Tuning, asked: Sequence[str]) -> Document:
     """Return the document of a search. `asked` are the command-line arguments that name its scenes."""
     better = found.best is not found.first
-    lines = [
-        _Line(scene.name, *both)
-        for scene, *both in zip(found.scenes, found.first.judged, found.best.judged, strict=True)
-    ]
+    judged = zip(found.scenes, found.first.judged, found.best.judged, strict=True)
+    lines = [_Line(scene.name, first, best) for scene, first, best in judged]
     own = found.options.profile
     columns = (
         Column("scene", lambda line: line.scene),

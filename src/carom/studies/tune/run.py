@@ -119,9 +119,8 @@ def tune(
         horizons, left_out = _find_horizons(scenes, info, asked)
         able = tuple(scene for scene in scenes if scene.name not in left_out)
         if not able:
-            raise InputError(
-                f"{engine} cannot run any of these scenes: {next(iter(left_out.values()), 'there are no scenes')}"
-            )
+            why = next(iter(left_out.values()), "there are no scenes")
+            raise InputError(f"{engine} cannot run any of these scenes: {why}")
         steps = {scene: asked.compute_step(scene) for scene in able}
         jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
         space = Space({name: list_values(knob) for name, knob in info.knobs.items()})
