@@ -205,41 +205,29 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
         if (expected.first, expected.second) != (found["first"], found["second"]):
             return math.inf
-    return max(
-        *_compute_deviations(trace, known, scene), compute_deepest_overlap(trace, scene) / _compute_extent(scene), 0.0
-    )
+    values = _list_values(trace, known, scene)
+    deviations = (_compute_difference(found, right, scale) for found, right, scale in values if right is not None)
+    return max(*deviations, compute_deepest_overlap(trace, scene) / _compute_extent(scene), 0.0)
 
 
-_VELOCITIES = ("velocity_first_after", "velocity_second_after")
-
-
-def _compute_deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[float]:
-    afters = [getattr(impact, name) for impact in known.impacts for name in _VELOCITIES]
-    velocities = [*(disc.velocity_m_s for disc in scene.discs), *(after for after in afters if after is not None)]
+def _list_values(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[tuple[ArrayLike, ArrayLike | None, float]]:
+    """Yield each found value, the known one and their scale; infinity if a method does not report a known spin."""
+    velocities = [disc.velocity_m_s for disc in scene.discs]
+    for impact in known.impacts:
+        velocities += filter(None, (impact.velocity_first_after, impact.velocity_second_after))
     speed = max(math.hypot(*velocity) for velocity in velocities) or 1.0
-    values: list[tuple[ArrayLike, ArrayLike | None, float]] = [
-        (trace.final_velocity_m_s, known.final_velocity_m_s, speed),
-        (trace.final_position_m, known.final_position_m, _compute_extent(scene)),
-    ]
-    for expected, found in zip(known.impacts, trace.impacts, strict=False):
-        values.append((found["time_s"], expected.time_s, scene.duration_s))
-        values += [(found[name], getattr(expected, name), speed) for name in _VELOCITIES]
+    yield trace.final_velocity_m_s, known.final_velocity_m_s, speed
+    yield trace.final_position_m, known.final_position_m, _compute_extent(scene)
+    for k, (expected, found) in enumerate(zip(known.impacts, trace.impacts, strict=False)):
+        yield found["time_s"], expected.time_s, scene.duration_s
+        for side, body in (("first", expected.first), ("second", expected.second)):
+            velocity = f"velocity_{side}_after"
+            yield found[velocity], getattr(expected, velocity), speed
+            if (spin := getattr(expected, f"spin_{side}_after")) is not None:
+                turned = math.inf if trace.spins is None else trace.spins[f"{side}_after"][k]
+                yield turned, spin, speed / scene.discs[body].radius_m
     if (energy := known.final_kinetic_energy_j) is not None:
-        values.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
-    values += _list_spin_pairs(trace, known, scene, speed)
-    return (_compute_difference(found, expected, scale) for found, expected, scale in values if expected is not None)
-
-
-def _list_spin_pairs(
-    trace: Trace, known: KnownAnswer, scene: Scene, speed: float
-) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
-    """Yield found and known spins, and their scale; infinity if a method does not report a known spin."""
-    for k, expected in enumerate(known.impacts):
-        for side, disc in (("first", expected.first), ("second", expected.second)):
-            spin = getattr(expected, f"spin_{side}_after")
-            if spin is not None:
-                found = math.inf if trace.spins is None else trace.spins[f"{side}_after"][k]
-                yield found, spin, speed / scene.discs[disc].radius_m
+        yield kinetic_energy(scene, trace.final_velocity_m_s), energy, energy
     if known.final_spin_rad_s is not None:
         radius = scene.arrays.radius_m
         spins = math.inf if trace.final_spin_rad_s is None else trace.final_spin_rad_s
