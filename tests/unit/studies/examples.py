@@ -1,6 +1,7 @@
 """A bench, a campaign, advice and growth put together by hand, of the eleven methods of a default install."""
 
 import math
+from functools import partial
 
 from carom.engines.registry import EngineInfo
 from carom.execution.environment import Environment
@@ -66,27 +67,21 @@ def build_bench(*names: str) -> Bench:
 
 def build_cell_result(line: StressTest, method: Method) -> CellResult:
     """Return a cell: PIC passes, a default fails at once, and the others half way."""
-    found = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
+    shown = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
+    ended = partial(CellResult, line.kind, line.name, method.name, scenes=shown)
     good = method.engine == "pic"
     if line.kind == "relation":
-        ending = CellEnding.HOLDS if good else CellEnding.VIOLATED
-        return CellResult(line.kind, line.name, method.name, ending, 0.0 if good else 0.1, scenes=found)
+        return ended(CellEnding.HOLDS, 0.0) if good else ended(CellEnding.VIOLATED, 0.1)
     if line.kind == "complaint":
-        ending = CellEnding.NOT_SEEN if good else CellEnding.SEEN
-        return CellResult(
-            line.kind, line.name, method.name, ending, 0.0 if good else 2.0, reason="1 impact missed", scenes=found
-        )
+        seen = (CellEnding.NOT_SEEN, 0.0) if good else (CellEnding.SEEN, 2.0)
+        return ended(*seen, reason="1 impact missed")
     first, last = line.ladder[0], line.ladder[-1]
     if good:
-        return CellResult(line.kind, line.name, method.name, CellEnding.PASSES, last, last, 1e-16, scenes=found)
+        return ended(CellEnding.PASSES, last, last, 1e-16)
     if method.profile == "default":
-        return CellResult(
-            line.kind, line.name, method.name, CellEnding.FAILS_AT_START, first, reason="no impact", scenes=found
-        )
+        return ended(CellEnding.FAILS_AT_START, first, reason="no impact")
     middle = [value for value in line.ladder if value > 0][len(line.ladder) // 2]
-    return CellResult(
-        line.kind, line.name, method.name, CellEnding.FAILS_AT_SIZE, middle, first, 1e-3, "no impact", found
-    )
+    return ended(CellEnding.FAILS_AT_SIZE, middle, first, 1e-3, "no impact")
 
 
 def build_campaign_results(one_in: int = 1) -> StressResults:
