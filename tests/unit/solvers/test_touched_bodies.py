@@ -368,3 +368,36 @@ def test_corner_that_lifts_a_disc_ends_at_the_sum_of_its_bounces(kind: str, rest
     assert trace.outcome is Outcome.CORNER
     expected_s = 2.0 * speed / (gravity * math.sin(slope) * (1.0 - back))
     assert trace.end_time_s == pytest.approx(expected_s, rel=1e-14)
+
+
+def test_hops_between_two_rough_grounds_are_exact_down_to_the_clock() -> None:
+    """A disc slides and rolls along one wall and back to the other until its hops are shorter than the clock resolves.
+
+    Certified runs have the same impacts. Each hop has another acceleration after the slip has ended.
+    """
+    scene = Scene(
+        name="two grounds",
+        discs=[
+            Disc(
+                position_m=(1.4058744332066526, -1.3500096894196019),
+                velocity_m_s=(0.7454916716659294, 4.866294030352831),
+                radius_m=0.2641865576788216,
+                spin_rad_s=47.670056812145084,
+                inertia_factor=0.001,
+            )
+        ],
+        walls=[
+            Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0), friction=0.3),
+            Wall(point_m=(0.0, 3.0), normal=(0.0, -1.0), friction=0.5),
+        ],
+        wall_restitution=0.0,
+        wall_tangential_restitution=1.0,
+        gravity_m_s2=(22.023568656479455, 40.09935269917041),
+        duration_s=3.0,
+    )
+    trace, certified = carom.solve_pic(scene), carom.certify(scene).trace
+    assert trace.outcome is Outcome.CORNER
+    assert len(trace.impacts) >= 10
+    assert trace.impacts["second"].tolist() == certified.impacts["second"][: len(trace.impacts)].tolist()
+    late_s = trace.impacts["time_s"] - certified.impacts["time_s"][: len(trace.impacts)]
+    assert np.abs(late_s).max() < 4.0 * math.ulp(trace.end_time_s)

@@ -197,7 +197,10 @@ static inline ModeRow land(State *s, Index i, Index k, double approach) {
         a->vy += by * f->nx;
     }
     a->last = NO_BODY;
-    if (p->corner_ground != k) {
+    if (p->left_ground != NO_OBSTACLE && p->corner == -1 - k && is_same_instant(p->left, own_instant(a, p))) {
+        p->corner = -1 - p->corner_ground; /* it was lifted off one ground and slides along the other, and back */
+        p->corner_ground = (int)k;
+    } else if (p->corner_ground != k) {
         p->corner = NO_BODY;
     }
     return continue_in_contact(s, i, k, now);
