@@ -395,9 +395,10 @@ def test_hops_between_two_rough_grounds_are_exact_down_to_the_clock() -> None:
         gravity_m_s2=(22.023568656479455, 40.09935269917041),
         duration_s=3.0,
     )
-    trace, certified = carom.solve_pic(scene), carom.certify(scene).trace
+    trace = carom.solve_pic(scene)
+    certified = carom.certify(scene, max_impacts=len(trace.impacts)).trace
     assert trace.outcome is Outcome.CORNER
     assert len(trace.impacts) >= 10
-    assert trace.impacts["second"].tolist() == certified.impacts["second"][: len(trace.impacts)].tolist()
-    late_s = trace.impacts["time_s"] - certified.impacts["time_s"][: len(trace.impacts)]
+    assert trace.impacts["second"].tolist() == certified.impacts["second"].tolist()
+    late_s = trace.impacts["time_s"] - certified.impacts["time_s"]
     assert np.abs(late_s).max() < 4.0 * math.ulp(trace.end_time_s)
