@@ -85,7 +85,6 @@ def count_words(name: str, text: str) -> int:
 
 def paragraphs(text: str) -> Iterator[str]:
     """Yield paragraphs, list items and table cells as plain text; code, formulas and names are one word."""
-    text = re.sub(r"^\| old word \|.*?\n\n", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
     text = re.sub(r"<!--.*?-->", "", _FENCED.sub("\n\n", text), flags=re.DOTALL)
     text = re.sub(r"!?\[((?:[^\[\]]|\[[^\]]*\])*)\](\([^)]*\)|\[[^\]]*\])", r"\1", text)
     text = re.sub(r"`[^`]+`|\$[^$]+\$|https?://\S+", "Code", text)

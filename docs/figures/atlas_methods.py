@@ -45,7 +45,7 @@ class Method:
         engine: Name of the adapter.
         profile: Name of the profile.
         rows: All its rows.
-        ratio: Run time over PIT's at the same step, median over the scenes that were timed; None where none was.
+        ratio: Run time divided by PIT's at the same step, median over the scenes that were timed; None where none was.
         gas: Its figures over many starts of the scene `CHAOTIC`; None where there are none.
     """
 
@@ -197,7 +197,7 @@ def impacts(method: Method) -> str:
 
 
 def speed(method: Method) -> str:
-    """Return the run time over PIT's."""
+    """Return the run time divided by PIT's."""
     return "-" if method.ratio is None else f"{format_number(method.ratio)} x"
 
 
@@ -216,7 +216,7 @@ def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
 def choices(need: Need, methods: Sequence[Method]) -> list[str]:
     """Return in words, the best first, of each engine the method and step that meet a need in the most scenes.
 
-    Among equals the coarsest step comes first, then the least run time over PIT's.
+    Among equals the coarsest step comes first, then the least run time divided by PIT's.
     """
     found: dict[str, tuple[tuple[float, ...], str]] = {}
     for method in methods:

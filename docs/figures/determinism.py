@@ -33,7 +33,7 @@ SCENE, PROFILES = "classics/gas", ("default", "tuned")
 # ruff: noqa: E501 - lines of the page are as long as they are
 HEAD = f"""# Determinism: are repeated runs bit-identical?
 
-`make determinism` runs `{SCENE}` at its own frame rate on one machine. It repeats the run in the following ways, and compares all bits of each position and velocity at the end, and of each impact.
+`make determinism` runs `{SCENE}` at its own frame rate on one machine. The command repeats the run in the following ways, and compares all bits of each position and velocity at the end, and of each impact.
 
 - **again**: a second run in the same process.
 - **after another**: a second run in the same process, with a run of another scene in between.

@@ -151,8 +151,8 @@ ENTRIES = (
         "`box` the final position of a disc is wrong by 0.60 to 0.80 m until 0.12, and by 1.1 to 1.5 m since "
         "0.14. In `perfectly-inelastic` both releases find the impact from each start. Until 0.12 the engine "
         "then pushed the discs up to 0.13 m apart; since 0.14 the discs stay together. The table calls "
-        "`perfectly-inelastic` worse, because an error of 4.1e-11 m/s at 2 m/s is larger than the earlier "
-        "rounding. Release 0.19.0 reduces the speed after a slow bounce: in `sorting` the error of the final "
+        "`perfectly-inelastic` worse, because its error at a speed of 2 m/s grew from rounding to 4.1e-11 "
+        "m/s. Release 0.19.0 reduces the speed after a slow bounce: in `sorting` the error of the final "
         "velocities grows to 0.238 from each start. Release 0.13.0 needs a web page, so it is not run.",
     ),
     Entry(

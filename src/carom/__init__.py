@@ -134,7 +134,7 @@ _VIEWS |= dict.fromkeys(("html_of", "plot"), "carom.report.notebook")
 
 
 def _find_view(name: str) -> Callable[..., Any]:
-    """Return the function that shows a result. It imports the reports at its first call, since results can't."""
+    """Return the function that shows a result, imported at its first use, since results can't import reports."""
     view: Callable[..., Any] = getattr(importlib.import_module(_VIEWS[name]), name)
     return view
 

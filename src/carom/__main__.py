@@ -68,7 +68,7 @@ def main() -> None:
 
 
 def _open_closed_streams() -> None:
-    """Open each closed standard stream on the null device. Otherwise the next opened file would take its place."""
+    """Open each closed standard stream on the null device, so that no other file takes the stream's place."""
     while (file := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(file)

@@ -156,8 +156,8 @@ def render_page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions
         "PIT, whose errors all come from checking for overlap once per step. Values within "
         f"{format_number(SHOWN_TO)} of a "
         "whole number are shown as this number.",
-        f"Measured on {versions}. 'make hazards' writes this page. "
-        "'make test-engines' compares it with new measurements.",
+        f"The measured versions are {versions}. 'make hazards' writes this page. "
+        "'make test-engines' compares this page with new measurements.",
     )
     shown = build_tables(figures)
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]

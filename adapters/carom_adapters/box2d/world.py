@@ -52,7 +52,7 @@ def list_disc_shapes(scene: Scene) -> list[tuple[int, float, float]]:
 
 
 def does_sweep(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
-    """Whether Box2D sweeps bodies in this scene, see `limits.SWEEPS`. A driven body also counts if it is fast."""
+    """Whether Box2D sweeps bodies in this scene, see `limits.SWEEPS`. One fast driven body suffices."""
     sweep = settings.get("sweep", "shipped")
     driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
     fast = driven * dt_s > min(disc.radius_m for disc in scene.discs) or any(is_fast(one, dt_s) for one in scene.discs)
@@ -317,7 +317,7 @@ class Box2dWorld(QuietSteps):
         return ""
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps."""
+        """Set the size of the following steps."""
         self._clock.cut(dt_s * self._time)
 
     def touching(self) -> frozenset[tuple[int, int]]:
@@ -330,7 +330,7 @@ class Box2dWorld(QuietSteps):
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `located`, they are the whole state."""
+        """Return positions, velocities and spins. With the settings of `located`, these are the whole state."""
         bodies = [
             (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
             for body in (*self._movable, *self._driven)
@@ -345,7 +345,7 @@ class Box2dWorld(QuietSteps):
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
-        """Release the world. The last reference to the world frees its memory."""
+        """Release the world. Its memory is freed when no reference to it is left."""
         self._world.contactListener = None
         del (
             self._bodies,

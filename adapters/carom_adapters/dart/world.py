@@ -157,7 +157,7 @@ class DartWorld:
         return ""
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps."""
+        """Set the size of the following steps."""
         self._clock.cut(dt_s)
         self._world.setTimeStep(dt_s)
 
@@ -182,5 +182,5 @@ class DartWorld:
         self._put(states)
 
     def close(self) -> None:
-        """Release the world. The last reference to the world frees its memory."""
+        """Release the world. Its memory is freed when no reference to it is left."""
         del self._discs, self._world

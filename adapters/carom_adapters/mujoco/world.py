@@ -272,7 +272,7 @@ class MujocoWorld:
         return "; ".join(warnings)
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps. The damping of a contact depends on the length of the step."""
+        """Set the size of the following steps. The damping of a contact depends on the step size."""
         if self._shared:  # the model is shared with other worlds, whose step differs
             self._model, self._shared = copy.copy(self._model), False
             model = self._model
@@ -300,7 +300,7 @@ class MujocoWorld:
         return frozenset(pair_of(self._number[a], self._number[b]) for a, b in geoms[overlaps])
 
     def save(self) -> object:
-        """Return coordinates and velocities. With the settings of `located`, they are the whole state."""
+        """Return coordinates and velocities. With the settings of `located`, these are the whole state."""
         return (self._clock.now_s, self._legs.started, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:

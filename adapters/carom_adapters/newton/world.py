@@ -130,7 +130,7 @@ class NewtonWorld:
         return list(zip(first, second, strict=True))
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps."""
+        """Set the size of the following steps."""
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:

@@ -1,7 +1,7 @@
 """Programs for Node, ready to paste, for engines from npm: a scene, its settings, and the world of the adapter.
 
-A program imports only its engine. The parts of `serve.mjs` that it needs are copied into it. The engines share
-`serve.mjs`.
+A program imports only its engine. Each program contains a copy of the parts of `serve.mjs` that it needs. The engines
+share `serve.mjs`.
 """
 
 from __future__ import annotations

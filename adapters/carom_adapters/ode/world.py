@@ -146,7 +146,7 @@ class OdeWorld:
         return found
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps."""
+        """Set the size of the following steps."""
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:

@@ -311,7 +311,7 @@ class PybulletWorld(QuietSteps):
         return float(nx * y - ny * x) * self._clock.dt_s
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps."""
+        """Set the size of the following steps."""
         self._clock.cut(dt_s)
         self._bullet.setPhysicsEngineParameter(fixedTimeStep=dt_s, physicsClientId=self._client)
 
@@ -326,7 +326,7 @@ class PybulletWorld(QuietSteps):
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions, velocities and spins. With the settings of `located`, they are the whole state."""
+        """Return positions, velocities and spins. With the settings of `located`, these are the whole state."""
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))

@@ -179,9 +179,9 @@ class PymunkWorld(QuietSteps):
         return oriented_contact(*pair, self._clock.now_s, (normal.x, normal.y), impulse, tangential)
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps.
+        """Set the size of the following steps.
 
-        Chipmunk starts a lasting contact with its last impulse times the ratio of two step lengths, which cut steps can
+        Chipmunk starts a lasting contact with its last impulse times the ratio of two step sizes, which cut steps can
         make arbitrarily large. Shapes in contact are removed and added again, which resets that impulse.
         """
         self._clock.cut(dt_s)

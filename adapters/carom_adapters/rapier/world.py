@@ -176,7 +176,7 @@ class RapierWorld:
         return ""
 
     def close(self) -> None:
-        """Release the world. The last reference to the world frees its memory."""
+        """Release the world. Its memory is freed when no reference to it is left."""
         del self._all, self._bodies, self._number, self._world
 
 
@@ -184,8 +184,8 @@ class RapierCuttableWorld(RapierWorld):
     """A world whose steps can be cut and undone. Each step has two parts, of which the first is short.
 
     In Rapier, bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and
-    bounce only at its end. Here the first part of a step is too short to move them. So these bodies bounce at its end,
-    and move with the bounce in the second part.
+    bounce only at its end. In this world the first part of a step is too short for bodies to move. So bodies that touch
+    bounce at the end of the first part, and move with their new velocities in the second part.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -212,7 +212,7 @@ class RapierCuttableWorld(RapierWorld):
         return self._solved
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps."""
+        """Set the size of the following steps."""
         self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
@@ -229,7 +229,7 @@ class RapierCuttableWorld(RapierWorld):
         return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]
 
     def save(self) -> object:
-        """Return positions and velocities. With the settings of `located`, they are the whole state."""
+        """Return positions and velocities. With the settings of `located`, these are the whole state."""
         return (self._clock.now_s, self._legs.started, self._read_states(), self._solved)
 
     def restore(self, state: Any) -> None:

@@ -1,7 +1,7 @@
 """Driven bodies whose velocity changes at given instants. Engines get each new velocity at the next step boundary.
 
-A user of an engine can do the same between steps. Until the boundary a body keeps its old velocity, which shifts its
-position from then on.
+A user of an engine can also set velocities between steps. Until the boundary a body keeps its old velocity, which
+shifts its position from then on.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ class QuietSteps(ABC):
 
     Attributes:
         size_without_warning: `observe` has no warning if the root of the sum of squares of all numbers of a state is
-            below this. A state that is not finite is never below it.
+            below this number, which excludes states that are not finite.
     """
 
     size_without_warning = math.inf

@@ -66,7 +66,7 @@ def compute_normal(approach: complex, offset: float) -> complex:
     Args:
         approach: Velocity of the first disc relative to the second.
         offset: Impact parameter divided by the contact distance, -1 to 1: the sine of the angle from the approach to
-            the normal. If it is above 0, the second disc is to the left of the path.
+            the normal. With a positive offset, the second disc is to the left of the path.
     """
     return unit(approach) * complex(math.sqrt(1.0 - offset * offset), offset)
 

@@ -106,7 +106,7 @@ def handle_errors(command: Callable[Parameters, None]) -> Callable[Parameters, N
 def drop_unwritten(*streams: TextIO) -> None:
     """Discard buffered output that can't be written.
 
-    Otherwise the interpreter tries to write the output at exit, and fails.
+    If it were kept, the interpreter would try to write it at exit, and fail.
     """
     for stream in streams:
         try:
@@ -247,7 +247,7 @@ def write_report(document: Document, page: Path | None, markdown: Path | None, *
 
 
 def parse_step(text: str) -> float:
-    """Parse a step such as ``1/240`` or ``0.004``."""
+    """Parse a step size such as ``1/240`` or ``0.004``."""
     kind = build_step_kind()
     try:
         found: float = kind.take(kind.read(text))

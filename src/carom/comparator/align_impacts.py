@@ -31,7 +31,7 @@ class AlignedRun(ComparedRun):
         inverted: Pairs of matched impacts in the wrong order, as indices of the reference's impacts. The earlier impact
             comes first.
         parted_s: Time in seconds of the first impact that is missed, spurious or out of order; None if there is none.
-        pit_parted_s: The same time for PIT at this step.
+        pit_parted_s: The same time for PIT with this step size.
     """
 
     alignment: Alignment
@@ -203,7 +203,7 @@ def compute_edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
 
 
 def _compute_edit_distance_within(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
-    """Return the edit distance if it is at most `band`. Otherwise return any number above `band`."""
+    """Return the edit distance if it is at most `band`, and any number above `band` if it is larger."""
     beyond = band + 1
     width = 2 * band + 1
     rows = np.full((len(a) + 1, width + 2), beyond, np.int64)  # column k of row r: position r + k - 1 - band in b

@@ -44,12 +44,12 @@ class Score(Shown):
         undecided: Indices of reference impacts that are so close to the end of the run that they may not have been
             reported yet.
         total: The largest error of each kind against the reference.
-        sampling: The largest errors of PIT at the same step against the reference. They are the cost of sampling at
-            this phase. None without PIT.
+        sampling: The largest errors of PIT with the same step size against the reference. These errors are
+            the cost of sampling at this phase. None without PIT.
         against_pit: Errors of the observed trace against that PIT run. None without PIT.
         pit_missed: Indices of reference impacts that PIT misses; None without PIT.
         price_paid: The run's largest velocity error, divided by PIT's largest velocity error over the phases of the
-            same step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is
+            step. If the ratio of the spin errors is larger, that ratio is used. The error of a missed impact is
             the whole change that the impact causes. The value is 0 for an exact run, 1 for a run as inaccurate as PIT,
             and above 1 for a worse run. If sampling changes no velocity or spin, and the run's velocities and spins are
             right, times are compared instead. In this case, the run's largest time error is divided by PIT's largest
@@ -120,7 +120,7 @@ class Score(Shown):
     def own_velocity(self) -> float | None:
         """The velocity error that sampling does not explain: the smaller of the errors against PIT and the reference.
 
-        A method that is better than PIT differs from PIT because it is right. Such a difference is not an error.
+        A method that is better than PIT differs from PIT, but this difference is no error.
         """
         if self.against_pit is None:
             return None
@@ -148,7 +148,8 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
     Args:
         reference: The reference, usually from `carom.solve_pic`.
         observed: The trace to score.
-        sampling: The trace of PIT at the same step. With it, the cost of sampling is separated from other errors.
+        sampling: The trace of PIT with the same step size. With this trace, the cost of sampling is separated from
+            other errors.
         horizon: The part of the reference that is reliable: a number of impacts (an int) or a time in seconds (a
             float). Later steps are only compared stepwise, from the trace's own states. None for the whole run.
 
@@ -167,7 +168,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 
 class Scorer:
-    """Scores many runs against one reference and PIT at one step. The arguments are those of `compare`."""
+    """Scores many runs against one reference, and PIT with one step size. The arguments are those of `compare`."""
 
     def __init__(self, reference: Trace, sampling: Trace | None, horizon: float | None) -> None:
         check_instance("reference", reference, Trace)
@@ -190,8 +191,8 @@ class Scorer:
         require_possible_trace(observed)
         if 0.0 < step_s < math.inf and pit_s and abs(step_s - pit_s) > THRESHOLDS.rounding * pit_s:
             raise InputError(
-                f"the observed trace has a step of {step_s:g} s, but sampling has one of {pit_s:g} s: run PIT at the "
-                "step of the observed trace"
+                f"the step size of the observed trace is {step_s:g} s, but that of sampling is {pit_s:g} s: run PIT "
+                "with the step size of the observed trace"
             )
         # NaN and infinities have a verdict. NumPy's warnings would only repeat that verdict.
         with np.errstate(all="ignore"):

@@ -31,7 +31,9 @@ Result = TypeVar("Result")
 
 
 class Baseline:
-    """The reference and PIT's run at one step. Values that depend only on these two are computed once for all runs.
+    """The reference, and PIT's run with one step size.
+
+    Values that depend only on these two are computed once for all runs.
 
     Attributes:
         reference: The reference.
@@ -64,7 +66,7 @@ class ComparedRun:
 
     Attributes:
         baseline: The reference and PIT, with results that runs share.
-        pit: PIT at the same step; None if it was not given.
+        pit: PIT with the same step size; None if it was not given.
         compared: The range in which the run is compared with the reference.
         pit_range: The range in which the run is compared with PIT; None without PIT.
         truth: Each step of the run compared with PIC from the run's own state; None if states were not checked.
@@ -128,7 +130,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
     """Find the range in which a run can be compared with its reference.
 
     Args:
-        baseline: The reference, and PIT at the same step.
+        baseline: The reference, and PIT with the same step size.
         observed: The run.
         horizon: The horizon, as in `carom.compare`.
 
@@ -177,9 +179,9 @@ def clip_before_rest(
 ) -> ComparisonRange:
     """End a range before a disc starts to rest, slide or roll, as seen with steps of a given size.
 
-    Often a disc has infinitely many impacts just before it rests. In the last ones, the closing speed is at most the
-    speed that a disc gains by falling for a step or two. A method that checks once per step can't distinguish such a
-    disc from a resting one. PIT misses or invents bounces a few hops earlier. If PIT is given, the range ends there,
+    Often a disc has infinitely many impacts just before it rests. In the last impacts, the closing speed is at most
+    the speed that a disc gains by falling for a step or two. A method that checks once per step can't distinguish such
+    a disc from a resting one. PIT misses or invents bounces a few hops earlier. If PIT is given, the range ends there,
     because no method with these steps can show more.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]

@@ -60,13 +60,23 @@ class Horizon:
         return self.complete and self.agreed == self.certified and self.order_differs is None
 
     def __str__(self) -> str:
-        reach = f"certified to impact {self.certified}{', the last' if self.complete else ''}"
+        reach = describe_certified_impacts(self.certified, complete=self.complete)
         if self.covers_the_scene:
-            return f"{reach}; float64 agrees to {self.tolerance:g} in all impacts"
-        parts = f"{reach}; float64 agrees to {self.tolerance:g} up to impact {self.agreed}"
+            return f"{reach}; PIC agrees to {self.tolerance:g} in all impacts"
+        parts = f"{reach}; PIC agrees to {self.tolerance:g} up to impact {self.agreed}"
         if self.order_differs is not None:
             parts += f", and the order of impacts differs from impact {self.order_differs + 1} on"
         return parts
+
+
+def describe_certified_impacts(count: int, *, complete: bool) -> str:
+    """Return how many impacts of a scene are certified, as a clause."""
+    if count == 0:
+        return "no impact is certified"
+    which = "all" if complete else "the first"
+    if count > 1:
+        return f"{which} {count} impacts are certified"
+    return "the only impact is certified" if complete else "the first impact is certified"
 
 
 def horizon(

@@ -100,7 +100,7 @@ def match_impacts(reference: Trace, observed: Trace, compared: ComparisonRange |
 def _has_passed(impact: np.void, observed: Trace) -> bool:
     """Whether the two bodies of an unobserved impact separate in the observed final state.
 
-    If they separate, the bodies have passed through each other. No later step would find the impact, so it is missed.
+    Bodies that separate have passed through each other. No later step would find the impact, so it is missed.
     Nothing can pass through a half-plane wall.
     """
     first, second = int(impact["first"]), int(impact["second"])

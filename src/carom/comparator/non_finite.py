@@ -1,4 +1,4 @@
-"""NaN and infinite numbers in a trace. Such numbers must be found before a comparison, because `max` ignores NaN."""
+"""NaN and infinite numbers in a trace, which must be found before a comparison, because `max` ignores NaN."""
 
 from __future__ import annotations
 

@@ -67,8 +67,8 @@ class OwnScales:
     """Scales of rounding for each impact and for each disc's final state.
 
     The scale of a body is its greatest speed, or the greatest speed of any body from which errors may have propagated
-    to it by impacts. A disc may be slow because two speeds cancel. Its velocity is still known only to the rounding of
-    those speeds. Bodies without such a link are ignored.
+    to it by impacts. A disc may be slow because two speeds cancel. The rounding of those two speeds is then the error
+    of the disc's velocity. Bodies without such a link are ignored.
 
     Attributes:
         speed_m_s: Speed scale of each impact of a trace, shape ``(m,)``.

@@ -2,7 +2,7 @@
 
 After some time, a disc of initial velocity v has the velocity ``kept v`` and has moved by ``flown v``. With damping,
 both factors are the same for all discs (see `carom.model.damping`). A table decelerates a disc at the rate a until the
-disc stops. Then the factors depend on the disc's speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
+disc stops. On a table ``kept`` and ``flown`` depend on the disc's speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
 """
 
 from __future__ import annotations
@@ -52,7 +52,10 @@ class Slowing:
         return 0.0 if seconds >= self.compute_stop_time(speed) else 1.0 - self.table_m_s2 * seconds / speed
 
     def compute_flown_time(self, seconds: float, speed: float) -> float:
-        """Return the displacement in some seconds over the velocity. Negative seconds lead to earlier positions."""
+        """Return the displacement in some seconds, divided by the velocity.
+
+        Negative seconds lead to earlier positions.
+        """
         if not self.table_m_s2:
             return self.damping.to_undamped(seconds)
         lasts = min(seconds, self.compute_stop_time(speed))

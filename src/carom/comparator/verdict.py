@@ -28,7 +28,7 @@ class Verdict(Enum):
     WENT_ON = "the run continues after the reference ends"
     CONVENTION = "the scene has no unique answer"
     UNDECIDED = "an impact is too close to the end of the run to be decided"
-    UNCOMPARED = "no PIT run at this step was given for comparison"
+    UNCOMPARED = "no PIT run with this step size was given for comparison"
     MISPLACED = "discs end in the wrong place"
     WRONG_END = "discs end with the wrong velocity"
     WRONG_LAST_SPIN = "discs end with the wrong spin"

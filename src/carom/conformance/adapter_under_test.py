@@ -190,7 +190,7 @@ STEPS_A_FRAME = 4
 
 @cache
 def _compute_pit_score(name: str) -> tuple[Trace, Trace, Score]:
-    """Return the known answer of a catalogue scene, the trace of PIT at the suite's step, and PIT's score."""
+    """Return the known answer of a catalogue scene, the trace of PIT with the suite's step size, and PIT's score."""
     setup = build_catalogue_setup(name, "tuned")
     reference = build_known_trace(setup.scene, all_scenes()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)

@@ -1,14 +1,14 @@
 """Errors that a declared contact margin allows: the errors of PIC if all bodies are thicker by the margin.
 
 An engine with a margin m responds to bodies at a distance of up to m as if their surfaces were up to m nearer. So if
-bodies touch at a distance R of their centres, the engine's impact is at a distance between R and R + m. Its instant and
-its normal are between those of impacts at these two distances. Let w be the relative speed, and b the distance at which
-the bodies would pass each other. Then the impact is early by at most ``(sqrt((R + m)^2 - b^2) - sqrt(R^2 - b^2)) / w``.
-Without friction, an impact changes a velocity by ``(1 + e) mu / m_i w cos(a)`` along a normal at the angle a, with
-``sin(a) = b / R``. So the velocity error is at most ``(1 + e) mu / m_i w sin(a - a')``, where ``sin(a') = b / (R +
-m)``. Bodies that would pass each other at a distance below m collide. The errors of time and velocity grow with m. So
-the exact solution of the scene with thicker bodies has the greatest possible error at its first impact, and propagates
-this error to later impacts.
+bodies touch at a distance R of their centres, the engine's impact is at a distance between R and R + m. Instant and
+normal of the impact are between those of impacts at these two distances. Let w be the relative speed, and b the
+distance at which the bodies would pass each other. Then the impact is early by at most ``(sqrt((R + m)^2 - b^2) -
+sqrt(R^2 - b^2)) / w``. Without friction, an impact changes a velocity by ``(1 + e) mu / m_i w cos(a)`` along a normal
+at the angle a, with ``sin(a) = b / R``. So the velocity error is at most ``(1 + e) mu / m_i w sin(a - a')``, where
+``sin(a') = b / (R + m)``. Bodies that would pass each other at a distance below m collide. The errors of time and
+velocity grow with m. So the exact solution of the scene with thicker bodies has the greatest possible error at its
+first impact, and propagates this error to later impacts.
 """
 
 from __future__ import annotations

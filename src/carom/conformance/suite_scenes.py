@@ -185,8 +185,8 @@ def build_sliding_disc() -> Scene:
 def build_mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     """Return two discs that meet off centre; with `wall`, the first also bounces off a slanted wall.
 
-    With a restitution below 1, discs still overlap for some steps while they separate slowly. Such contacts have no
-    impulse.
+    With a restitution below 1, discs still overlap for some steps while they separate slowly. Contacts that
+    separate have no impulse.
     """
     walls = [Wall(point_m=(-1, 0), normal=(1, 0.2))] if wall else []
     discs = [build_disc(0, 3, 0.5), build_disc(1.72 + 0.3j, -1 + 0.1j, 0.5, 2)]

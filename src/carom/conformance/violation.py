@@ -10,19 +10,19 @@ from carom.model.scene import Scene
 
 
 def format_step(dt_s: float) -> str:
-    """Return a step as text: ``1/240`` if it is the inverse of a whole number."""
+    """Return a step size as text: ``1/240`` if it is the inverse of a whole number."""
     rate = round(1 / dt_s)
     return f"1/{rate}" if rate > 0 and 1 / rate == dt_s else repr(dt_s)
 
 
 @dataclass(frozen=True)
 class Setup:
-    """A run of a check: a scene, a profile and a step.
+    """A run of a check: a scene, a profile and a step size.
 
     Attributes:
         scene: The scene.
         profile: Name of the profile.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         catalogued: Whether the scene is in the catalogue, so that `carom run` finds it by name.
     """
 

@@ -46,7 +46,7 @@ def _find_capabilities(adapter: Adapter, method: Method) -> Capabilities:
 def prepare_settings(
     adapter: Adapter, profile: str, dt_s: float, tried: SettingOverrides = ()
 ) -> Mapping[str, Setting]:
-    """Return the settings of a profile at a step, including the settings that replace its own.
+    """Return the settings of a profile for a step size, including the settings that replace its own.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -60,6 +60,6 @@ def prepare_settings(
         raise AdapterError(message) from error
     plain = to_plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
-        mistake = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
+        mistake = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step size, {dt_s:g}"
         raise build_adapter_error(f"{mistake}, got {plain.get('dt_s', 'none')}")
     return {**plain, **dict(tried)}

@@ -22,7 +22,7 @@ class JobKey:
         scene: Name of the scene, for readers.
         scene_sha256: Hash of the whole scene, including its name.
         method: Engine and profile.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         phase: Part of a step, 0 to 1, by which the scene begins earlier.
         versions: Name and version of every distribution that the numbers depend on, in order of name.
         form: Anything else that is requested, such as "drawn" or "timed"; empty otherwise.

@@ -137,7 +137,7 @@ def select_engines(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> 
 
 
 def find_engine(name: str) -> EngineInfo:
-    """Return the description of an engine. It is queried only if this process does not know it yet."""
+    """Return the description of an engine. The engine is queried only if this process does not know it yet."""
     known = _KNOWN.get((name, list_adapter_points()[name].value))
     return known or engines([name])[0]
 
@@ -170,14 +170,14 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 @dataclass(frozen=True)
 class SettingsTask(AdapterTask):
-    """Query the settings of a profile at several steps, with replaced settings."""
+    """Query the settings of a profile for several step sizes, with replaced settings."""
 
     profile: str
     dts: tuple[float, ...]
     tried: SettingOverrides = ()
 
     def carry_out(self) -> _Settings:
-        """Return the settings in the order of the steps."""
+        """Return the settings in the order of the step sizes."""
         adapter = load_adapter(self.engine)
         found: list[Mapping[str, Setting] | str] = []
         for dt_s in self.dts:
@@ -190,11 +190,11 @@ class SettingsTask(AdapterTask):
 
 @dataclass(frozen=True)
 class Methods:
-    """The methods to run at each step, and the reasons why some can't be run.
+    """The methods to run with each step size, and the reasons why some can't be run.
 
     Attributes:
-        at: Methods by engine and step. If profiles have the same settings, only the last is included.
-        refused: Why a method of an available engine can't be run at a step with any scene.
+        at: Methods by engine and step size. If profiles have the same settings, only the last is included.
+        refused: Why a method of an available engine can't be run with a step size in any scene.
         infos: Descriptions of the engines, by name.
     """
 
@@ -203,7 +203,7 @@ class Methods:
     infos: Mapping[str, EngineInfo]
 
     def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
-        """Return why a method can't be run at a step with any scene; None if no reason is known."""
+        """Return why a method can't be run with a step size in any scene; None if no reason is known."""
         info = self.infos.get(method.engine)
         if info is not None and info.unavailable:
             return Answer(Status.UNAVAILABLE, info.unavailable)
@@ -227,12 +227,12 @@ def list_methods(
     pool: Pool,
     tried: Mapping[str, SettingOverrides] = MappingProxyType({}),
 ) -> Methods:
-    """Return the methods to run at each step.
+    """Return the methods to run with each step size.
 
     Args:
         infos: Descriptions of the engines.
         profiles: Names of the profiles to run.
-        dts: Steps, seconds.
+        dts: Step sizes, seconds.
         pool: Pool for the queries of adapters; it stays open.
         tried: Settings that replace those of the profiles, by the engine's name.
     """
@@ -270,7 +270,7 @@ def list_methods(
 def _extract_settings(
     info: EngineInfo, answer: Answer[_Settings] | None, step: int
 ) -> Mapping[str, Setting] | Answer[Any]:
-    """Return the settings of a profile at a step, or why a method with it can't be run."""
+    """Return the settings of a profile for a step size, or why a method with these can't be run."""
     if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
         # Even if an engine is not installed, the settings of its profiles show which profiles are the same method.
         return settings

@@ -80,7 +80,7 @@ def observe_run(
         adapter: Adapter of the engine.
         scene: The scene.
         profile: Name of the profile.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         tried: Settings that replace those of the profile.
         samples: Whether to keep positions for drawing.
         watched: Whether to compare each step with PIC from the run's own state, for `local_truth` of the trace.
@@ -119,7 +119,7 @@ def observe_run(
 
 
 def run_pit(scene: Scene, dt_s: float) -> Trace:
-    """Run a scene with PIT at a step, to measure errors that are caused by sampling alone."""
+    """Run a scene with PIT, to measure errors that are caused by sampling alone."""
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
@@ -212,7 +212,8 @@ class _Run:
     def _take_quiet_steps(self, world: Any, until_s: float) -> Observation | None:
         """Take steps until one has contacts or a warning, or is near a time. Return the observation of the last step.
 
-        Add the states of all these steps except the last. If only one step is possible, take no step and return None.
+        Add the states of the taken steps, except the last one. If only one step is possible, take no step and return
+        None.
 
         `world` is a `carom.engines.api.QuietWorld`. No contact may be open.
         """

@@ -1,8 +1,8 @@
 """Fork server: forks worker processes whose imports are already done, since imports take longer than most runs.
 
 The server is forked from the main thread of the `carom` command, before any other thread starts. The server has no open
-files except null and its socket. It loads no adapter and no engine. For each request it forks a watchdog
-(`carom.execution.watchdog`), whose streams, folder, session, limits and environment are like in a new interpreter. The
+files except null and its socket. The server loads no adapter and no engine. For each request it forks a watchdog
+(`carom.execution.watchdog`), whose streams, folder, session, limits and environment equal those of a new process. The
 server ends with the command, and everything that it forked ends with it.
 
 Only the command `carom` has a fork server, and only on Linux. Another process, such as a notebook, can have threads,

@@ -53,7 +53,7 @@ class FreeFlight:
 
     Args:
         scene: The scene.
-        dt_s: The step, seconds.
+        dt_s: The step size, seconds.
         float_bits: Declared width of the method's floats.
     """
 

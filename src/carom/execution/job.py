@@ -16,7 +16,7 @@ Progress = Callable[[int, int, str], None]
 
 
 def no_progress(_done: int, _total: int, _what: str) -> None:
-    """Do nothing. This is the default of every `Progress` argument."""
+    """Do nothing. This function is the default of every `Progress` argument."""
 
 
 T = TypeVar("T")
@@ -66,19 +66,19 @@ class Method:
         return f"{self.engine}/{self.profile_shown or self.profile}"
 
 
-#: Every method is compared with PIT at the same step, because PIT has only the errors of sampling.
+#: Every method is compared with PIT with the same step size, because PIT has only the errors of sampling.
 PIT_METHOD = Method("pit", "tuned")
 
 
 @dataclass(frozen=True)
 class Job:
-    """A run of a scene by a method at a step.
+    """A run of a scene by a method with a step size.
 
     Attributes:
         scene: The scene.
         method: Engine and profile.
-        dt_s: Step, seconds.
-        refinement: Index of the step among those of the scene, 0 for the coarsest. Results of different scenes are
+        dt_s: Step size, seconds.
+        refinement: Index of the step size among those of the scene, 0 for the largest. Results of different scenes are
             compared at the same index.
         phase: Fraction of a step, 0 to 1, by which the scene begins earlier.
     """

@@ -118,8 +118,8 @@ class Journal(MemoryJournal[K, T], Closeable):
         try:
             _lock(self._file, path)  # the lock comes first, so that no entry is read while another process writes
             if not (resume or retry) and os.fstat(self._file).st_size:
-                hints = ["continue from them by --resume, or name another one"]
-                raise InputError(f"{path} holds results already", hints=hints)
+                hints = ["continue with --resume, or name another folder"]
+                raise InputError(f"{path} already contains results", hints=hints)
             found = self._read({"journal": of, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)

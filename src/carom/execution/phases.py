@@ -23,7 +23,7 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 @dataclass(frozen=True, slots=True)
 class PhaseSpread:
-    """Distribution of the scores of one scene, method and step over many phases.
+    """Distribution of the scores of one scene, method and step size over many phases.
 
     Attributes:
         phases: Number of phases that ran.
@@ -66,7 +66,7 @@ def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
 
     PIT detects the impact if a frame is in the interval in which the discs overlap and approach. The interval's length
     is half the chord, ``sqrt(R^2 - b^2)``, over the relative speed. If the interval is at least a step long, a frame is
-    always in it. Otherwise the probability is the interval's length in steps. The formula is valid for straight
+    always in it. If it is shorter, the probability of a frame is its length in steps. The formula is valid for straight
     relative paths at constant speed.
     """
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
@@ -92,7 +92,7 @@ def compute_pit_miss_probability(scene: Scene, dt_s: float) -> float:
 
 
 def compute_spread(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
-    """Return the distribution of the scores of one scene, method and step over phases."""
+    """Return the distribution of the scores of one scene, method and step size over phases."""
     velocities = [s.total.velocity for s in scores if not math.isnan(s.total.velocity)]
     times = [abs(s.total.time_s) for s in scores if not math.isnan(s.total.time_s)]
     return PhaseSpread(

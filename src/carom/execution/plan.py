@@ -1,4 +1,4 @@
-"""The plan of a cross-check: which scene runs on which engine, with which profile and at which step.
+"""The plan of a cross-check: which scene runs on which engine, with which profile and step size.
 
 The plan follows from the scenes and from the declarations of the adapters. Each adapter is queried in its own process,
 and no engine is imported. Runs and the output of ``--explain`` use the same plan.
@@ -39,7 +39,7 @@ class Plan:
         answers: Known answers of the catalogue scenes, by name.
         engines: Description of each requested engine, or of every engine.
         profiles: Names of the profiles to run.
-        jobs: The jobs, sorted by scene, engine, step and profile.
+        jobs: The jobs, sorted by scene, engine, step size and profile.
         options: The requested options.
         methods: The methods, and why some of them can't be run.
     """

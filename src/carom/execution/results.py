@@ -1,4 +1,4 @@
-"""Results of a cross-check: one row for each scene, engine, profile and step."""
+"""Results of a cross-check: one row for each scene, engine, profile and step size."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Results(Tabular):
     """All rows of a cross-check, with the references.
 
     Attributes:
-        rows: The rows, sorted by scene, engine, profile and step.
+        rows: The rows, sorted by scene, engine, profile and step size.
         references: The PIC trace of each scene, by the scene's name.
         known: Known answer of each catalogue scene and the reference's deviation from it, by the scene's name.
         engines: Description of each requested engine. If none is requested, description of every engine; engines that
@@ -74,8 +74,8 @@ class Results(Tabular):
             this time the reference is not reliable (certified or estimated), or lasting contact has begun. Other scenes
             are compared completely.
         phases: Number of sub-step phases at which each job was run in addition to the scene's own.
-        skipped: Run times that PIC and PIT (at the coarsest step) save by skipping needless work, by the scene's name.
-            Empty if no run was timed, or no report is drawn.
+        skipped: Run times that PIC and PIT (at the largest step size) save by skipping needless work, by the scene's
+            name. Empty if no run was timed, or no report is drawn.
 
     Examples:
         >>> results = carom.cross_check(["paper"], ["pit"], dts=[1 / 24], timing=False)

@@ -42,7 +42,7 @@ REFINEMENTS = 3
 
 
 def compute_default_dts(scene: Scene) -> tuple[float, ...]:
-    """Return the default steps of a scene: its own frame, a quarter and a sixteenth of it."""
+    """Return the default step sizes of a scene: its own frame, a quarter and a sixteenth of it."""
     return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
 
 
@@ -75,11 +75,11 @@ class Options(LimitOptions):
 
     Attributes:
         engines: Names of adapters; by default every one whose engine is installed.
-        dts: Steps, seconds; by default those of `compute_default_dts` for each scene.
+        dts: Step sizes, seconds; by default those of `compute_default_dts` for each scene.
         profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that an
             engine has. If two profiles of an engine have the same settings, only the later one is run. A profile that
-            cuts steps is run only at a scene's coarsest step, unless steps are given, because its results do not depend
-            on the step.
+            cuts steps is run only at a scene's largest step size, unless steps are given, because its results do not
+            depend on the step size.
         settings: Settings to try instead of the profiles' own, by name. Every requested engine must have the settings.
             A text is converted to the type of the setting.
         phases: Number of sub-step phases at which to run each job in addition to the scene's own, for the spread of
@@ -88,7 +88,7 @@ class Options(LimitOptions):
         certified: Whether to score against certified runs. By default PIC is the reference. For scenes of three discs
             or more, a certified run shows up to which impact PIC is reliable, if python-flint is installed.
         certify_s: Seconds for the certified run of each scene.
-        timing: Whether to time each job at its scene's coarsest step too, in a pass in which nothing else runs.
+        timing: Whether to time each job at its scene's largest step size too, in a pass in which nothing else runs.
         samples: Whether to keep states for drawing. Only reports need these states.
 
     Raises:
@@ -116,7 +116,7 @@ class Options(LimitOptions):
     phases: int = declare_option(
         0,
         build_whole_number_kind(0, MOST_PHASES),
-        "Also run each scene from this many start positions within a step, to show the spread of errors.",
+        "Also run each scene from this many starts within a step, to show the spread of errors.",
         "--phases",
         stamped=True,
     )
@@ -133,7 +133,7 @@ class Options(LimitOptions):
         CERTIFY_SECONDS, build_seconds_kind(), "Seconds per certified run.", "--certify-time", stamped=True
     )
     timing: bool = declare_option(
-        True, build_flag_kind(), "Time each scene at its coarsest step.", "--timing/--no-timing", stamped=True
+        True, build_flag_kind(), "Time each scene at its largest step size.", "--timing/--no-timing", stamped=True
     )
     samples: bool = declare_option(True, build_flag_kind(), "Whether to keep states for drawing.", stamped=True)
     _: KW_ONLY
@@ -141,5 +141,5 @@ class Options(LimitOptions):
     memory_limit_mb: float | None = declare_memory_limit(stamped=True)
 
     def list_steps(self, scene: Scene) -> tuple[float, ...]:
-        """Return the steps at which a scene is run, from the coarsest on."""
+        """Return the step sizes with which a scene is run, beginning with the largest."""
         return tuple(sorted(set(self.dts or compute_default_dts(scene)), reverse=True))

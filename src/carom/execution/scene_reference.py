@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, compute_horizon
-from carom.comparator.horizon import estimate_horizon
+from carom.comparator.horizon import describe_certified_impacts, estimate_horizon
 from carom.comparator.non_finite import find_non_finite
 from carom.comparator.shifted_scenes import shift_start
 from carom.errors import InputError, MissingExtraError
@@ -124,7 +124,8 @@ def _certify_reference(trace: Trace, asked: bool | None, time_budget_s: float) -
         return Reference(trace, f"not certified: {error}")
     found = compute_horizon(certified, trace)
     if certified.degeneracy is not None:  # beyond this time, results depend on a convention: PIC's is used
-        return Reference(trace, f"certified to impact {len(certified)}; there, {certified.degeneracy}")
+        reach = describe_certified_impacts(len(certified), complete=False)
+        return Reference(trace, f"{reach}; the next event is undecided: {certified.degeneracy}")
     if not asked:
         return Reference(trace, found, None if found.covers_the_scene else found.end_s)
     reach_s = scene.duration_s if found.complete else certified.trace.end_time_s

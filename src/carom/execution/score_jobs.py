@@ -100,7 +100,7 @@ def score_jobs(
         pool: Pool that runs them; it stays open.
         journal: Journal with the known scores, to which new ones are added.
         progress: Called with (done, total, description) as jobs finish.
-        refusal: Returns why a job can't be run, if that is known. Such a job is not sent.
+        refusal: Returns why a job can't be run, if that is known. A refused job is not sent.
     """
     answers: dict[JobKey, Answer[Measures]] = {}
     requests = [

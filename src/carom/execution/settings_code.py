@@ -79,7 +79,7 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
         scene: The scene.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         command: The command line that repeats this, for the heading of the code.
 
     Raises:
@@ -114,13 +114,13 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
 
 
 def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: Pool) -> str:
-    """Return the lines of `write_code` that set the time step and the number of steps per frame.
+    """Return the lines of `write_code` that set the step size and the number of steps per frame.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
         scene: The scene, with its frame rate.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         pool: Where the adapter runs; it stays open.
 
     Returns:
@@ -140,7 +140,7 @@ def find_changed_code(engine: str, profile: str, tried: SettingOverrides, scene:
         profile: Name of one of its profiles.
         tried: The settings that replace those of the profile.
         scene: The scene.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         pool: Where the adapter runs; it stays open.
 
     Returns:
@@ -155,16 +155,17 @@ _COMMENT = re.compile(r"<!--.*?-->\s*", re.DOTALL)
 
 
 def find_step_lines(code: str, at_another_step: str) -> str:
-    """Return the statements of a program, or the lines of a model, that depend on the time step.
+    """Return the statements of a program, or the lines of a model, that depend on the step size.
 
-    - Python: statements that set or use `dt` or `steps`, or differ at another step, with the constants that they use.
+    - Python: statements that set or use `dt` or `steps`, or differ with another step size, with the constants that
+    they use.
       The scene's bodies are left out.
-    - XML: lines that differ at another step.
+    - XML: lines that differ with another step size.
     - JavaScript: none, since its world exists only within the written module.
 
     Args:
         code: Code of a scene, as written by an adapter (`carom.engines.api.CodedAdapter`).
-        at_another_step: Code of the same scene at another step.
+        at_another_step: Code of the same scene with another step size.
 
     Returns:
         The lines as they appear in the code; empty if there are none.

@@ -27,7 +27,7 @@ class KnownSettingsTask(AdapterTask):
 
     Attributes:
         profiles: Names of the profiles whose values take precedence.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
     """
 
     profiles: tuple[str, ...]
@@ -54,7 +54,7 @@ def resolve_settings(
         info: Description of the engine.
         asked: The settings by name. Texts are converted to the type of the setting.
         profiles: The profiles whose settings are replaced.
-        dt_s: A step at which to query the settings of the profiles, seconds.
+        dt_s: A step size at which to query the settings of the profiles, seconds.
         runner: Pool for the query of the adapter.
 
     Raises:
@@ -72,7 +72,7 @@ def resolve_settings(
 
 def _check_setting(engine: str, name: str, value: Setting, known: Mapping[str, Setting]) -> Setting:
     if name == STEP:
-        raise InputError(f"{STEP} is the time step: give it with --dt, or dt in Python")
+        raise InputError(f"{STEP} is the step size: give it with --dt, or dt in Python")
     if name not in known:
         names = ", ".join(sorted(known.keys() - {STEP})) or "none"
         hints = build_name_hints(name, known, f"there are: {names}")

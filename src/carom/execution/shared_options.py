@@ -58,8 +58,8 @@ def declare_profiles(
 
 
 def declare_steps(said: str, *, stamped: bool = False) -> Any:
-    """Declare the option for steps. `said` describes the default."""
-    what = "Time step in seconds, such as 1/240; repeatable."
+    """Declare the option for step sizes. `said` describes the default."""
+    what = "Step size in seconds, such as 1/240; repeatable."
     return declare_option(None, build_step_kind(), what, "--dt", many=True, stamped=stamped, said=said)
 
 
@@ -68,7 +68,7 @@ def declare_seed(*, stamped: bool = False) -> Any:
     return declare_option(
         0,
         build_whole_number_kind(0, MOST_SEED),
-        "Number that selects the start positions in a step.",
+        "Number that selects the starts within a step.",
         "--seed",
         stamped=stamped,
     )

@@ -1,7 +1,7 @@
 """Cuts an engine's steps so that they end when bodies begin to touch, by the engine's own contact test.
 
 An engine detects an impact at a step boundary, up to a step late. If new bodies touch after a step, the driver restores
-the state before it and bisects the length of the step. The bisection stops at two lengths that the clock can't
+the state before it and bisects the step size. The bisection stops at two lengths that the clock can't
 distinguish: bodies touch after the longer and not after the shorter. The motion and the contact test come from the
 engine alone. No formula of Carom is used.
 

@@ -24,7 +24,7 @@ MOST_TESTS = 20_000_000
 
 
 class SkippedTime(NamedTuple):
-    """Run time with skipping, seconds, and run time without skipping divided by it. Both are medians over rounds."""
+    """Median run time with skipping, in seconds, and the median ratio of the run times without and with skipping."""
 
     with_s: float
     ratio: float
@@ -39,7 +39,7 @@ class SceneSkips(NamedTuple):
 
 
 def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
-    """Measure the savings of PIC, and of PIT at a step, in the scene of a reference."""
+    """Measure the savings of PIC, and of PIT with a step size, in the scene of a reference."""
     scene = reference.scene
     return SceneSkips(measure_pic_saving(scene, reference), measure_pit_saving(scene, dt_s), dt_s)
 

@@ -40,7 +40,7 @@ def build_adapter_error(message: str, section: str = FIELDS) -> AdapterError:
 
 
 def build_wrong_value_error(what: str, must: str, value: object, section: str = FIELDS) -> AdapterError:
-    """Return the exception for a wrong value. Its message states what the value must be."""
+    """Return the exception for a wrong value, with a message that states what the value must be."""
     return build_adapter_error(f"{what} must be {must}, got {describe_value(value)}", section)
 
 

@@ -101,8 +101,8 @@ class Worker:
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
         """Return an answer. A process that gives no answer, or an invalid answer, is ended.
 
-        Each wait counts for at most its requested length. It may last longer if the machine sleeps or this process is
-        stopped, but the engine does not run in that time.
+        Each wait counts for at most its requested length. A wait may last longer if the machine sleeps or this process
+        is stopped, but the engine does not run in that time.
         """
         left_s = time_limit_s
         while (line := process.take_line()) is None and not process.ended:

@@ -44,7 +44,7 @@ class Folder:
 
 @cache
 def _clear_abandoned() -> None:
-    """Remove folders that remain because their owners were killed. This runs once per process."""
+    """Remove folders that remain because their owners were killed. This function runs once per process."""
     import fcntl
 
     for root in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):

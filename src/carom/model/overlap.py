@@ -77,8 +77,8 @@ def find_overlaps(
         wall_name: Name of the wall in a message.
 
     Returns:
-        The overlaps: first overlaps between discs, then overlaps with walls. Both are ordered by disc, then by the
-            other body. The second value is whether there are more overlaps.
+        The overlaps: first overlaps between discs, then overlaps with walls. Overlaps are ordered by disc, then by
+            the other body. The second value is whether there are more overlaps.
     """
     size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
     found: list[Overlap] = []

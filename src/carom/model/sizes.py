@@ -113,25 +113,25 @@ def _find_short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Pr
 
 
 def count_steps(duration_s: float, dt_s: float) -> int:
-    """Return the number of steps of length `dt_s` that cover a duration, 0 or more.
+    """Return the number of steps of size `dt_s` that cover a duration, 0 or more.
 
     The last step may end after the duration.
 
     The quotient is computed exactly. Both numbers may be rounded, for example 1/240. So their quotient may differ from
-    the intended whole number, by a fraction of up to 2^-53 for each number. Such a difference must not add a step.
+    the intended whole number, by a fraction of up to 2^-53 for each number. This rounding must not add a step.
 
     Raises:
         InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
             steps.
     """
     if not 0 < dt_s < math.inf:
-        raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
+        raise InputError(f"a step size must be a finite number of seconds above 0, got {dt_s}")
     (a, b), (c, d) = duration_s.as_integer_ratio(), dt_s.as_integer_ratio()
     whole, part = a * d, b * c  # the quotient is whole / part
     if whole > MOST_STEPS * part:
         raise InputError(
-            f"a step must be at least {format_number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} s), "
-            f"got {dt_s}: lengthen it, or shorten the scene"
+            f"a step size must be at least {format_number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} "
+            f"s), got {dt_s}: lengthen it, or shorten the scene"
         )
     nearest = (2 * whole + part) // (2 * part)
     if nearest > 0 and abs(whole - nearest * part) * 2**52 <= whole:

@@ -144,7 +144,7 @@ class LocalTruth:
         sinks_s: First time at which a pair sank in a step by more than a free fall of that step; NaN if none did.
         polygon: Whether the method's paths are polygons. Under gravity, the end of a polygon's step is wrong by up to
             half of the fall in that step. With damping, it is wrong by up to half of the speed lost in the step, times
-            the length of the step.
+            the step size.
         rests: Structured array of `REST_DTYPE`: steps outside of all windows in which a pair rests and a push is
             visible. None in journals of earlier versions.
     """

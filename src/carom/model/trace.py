@@ -301,7 +301,7 @@ class Trace(ByValue, Tabular):
         final_velocity_m_s: Shape ``(n, 2)``, at `end_time_s`.
         end_time_s: Time at which the run ended: the scene's duration, or an earlier impact.
         outcome: How the run ended.
-        dt_s: Step or frame length; 0 where there are no frames.
+        dt_s: Step size (or time between frames), seconds; 0 without steps.
         effective_time_s: Shape ``(len(impacts),)``: the time at which the free-flight lines before and after each
             impact meet; NaN if they don't. None if the method has no steps and the reported time is the instant itself.
         state_before: Structured array of `STATE_DTYPE`, one entry an impact: the method's last state before it. None

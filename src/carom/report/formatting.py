@@ -19,7 +19,7 @@ WHOLE = 1e-9
 
 
 def format_step(dt_s: float) -> str:
-    """Format a step, as a fraction of a second where possible: 1/240 s."""
+    """Format a step size, as a fraction of a second where possible: 1/240 s."""
     if 0.0 < dt_s < 1.0 and abs(1.0 / dt_s - round(1.0 / dt_s)) < WHOLE / dt_s:
         return f"1/{round(1.0 / dt_s)} s"
     return format_seconds(dt_s)
@@ -31,7 +31,7 @@ def format_time_left(left_s: float) -> str:
 
 
 def format_step_option(dt_s: float) -> str:
-    """Format a step for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
+    """Format a step size for a command-line option, exact to the last bit; as 1/240 if that is the same number."""
     whole = round(1.0 / dt_s)
     return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
 

@@ -16,7 +16,12 @@ class Mark(Enum):
     EXACT = ("exact", "✓", "equal to PIC except for rounding", "green")
     EXACT_32 = ("exact (float32)", "✓", "equal to PIC except for rounding of 32-bit floats", "green")
     CLOSE = ("close", "≃", "finds every impact, with at most a hundredth of PIT's largest error", "green")
-    SAMPLED = ("sampled", "≈", "finds every impact, with no larger errors than PIT can have at the same step", "cyan")
+    SAMPLED = (
+        "sampled",
+        "≈",
+        "finds every impact, with no larger errors than PIT can have at the same step size",
+        "cyan",
+    )
     INACCURATE = (
         "inaccurate",
         "▲",

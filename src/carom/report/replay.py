@@ -125,7 +125,7 @@ def build_replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mappi
 
 
 def _build_sampler(reference: Trace, trace: Trace) -> Json | None:
-    """Return data with which the page runs PIT at other steps.
+    """Return data with which the page runs PIT with other step sizes.
 
     Return None unless the method is PIT and the scene has two free discs.
 
@@ -223,7 +223,7 @@ def _describe_fault(row: Json, overlap_s: float | None, dt_s: float) -> str:
     became = f"{row['became']}{why}."
     if overlap_s is None or not dt_s:
         return f"{formatting.capitalise(row['pair'])}: {became}"
-    approach = f"approach in overlap for {formatting.format_number(500.0 * overlap_s, 3)} ms"
+    approach = f"overlap and approach each other for {formatting.format_number(500.0 * overlap_s, 3)} ms"
     step = f"a step lasts {formatting.format_number(1000.0 * dt_s, 3)} ms"
     return f"{formatting.capitalise(row['pair'])} {approach}, and {step}: {became}"
 

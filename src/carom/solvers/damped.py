@@ -82,7 +82,7 @@ class DampedRun(SeenRun):
 
 
 def _slow_rows(rows: NDArray[np.void], log: RunImpacts, damping: Damping) -> NDArray[np.void]:
-    """Convert impacts without damping, or the spins around them, to those with damping."""
+    """Convert impacts, or their spins, from motion without damping to motion with damping."""
     slowed = rows.copy()
     if rows.dtype == SPIN_DTYPE:
         damped_time.slow_spins(damping.per_s, log.array().view(np.uint8), slowed.view(np.uint8))

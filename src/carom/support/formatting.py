@@ -27,22 +27,22 @@ def format_number(value: float, digits: int = 2) -> str:
 
 
 def format_seconds(value: float) -> str:
-    """Return a length of time: 0.0375 s."""
+    """Format a length of time, such as 0.0375 s."""
     return ABSENT if math.isnan(value) else f"{format_number(value, 3)} s"
 
 
 def format_instant(value: float) -> str:
-    """Return a point in time: 0.0375123 s."""
+    """Format an instant, such as 0.0375123 s."""
     return ABSENT if math.isnan(value) else f"{format_number(value, 6)} s"
 
 
 def format_metres(value: float) -> str:
-    """Return a length: 0.0375 m."""
+    """Format a length, such as 0.0375 m."""
     return ABSENT if math.isnan(value) else f"{format_number(value, 3)} m"
 
 
 def format_steps(error_s: float, dt_s: float) -> str:
-    """Return an error of time in steps: 0.9 steps."""
+    """Format an error of time in steps, such as 0.9 steps."""
     if math.isnan(error_s) or dt_s <= 0.0:
         return ABSENT
     shown = format_number(error_s / dt_s, 3)

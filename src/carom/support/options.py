@@ -246,7 +246,7 @@ def build_megabytes_kind() -> ValueKind:
 
 
 def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
-    """Return the kind of time steps. `read` parses a command-line text; `also` describes further forms of the text."""
+    """Return the kind of step sizes. `read` parses a command-line text; `also` describes further forms of the text."""
     limits = f"above 0: from {format_number(SMALLEST, 3)} to {format_number(LARGEST, 3)}"
     said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
     return build_measure_kind(

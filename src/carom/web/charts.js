@@ -133,7 +133,7 @@ function paintChart(s, truth, frame_rate_hz, crowd) {
     2,
   );
   const engine = state.method === "pit" ? "" : methods.selectedOptions[0].textContent;
-  chartSaid.textContent = `${engine || "PIT"} at different frames per second, with ${PHASES} frame offsets each. Vertical line: your rate. Bars: ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. Line: largest velocity error of the first impact, divided by its speed${engine ? "; thin line: PIT's" : ""}${crowd ? "" : `. Dashed line: ${engine ? "PIT's" : "the"} bars by formula`}.`;
+  chartSaid.textContent = `The chart shows ${engine || "PIT"} at different frames per second, with ${PHASES} frame offsets each. The vertical line is your rate. The bars show ${crowd ? "impacts from the first miss on" : "frame offsets at which an impact is missed"}. The line shows the largest velocity error of the first impact, divided by its speed${engine ? "; the thin line is PIT's" : ""}${crowd ? "" : `. The dashed line shows ${engine ? "PIT's" : "the"} bars by formula`}.`;
 }
 // Yields after each run, so that other work can be done. Phases at which a method can't run do not count.
 function* measured(method, crowd) {

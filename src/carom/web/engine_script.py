@@ -1,7 +1,7 @@
 """Linker that joins an engine's npm package, its adapter and shared code into one script for the play page.
 
-The adapters have few and simple imports. This module replaces these line by line, without a bundler, and refuses any
-other import.
+The adapters have few and simple imports. This module replaces the imports line by line, without a bundler, and refuses
+any other import.
 """
 
 from __future__ import annotations

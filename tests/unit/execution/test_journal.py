@@ -310,7 +310,7 @@ def test_second_writer_of_a_journal_is_refused(tmp_path: Path) -> None:
             for resume in (False, True):
                 with pytest.raises(InputError, match="is being written by another process"):
                     score_journal(path, resume=resume)
-    with pytest.raises(InputError, match="holds results already"):
+    with pytest.raises(InputError, match="already contains results"):
         score_journal(path)
 
 

@@ -95,7 +95,7 @@ def test_setting_values_are_parsed_by_type(scene: Scene) -> None:
         ({"iterations": True}, "'iterations' of pymunk must be a whole number, got 'true'"),
         ({"collision_bias": "nan"}, "'collision_bias' of pymunk must be a finite number, got 'nan'"),
         ({"collision_bias": "half"}, "'collision_bias' of pymunk must be a finite number, got 'half'"),
-        ({"dt_s": "0.1"}, "dt_s is the time step"),
+        ({"dt_s": "0.1"}, "dt_s is the step size"),
     ],
 )
 def test_setting_value_of_another_type_is_refused(settings: dict[str, Setting], words: str) -> None:

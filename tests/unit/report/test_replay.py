@@ -152,7 +152,7 @@ def test_fault_of_a_replay_is_its_missed_or_late_impact(replays: dict[str, dict[
     )
     assert missed["impacts"][missed["fault"]["row"]]["flag"] == "missed"
     assert (
-        "approach in overlap for 24.9 ms, and a step lasts 41.7 ms: missed (checking once per step)."
+        "overlap and approach each other for 24.9 ms, and a step lasts 41.7 ms: missed (checking once per step)."
         in missed["fault"]["said"]
     )
     assert late["impacts"][late["fault"]["row"]]["flag"] == "late"

@@ -54,7 +54,7 @@ def test_terminal_answer_fits_24_lines(document: Document) -> None:
     Every engine has a row.
     """
     lines = print_document(document, 80)
-    assert len(lines) - sum(": passes " in line for line in lines) <= 24, "\n".join(lines)
+    assert len(lines) - sum(" passes " in line for line in lines) <= 24, "\n".join(lines)
     rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
     assert all(any(line.startswith(f"{m.label} ") for line in lines) for m in rows)
 
@@ -83,7 +83,7 @@ def test_bench_names_fastest_engine_within_target_error() -> None:
     spent = formatting.format_number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
     asked = replace(build_bench(), plan=replace(build_bench().plan, target=1e-3))
     text = " ".join(" ".join(print_document(build_bench_document(asked), 80)).split())
-    start = "paper/late: PIC is exact in 0.002 ms. The fastest engine with at most 0.1 % error is "
+    start = "paper/late: PIC takes 0.002 ms. The fastest engine with at most 0.1 % error is "
     assert text.startswith(start)
     assert f"is {best.engine} ({best.profile}) with {spent} ms at steps of {formatting.format_step(best.dt_s)}" in text
     beyond = " ".join(
@@ -91,7 +91,7 @@ def test_bench_names_fastest_engine_within_target_error() -> None:
             print_document(build_bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)
         ).split()
     )
-    assert "No engine reaches 1e-6 error at the tested steps. The most accurate is box2d (default): " in beyond
+    assert "No engine reaches 1e-6 error at the tested step sizes. The most accurate is box2d (default) with " in beyond
 
 
 def test_methods_with_equal_targets_are_ranked_by_run_time() -> None:
@@ -126,7 +126,7 @@ def test_bench_table_has_only_reached_targets() -> None:
     lossy = replace(build_bench(), scenes=(replace(whole, curves=tuple(curves)),))
     assert list_reached_targets(lossy) == []
     text = " ".join(" ".join(print_document(build_bench_document(lossy), 80)).split())
-    assert "very engine misses or invents impacts at every step; the best is box2d (default)" in text
+    assert "very engine misses or invents impacts at every step size; the best is box2d (default)" in text
     assert "which misses 2 and invents 1 of 4 impacts" in text
     assert " -2 +1 " in text
     crowd = replace(lossy.scenes[0], scene=carom.scene("classics/gas"))
@@ -148,9 +148,9 @@ def test_bench_states_why_points_are_not_scored() -> None:
         return " ".join(" ".join(text).split())
 
     all_points = sum(len(curve.points) for curve in curves)
-    assert f"{len(curves)} not scored of {all_points} points: out of time." in said(*curves)
+    assert f"{len(curves)} of {all_points} points could not be scored: out of time." in said(*curves)
     curves[0] = replace(curves[0], points=(*curves[0].points[:-1], replace(curves[0].points[-1], reason="crashed")))
-    assert f"{len(curves) + 1} not scored of {all_points} points; the page lists the reasons." in said(*curves)
+    assert f"{len(curves) + 1} of {all_points} points could not be scored; the page lists the reasons." in said(*curves)
 
 
 def render_advice(found: Advice) -> str:
@@ -184,11 +184,11 @@ def test_advice_has_steps_per_frame_and_engine_code() -> None:
     assert text.startswith(
         "paper/late: to miss no impact, use 600 steps/s (10 steps per frame at 60 Hz) with pymunk tuned."
     )
-    assert "10 steps per frame, as code: dt, steps = 0.01, 2 for _ in range(steps): space.step(dt) For" in text
+    assert "at most 1°. As code: dt, steps = 0.01, 2 for _ in range(steps): space.step(dt) To print" in text
     assert "carom engines pymunk --show tuned --dt 1/600 --scene paper/late" in text
     coarse = replace(alone.never_misses, in_frame=replace(alone.trials[-1], dt_s=1 / 180))
     fewer = render_advice(replace(found, answers=(replace(alone, never_misses=coarse),)))
-    assert "direction error at most 1°: 10 steps per frame (3 to miss no impact), as code:" in fewer
+    assert "needs 10 steps per frame for a direction error of at most 1° (3 to miss no impact). As code:" in fewer
     finer = replace(alone.never_misses, in_frame=alone.trials[-1])
     many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
     assert "600 steps/s (40 steps per frame at 60 Hz are enough) with pymunk tuned." in render_advice(many)
@@ -204,7 +204,7 @@ def test_advice_without_failing_step_is_any_tested_step() -> None:
     swept = replace(one, never_misses=any_step, demand=any_step)
     text = render_advice(replace(found, answers=(swept,)))
     assert text.startswith(
-        "paper/late: to miss no impact, use any tested step (200 or more per second) with box2d default."
+        "paper/late: to miss no impact, use any tested step size (200 or more steps per second) with box2d default."
     )
     (row,) = list_method_rows(replace(found, answers=(swept,)))
     assert row.count("any tried") == 2
@@ -292,7 +292,7 @@ def test_advice_states_unfinished_searches_and_non_monotone_results() -> None:
     assert row.split()[3:] == ["unfinished", "n/a"]
     finest = one.trials[-1]
     nothing = replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s)
-    assert "For a direction error of at most 1°, no tested step of any engine suffices." in render_advice(
+    assert "For a direction error of at most 1°, no tested step size of any engine suffices." in render_advice(
         replace(found, answers=(replace(one, demand=nothing),))
     )
     (row,) = list_range_rows(replace(found, answers=(replace(one, demand=nothing),)))
@@ -312,9 +312,9 @@ def list_method_rows(found: Advice) -> list[str]:
 def list_range_rows(found: Advice) -> list[str]:
     """The lines of the table of ranges, which is printed in full alone."""
     lines = print_document(build_advice_document(found), 200, full=True)
-    return lines[lines.index("Steps per second that pass, from the largest step to the finest tested:") + 4 :][
-        : len(found.answers)
-    ]
+    return lines[
+        lines.index("Steps per second that pass, from the largest step size to the smallest tested one:") + 4 :
+    ][: len(found.answers)]
 
 
 @each(
@@ -346,8 +346,8 @@ def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
     few = replace(whole, methods=(METHODS[1], METHODS[2]))
     lines = print_document(build_stress_document(few), 160)
     tests = sum(line.kind == "attack" for line in whole.lines)
-    assert lines[0].rstrip() == f"pic (event-driven): passes {tests} of {tests}."
-    (pit,) = [line for line in lines if line.startswith(f"pit: passes 0 of {tests}; first failure: ")]
+    assert lines[0].rstrip() == f"pic (event-driven) passes {tests} of {tests}."
+    (pit,) = [line for line in lines if line.startswith(f"pit passes 0 of {tests}; it first fails in ")]
     assert pit.rstrip().endswith(").")
     (row,) = [line.split() for line in lines if line.startswith("pic event-driven ")]
     assert "".join(row[2:]) == "=" * tests
@@ -355,7 +355,7 @@ def test_campaign_of_few_methods_has_summary_and_sign_per_test() -> None:
     result = CellResult("attack", "gap", "pit/tuned", CellEnding.FAILS_AT_SIZE, 1e-3, stands_at=1e-2)
     gap = replace(few, lines=(stood,), methods=(METHODS[2],), cells={("gap", "pit/tuned"): result})
     told = print_document(build_stress_document(gap), 80)
-    assert told[0].rstrip() == "pit: passes 0 of 1; first failure: gap at 0.001 (a gap)."
+    assert told[0].rstrip() == "pit passes 0 of 1; it first fails in gap at 0.001 (a gap)."
     assert any(line.split() == ["pit", "5"] for line in told)
 
 
@@ -368,9 +368,9 @@ def test_campaign_has_one_sentence_and_one_row_per_method() -> None:
     lines = print_document(build_stress_document(whole), 80)
     tests = sum(line.kind == "attack" for line in whole.lines)
     for method in whole.methods:
-        (sentence,) = [line for line in lines if line.startswith(f"{method.phrase}: passes ")]
-        assert ("first failure: " in sentence) == (f"passes {tests} of {tests}" not in sentence)
-        assert sum(line.startswith(f"{method.label} ") for line in lines) == 1
+        (sentence,) = [line for line in lines if line.startswith(f"{method.phrase} passes ")]
+        assert ("it first fails in " in sentence) == (f"passes {tests} of {tests}" not in sentence)
+        assert sum(line.startswith(f"{method.label} ") and " passes " not in line for line in lines) == 1
 
 
 def test_campaign_links_lead_to_rows_with_evidence() -> None:
@@ -394,4 +394,4 @@ def test_unscored_step_does_not_count_as_missing_impacts() -> None:
     short = replace(curve, points=(curve.points[0], *unscored))
     table = build_method_table(replace(whole, curves=(short,)), ErrorKind.IMPACT, (1e-3, 0.0))
     columns, (line,) = table.select_for(Media.MARKDOWN)
-    assert line[[column.head for column in columns].index("steps that find all")].text == "1 of 1"
+    assert line[[column.head for column in columns].index("step sizes that find all")].text == "1 of 1"

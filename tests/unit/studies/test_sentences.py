@@ -69,7 +69,7 @@ def test_trend_without_errors_has_no_medians() -> None:
     """
     head_on = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
     said = join_trend_text(run_own_methods(head_on))
-    assert "PIT's velocities are right at every step" in said
+    assert "PIT's velocities are right at every step size" in said
     assert "There are no medians" in said
     assert "A method that finds no impact in a scene has fewer scenes." in join_trend_text(run_own_methods(LATE))
 
@@ -104,7 +104,7 @@ def test_method_with_unsupported_tests_is_not_ranked() -> None:
         "1 method is not ranked, because not every stress test could be run: "
         "pymunk (tuned) passed 0 of 1 that it can run." in said
     )
-    assert "pymunk (tuned) passed the fewest" not in said
+    assert "; pymunk (tuned) passed" not in said
 
 
 def test_equal_methods_are_summarised_together() -> None:
@@ -120,12 +120,13 @@ def test_growth_of_single_method_has_no_ranking() -> None:
     alone = dataclasses.replace(whole, curves=whole.curves[:1])
     plain, falling = build_growth_document(whole).lead
     assert plain.startswith(
-        "A simulated second of 10000 discs takes PIC 0.1 s (grows as n^1.00), PIT 0.2 s (grows as n^1.00) and "
+        "For a simulated second of 10000 discs, PIC takes 0.1 s (grows as n^1.00), "
+        "PIT takes 0.2 s (grows as n^1.00) and "
     )
-    assert plain.endswith(" and the fastest engine, box2d default, 0.3 s (grows as n^1.00).")
-    assert falling.startswith("A simulated second of 10000 falling discs takes PIC 0.1 s")
+    assert plain.endswith(" and the fastest engine, box2d default, takes 0.3 s (grows as n^1.00).")
+    assert falling.startswith("For a simulated second of 10000 falling discs, PIC takes 0.1 s")
     assert build_growth_document(alone).lead == (
-        "A simulated second of 10000 discs takes PIC 0.1 s (grows as n^1.00).",
+        "For a simulated second of 10000 discs, PIC takes 0.1 s (grows as n^1.00).",
     )
 
 
@@ -227,7 +228,7 @@ def test_lead_of_cross_check_has_exactly_the_expected_sentences(
     """The lead of a report consists of exactly the expected sentences and a count of runs by grade."""
     said = cross_check_document(run_one_profile(scenes, *engines)).lead
     assert len(said) == len(sentences) + 1
-    assert sum(sentence.startswith("Of ") for sentence in said) == 1
+    assert sum(bool(re.match(r"\d+ of \d+ \w+ runs? at ", sentence)) for sentence in said) == 1
     assert all(any(re.fullmatch(pattern, sentence) for sentence in said) for pattern in sentences)
 
 

@@ -81,6 +81,6 @@ def _mass_ratio_1000() -> Staged:
 
 
 def _bullet() -> Staged:
-    """A small disc at 100 m/s strikes another disc. It is so fast that it could pass its target between two frames."""
+    """A small disc at 100 m/s, which could pass its target between two frames, strikes another disc."""
     # The disc moves 1.7 m between two frames, and the target is 0.5 m wide.
     return stage_meeting((100, 0), (0.05, 0.25), mass_kg=(0.1, 2.0), offset=-0.3, time_s=0.171, duration_s=0.5)

@@ -93,7 +93,7 @@ def _bounce_to_roll() -> Staged:
 
 
 def _lands_sliding() -> Staged:
-    """A disc still slips after infinitely many sliding bounces. It then slides, and rolls after 19/10 s."""
+    """A disc still slips after infinitely many sliding bounces. The disc then slides, and rolls after 19/10 s."""
     source = "Geometric series of the bounces, which all slide: docs/theory/contact.md"
     slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
     answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
@@ -188,7 +188,7 @@ def _lands_rolling() -> Staged:
 
 
 def _struck() -> Staged:
-    """A rolling disc strikes an equal disc at rest. It stops and then follows the other, like a billiard ball."""
+    """A rolling disc strikes an equal disc at rest, stops, and then follows the other disc, like a billiard ball."""
     discs = [build_disc(0.5j, 3, 0.5, spin_rad_s=-6.0), build_disc(2 + 0.5j, 0, 0.5)]
     scene = _build_floor_scene(discs, wall_friction=0.2, duration_s=3.0)
     source = f"{_COULOMB}; the impact exchanges the velocities and keeps the spins"

@@ -109,7 +109,7 @@ def stage_before_paddle(
 
 
 def _stage_in_cylinder(drive: Fraction, duration: Fraction) -> Staged:
-    """Build a scene with a disc between a wall and a piston. It starts in the middle, at 1 m/s towards the wall."""
+    """Build a scene with a disc that starts midway between a wall and a piston, at 1 m/s towards the wall."""
     source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); times from a recurrence in rational numbers"
     return stage_before_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 

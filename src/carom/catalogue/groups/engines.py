@@ -1,4 +1,4 @@
-"""Scenes of undocumented behaviour of engines, described on the pages of docs/engines. These run only when named."""
+"""Scenes of undocumented behaviour of engines, described in docs/engines. The group runs only when it is named."""
 
 from __future__ import annotations
 

@@ -176,7 +176,7 @@ def _compute_superball_states(states: int) -> list[tuple[float, float]]:
 
 
 def _superball_table() -> Staged:
-    """A superball is thrown under a table. It bounces off floor, table and floor, and comes back to the hand."""
+    """A superball is thrown under a table. The ball bounces off floor, table and floor, and comes back to the hand."""
     return _stage_between_plates(_compute_superball_states(3), 1.0, 2.0, 1.0, _GARWIN, wall_tangential_restitution=1.0)
 
 
@@ -202,7 +202,7 @@ def _superball_hop() -> Staged:
 
 
 def _strip() -> Staged:
-    """A superball bounces 500 times between two plates. It moves to and fro along them and never escapes."""
+    """A superball bounces 500 times between two plates. The disc moves to and fro and never escapes."""
     turn, rounds = math.acos(-7 / 9), 250
     states = []
     for n in range(rounds):

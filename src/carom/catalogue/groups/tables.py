@@ -125,12 +125,12 @@ def _stage_in_wedge(degrees: float, start: complex, velocity: complex) -> Staged
 
 
 def _wedge_of_sixty() -> Staged:
-    """A disc is thrown into a corner of 60 degrees. It has three impacts, and the order of the first two matters."""
+    """A disc thrown into a corner of 60 degrees has three impacts, and the order of the first two matters."""
     return _stage_in_wedge(60.0, 4 + 1j, -2 + 0.3j)
 
 
 def _corner_of_forty_five() -> Staged:
-    """A disc meets both sides of a 45-degree corner at one instant. It returns along its path after four impacts."""
+    """A disc that meets both sides of a 45-degree corner at one instant returns along its path after four impacts."""
     radius, velocity, time = 0.25, 1.5 * cmath.exp(-0.9j * math.pi), 0.75
     apex = radius * complex(1.0 + math.sqrt(2.0), 1.0)
     walls = [edges(8, 0, 8 + 8j)]
@@ -236,7 +236,7 @@ def _fagnano() -> Staged:
 
 
 def _seam() -> Staged:
-    """A disc glances off a floor of ten pieces in one line. It has one impact, and none at the seams."""
+    """A disc glances off a floor of ten pieces in one line. The disc has one impact, and none at the seams."""
     source, floor = f"{_LAW}; a floor in pieces acts like one floor", edges(-5, 5, pieces=10)
     return stage_at_wall(5 - 2j, 0.25, 1j, [floor], source, at=0.0625, time_s=0.51, duration_s=1.25)
 

@@ -1,4 +1,4 @@
-"""`carom advise`: find the largest time step that is accurate enough for a scene."""
+"""`carom advise`: find the largest step size that is accurate enough for a scene."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ def advise(
     options: AdviceOptions,
     scene: Annotated[str, typer.Argument(help="Scene file (.toml, .json), or name of a catalogue scene.")],
     out: Annotated[
-        Path | None, common.declare_out_option("Output folder for a page that plots the error against the time step.")
+        Path | None, common.declare_out_option("Output folder for a page that plots the error against the step size.")
     ] = None,
     verbose: common.Verbose = False,
 ) -> None:
-    """Find the largest time step at which each engine misses no impact and meets an accuracy target.
+    """Find the largest step size at which each engine misses no impact and meets an accuracy target.
 
-    All steps of a grid are tested, beginning with the whole run in one step. Each step is tested at start positions
+    All step sizes of a grid are tested, beginning with the whole run in one step. Each step size is tested from starts
     that are spread over a step, and at unfavourable ones. Every tested step of the recommended size or smaller passes.
-    The next larger step fails.
+    The next larger step size fails.
 
     Examples: `carom advise my-scene.toml --out advice`, `carom advise paper/missed --direction-error 5deg
     --miss-probability 0.1`.

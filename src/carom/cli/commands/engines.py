@@ -32,7 +32,7 @@ def engines(
         typer.Option("--show", metavar="PROFILE", help="Print the settings of this profile as code for the engine."),
     ] = None,
     dt: Annotated[
-        str | None, typer.Option("--dt", help="With --show: time step in seconds (default: one frame).")
+        str | None, typer.Option("--dt", help="With --show: step size in seconds (default: one frame).")
     ] = None,
     restitution: Annotated[
         float | None, typer.Option("--restitution", help="With --show: restitution of every contact.")

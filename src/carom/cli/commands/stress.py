@@ -1,4 +1,4 @@
-"""`carom stress`: find the size at which each engine fails, with scenes built to break numerics."""
+"""`carom stress`: find the value of a quantity at which each engine fails, in scenes built to break numerics."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def stress(
     verbose: common.Verbose = False,
     list_only: Annotated[bool, typer.Option("--list", help="List all stress tests and exit.")] = False,
 ) -> None:
-    """Find the size at which each engine fails, with scenes built to break numerics.
+    """Find the value of a quantity at which each engine fails, in scenes built to break numerics.
 
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.

@@ -56,7 +56,7 @@ class ContactScore:
         end_s: End of the comparison: the end of the run, or an instant that has no unique answer.
         looks: Number of states that were compared.
         own: The run's errors.
-        pit: Errors of PIT at the same step; None for a run without steps.
+        pit: Errors of PIT with the same step size; None for a run without steps.
         allowed: Errors that sampling and an integrator's step explain.
         beyond_m: The position error without its part of ``dt / 2`` times the change of velocity since the first state.
             An integrator that moves a disc at one speed for a whole step causes that part.

@@ -47,8 +47,8 @@ class LocalErrors:
             scene's rim speed; all NaN if no disc spins.
         energy: Kinetic energy minus the kinetic energy of the analytic answer, over the energy at the start of the
             scene.
-        sampling_velocity: Velocity error of PIT from the same state at the same step; NaN if PIT finds no impact, or
-            the run has no steps.
+        sampling_velocity: Velocity error of PIT from the same state with the same step size; NaN if PIT finds no
+            impact, or the run has no steps.
         solver_velocity: Velocity error against PIT from the same state, over the scene's speed.
         sampling_spin: Spin error of PIT from the same state.
         solver_spin: Spin error of the method relative to PIT.

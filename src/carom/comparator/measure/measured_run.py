@@ -41,7 +41,7 @@ class MeasuredRun(AlignedRun):
             `measure_impact_errors`.
         changes: Changes of velocity and spin at each impact of the reference, shape ``(2, m)``.
         not_told_apart: Indices of the run's impacts after which a velocity is not known; see `unknown_velocities`.
-        sampling: Errors of PIT at the same step against the reference; None without PIT.
+        sampling: Errors of PIT with the same step size against the reference; None without PIT.
         measured_against_pit: Errors of the run against that PIT; None without PIT.
         sampling_cost: Largest errors of PIT over the phases of the step; None without PIT.
         local: Errors of each impact of the run against the analytic answer from the run's own state before it.

@@ -1,7 +1,7 @@
 """The cost of sampling: the largest errors of PIT over the phases of a step.
 
 The phase of an impact is a matter of chance: PIT may find the impact at once, or a step late, or not at all. So a run
-is compared with PIT at `THRESHOLDS.phases` phases of the same step. For each phase, the scene is shifted along its own
+is compared with PIT at `THRESHOLDS.phases` phases of the step. For each phase, the scene is shifted along its own
 motion. The run is also compared with PIT at the phases at which PIT is as late as the run.
 """
 
@@ -38,14 +38,14 @@ OWN_KEPT = 256
 
 @dataclass(frozen=True)
 class SamplingCost:
-    """Errors of PIT at a step: at one phase of the step, or the largest over several phases.
+    """Errors of PIT with a step size: at one phase of the step, or the largest over several phases.
 
     Arrays have shape ``(2, m)``, with a column for each reliable impact of the reference. The first row has velocity
     errors after the impact, over the scene's speed. The second row has errors of spin times radius, over the scene's
     rim speed. The second row is 0 if no disc spins.
 
     Attributes:
-        dt_s: The step, seconds.
+        dt_s: The step size, seconds.
         errors: The errors. The error of a missed impact is the whole change that the impact causes. Over several
             phases, this is the largest error up to each impact, because errors propagate from impact to impact.
         found: The largest errors over the phases at which the impact and all earlier ones are found; 0 if there is no
@@ -108,14 +108,14 @@ class SamplingCost:
 
 
 def measure_sampling_cost(aligned: AlignedRun, pit: Trace, measured: Measured, own: Measured) -> SamplingCost:
-    """Measure the cost of sampling at the step of a run of PIT.
+    """Measure the cost of sampling with the step size of a run of PIT.
 
     Args:
         aligned: The compared traces.
         pit: PIT's run.
         measured: The errors of PIT's run, at the scene's own phase.
-        own: The errors of the run that is compared with PIT. If they are larger than PIT's at even phases, PIT is also
-            run at the phases of the run's lateness.
+        own: The errors of the run that is compared with PIT. If these errors are larger than PIT's at even phases, PIT
+            is also run at the phases of the run's lateness.
     """
     reference, impacts, cut = aligned.reference, aligned.compared.impacts, not aligned.compared.is_whole_run
     costs = [SamplingCost.of(pit.dt_s, measure_impact_errors(measured, aligned.scales, impacts), measured)]

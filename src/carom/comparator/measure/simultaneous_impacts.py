@@ -100,7 +100,7 @@ class ConventionMatch:
         nearest: Index of the nearest outcome; None if none is listed.
         distance: Largest difference from that outcome: of a velocity over the scene's speed, or of a rim speed over the
             scene's rim speed.
-        matches: Whether this distance is at most rounding, or at most PIT's at the same step.
+        matches: Whether this distance is at most rounding, or at most PIT's with the same step size.
     """
 
     group: Group
@@ -193,7 +193,7 @@ def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, sca
     if not outcomes:
         return ConventionMatch(group, (), None, math.nan, matches=False)
     nearest, distance = _find_nearest_outcome(observed, group, outcomes, scales)
-    # Sampling changes normals, so a run may be as far from an outcome as PIT at the same step.
+    # Sampling changes normals, so a run may be as far from an outcome as PIT with the same step size.
     allowed = 0.0 if sampling is None else _find_nearest_outcome(sampling, group, outcomes, scales)[1]
     return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
 

@@ -36,7 +36,7 @@ class Block:
         scene: The scene.
         bodies: The scene's bodies as plain floats.
         states: The states, one more than there are steps.
-        dt_s: The run's step, seconds. A piece of a located run is shorter.
+        dt_s: The run's step size, seconds. A piece of a located run is shorter.
         step_s: Length of each step, shape ``(k,)``.
         pull: Gravity's acceleration of each disc, shape ``(n, 2)``.
         unit: Rounding error of a velocity in a step, relative to its size.

@@ -47,7 +47,7 @@ def compute_local_truth(scene: Scene, states: States, *, dt_s: float, float_bits
     Args:
         scene: The scene.
         states: The states at every step boundary, beginning with the scene's start.
-        dt_s: The step, seconds.
+        dt_s: The step size, seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
     watch = StepWatch(scene, dt_s, float_bits)
@@ -60,7 +60,7 @@ class StepWatch:
 
     Args:
         scene: The scene, whose start is the first state of the run.
-        dt_s: The step, seconds.
+        dt_s: The step size, seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
 

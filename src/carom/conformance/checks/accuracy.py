@@ -1,9 +1,9 @@
 """Checks of accuracy: impacts, times and velocities of scenes with known answers.
 
-PIT runs the same scene at the same step. PIT's errors are the cost of checking for overlap once per step. An adapter's
-errors may be as large as PIT's plus the errors that its profile declares in `Accuracy`. A profile with cut steps finds
-the instant of contact, so only the declared errors and rounding are allowed. For a profile with a contact margin, the
-allowed errors are those of `carom.conformance.contact_margin` if they are larger than PIT's.
+PIT runs the same scene with the same step size. PIT's errors are the cost of checking for overlap once per step. An
+adapter's errors may be as large as PIT's plus the errors that its profile declares in `Accuracy`. A profile with cut
+steps finds the instant of contact, so only the declared errors and rounding are allowed. For a profile with a contact
+margin, the allowed errors are those of `carom.conformance.contact_margin` if they are larger than PIT's.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from carom.support.formatting import format_instant, format_number, format_secon
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
-    """The engine finds every impact that PIT finds at this step, and invents none except within a promised margin."""
+    """The engine finds every impact that PIT finds, and invents no impact except within a promised margin."""
     run = subject.score(profile, name)
     trace, score, due = run.trace, run.score, run.reference.impacts
     found = "; ".join((trace.outcome.value, *trace.notes))

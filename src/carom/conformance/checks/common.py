@@ -41,7 +41,7 @@ def end_with_velocities(
 ) -> Observation:
     """Run a scene of head-on impacts, check the final velocities, and return the final state.
 
-    Head-on impacts have the same result at any step.
+    Head-on impacts have the same result with any step size.
 
     Raises:
         Violation: An error exceeds rounding and the profile's promise.

@@ -47,7 +47,7 @@ def declares_capabilities(subject: Subject) -> None:
 
 
 def declares_profiles(subject: Subject) -> None:
-    """Profiles `default` and `tuned` exist. Every profile has a description, settings with the step, and a promise."""
+    """Profiles `default` and `tuned` exist. Every profile has a description, settings with `dt_s`, and a promise."""
     profiles = subject.adapter.profiles
     for name in PROFILES:
         require(name in profiles, "a profile is missing", name, ", ".join(profiles))

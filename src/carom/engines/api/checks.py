@@ -106,7 +106,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     Args:
         scene: The scene.
         capabilities: Declared capabilities.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         located: Whether steps are cut to end at contacts.
     """
     needs = scene.needs
@@ -237,7 +237,7 @@ def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_
         engine: Name of the engine in messages.
         scene: The scene, checked by `require_sound`.
         capabilities: Declared capabilities of the adapter.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
 
     Raises:
         AdapterError: A capability excludes the scene; the message contains the reason.

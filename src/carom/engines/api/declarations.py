@@ -146,7 +146,7 @@ class Accuracy:
     The defaults describe a method that has only PIT's errors.
 
     Attributes:
-        late_steps: Largest number of steps by which an impact may be later than with PIT at the same step.
+        late_steps: Largest number of steps by which an impact may be later than PIT's with the same step size.
         velocity: Largest error of a velocity after an impact in addition to PIT's, as a fraction of the scene's largest
             speed.
         energy: Largest fraction of the kinetic energy that elastic impacts gain or lose. A fraction below a millionth
@@ -163,11 +163,11 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Profile:
-    """A named set of engine settings, as a function of the step.
+    """A named set of engine settings, as a function of the step size.
 
     Attributes:
         description: One sentence: the purpose of this profile and the source of its settings.
-        settings: Function that returns all settings by name, including ``dt_s``, for a step in seconds.
+        settings: Function that returns all settings by name, including ``dt_s``, for a step size in seconds.
         accuracy: Declared accuracy with these settings.
         located: Whether the harness cuts the steps so that they end when bodies begin to touch. `prepare` must then
             return a `CuttableWorld`.

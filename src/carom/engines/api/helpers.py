@@ -48,7 +48,7 @@ class StepClock:
     """Time of a world, from the number of its steps. Steps have equal length until they are cut.
 
     Attributes:
-        dt_s: Length of the following steps, seconds.
+        dt_s: Size of the following steps, seconds.
     """
 
     def __init__(self, dt_s: float) -> None:
@@ -70,7 +70,7 @@ class StepClock:
         return self._start_s + (self._steps - 1) * self.dt_s
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps."""
+        """Set the size of the following steps."""
         self.restart(self.now_s)
         self.dt_s = dt_s
 

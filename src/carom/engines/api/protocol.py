@@ -106,7 +106,8 @@ class QuietWorld(World, Protocol):
         """Take steps until one has contacts or a warning. Return the number of steps.
 
         The state after each step is written to a row of the arrays, whose shapes are ``(k, n, 2)``, ``(k, n, 2)`` and
-        ``(k, n)``. At most k steps are taken. `observe` then returns the last step. It has been called once before.
+        ``(k, n)``. At most k steps are taken. `observe` then returns the last step. Carom has called `observe` once
+        before.
         """
 
 
@@ -115,7 +116,7 @@ class CuttableWorld(World, Protocol):
     """A world whose steps can be cut and undone, for profiles with ``located``."""
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps, seconds. Times of contacts still count from the start."""
+        """Set the size of the following steps, seconds. Times of contacts still count from the start."""
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test, numbered as in `Contact`.

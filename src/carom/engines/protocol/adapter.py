@@ -74,7 +74,7 @@ class ProgramWorld:
         )
 
     def cut(self, dt_s: float) -> None:
-        """Set the length of the following steps, seconds."""
+        """Set the size of the following steps, seconds."""
         self._program.ask(Cut(world=self._number, dt_s=dt_s), Done)
 
     def touching(self) -> frozenset[tuple[int, int]]:

@@ -57,7 +57,7 @@ def _read_enums(table: object) -> object:
 
 
 def _check_finite(setting: Setting) -> Setting:
-    """Refuse infinity and NaN, which are not numbers in JSON. Otherwise the program would get a string."""
+    """Refuse infinity and NaN, because JSON has no such numbers and the program would get a string."""
     if isinstance(setting, float) and not math.isfinite(setting):
         raise ValueError(f"must be finite, as JSON requires, got {setting}")
     return setting

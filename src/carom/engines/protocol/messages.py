@@ -58,7 +58,7 @@ class Look(_Message):
 
 
 class Cut(_Message):
-    """Set the length of the following steps, until the next cut. Times of contacts still count from the start."""
+    """Set the size of the following steps, until the next cut. Times of contacts still count from the start."""
 
     do: Literal["cut"] = "cut"
     world: int
@@ -73,7 +73,7 @@ class Touching(_Message):
 
 
 class Save(_Message):
-    """Return everything needed to restore the present state and time. The length of steps is not included."""
+    """Return everything needed to restore the present state and time. The step size is not included."""
 
     do: Literal["save"] = "save"
     world: int

@@ -37,7 +37,7 @@ from carom.errors import AdapterError, CaromError
 from carom.model.trace import Setting
 
 #: The only setting in the manifest of a served adapter: the name of a profile. A manifest can't contain settings that
-#: depend on the step, so the program gets them from its adapter.
+#: depend on the step size, so the program gets them from its adapter.
 PROFILE = "profile"
 
 W = TypeVar("W")

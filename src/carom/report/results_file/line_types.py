@@ -41,8 +41,8 @@ class Summary:
         rows: Number of the following lines.
         verdicts: Meaning of each verdict by name, because other versions of Carom may have other verdicts.
         scenes: Values of each scene by name.
-        sampling: PIT's errors at each step of each scene. Every cell with the same scene and step is compared with
-            these errors.
+        sampling: PIT's errors with each step size of each scene. Every cell with the same scene and step size is
+            compared with these errors.
     """
 
     format: int
@@ -75,7 +75,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class RowLine:
-    """A line of the file after the first: one cell, which is a scene, a method and a step.
+    """A line of the file after the first: one cell, which is a scene, a method and a step size.
 
     If the cell was not run, the values of its run are null.
 

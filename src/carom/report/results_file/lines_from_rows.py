@@ -38,7 +38,7 @@ def build_summary(results: Results) -> Summary:
 
 
 def _build_pit_errors(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
-    """Return PIT's errors for a scene and step. All rows with that scene and step are compared with PIT's errors."""
+    """Return PIT's errors for a scene and step size, with which all rows of that scene and step size are compared."""
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     return {
         "scene": scene,

@@ -56,8 +56,8 @@ class Degeneracy:
         earliest_s: Lower bound of the event's time, seconds.
         latest_s: Upper bound of the event's time, seconds. The bound is infinity for a graze that may be no contact,
             and the time of the last counted impact for a collapse.
-        proven: Whether the kind of the event is proven by exact arithmetic. Otherwise the event is undecided, with the
-            state known to `bits` bits.
+        proven: Whether the kind of the event is proven by exact arithmetic. An event without proof is undecided, with
+            the state known to `bits` bits.
         bits: Accuracy of the state of the bodies, bits.
     """
 

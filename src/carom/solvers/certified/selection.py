@@ -3,7 +3,7 @@
 Each event has a lower bound of its time. The event with the smallest bound is solved in balls, which raises its bound.
 When the smallest bound belongs to a solved event, its rivals are solved as well: the events whose bounds do not exceed
 its time. The event is the next one if it certainly comes before each rival, or if its order with a rival does not
-matter. Otherwise the next impact is undecided.
+matter. If neither is certain, the next impact is undecided.
 
 The bound of an unsolved event can be far from the impact, for example the start of both paths. A solution from such a
 bound only gives a better bound, from which the event is solved again when this bound is the smallest.

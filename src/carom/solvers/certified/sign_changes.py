@@ -2,7 +2,7 @@
 
 The time axis is halved until the polynomial or its slope certainly has one sign on each piece, by a Taylor expansion
 about the middle. A fall is certain if the polynomial is positive, then has only pieces of negative slope, and then is
-negative. Otherwise the polynomial comes so close to zero that this precision can't decide.
+negative. A fall is uncertain if the polynomial comes too close to zero for the precision.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _find_parabola_falls(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | No
 
 
 def _find_fall(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
-    """Return the fall on consecutive pieces between two known signs, if any. A first sign of 0 means unknown."""
+    """Return the fall on consecutive pieces between two known signs, if any. If `sign` is 0, the first is unknown."""
     slopes = {piece.slope for piece in pending}
     if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
         return None

@@ -108,7 +108,7 @@ def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -
 
 
 def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
-    """Return whether two discs approach each other and touch or overlap. This is the test of PIT."""
+    """Return whether two discs approach each other and touch or overlap. PIT tests this condition at each frame."""
     if first.inverse_mass == second.inverse_mass == 0.0:
         return False
     dx, dy = second.x - first.x, second.y - first.y

@@ -1,1 +1,1 @@
-"""Study: the largest time step at which each engine is accurate enough for a scene."""
+"""Study: the largest step size at which each engine is accurate enough for a scene."""

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class ShownAdvice(ShownResult, Advice):
-    """Advice that can be printed, shown in a notebook and plotted: the diagram of direction error against step."""
+    """Advice that can be printed, shown in a notebook and plotted: the diagram of direction error against step size."""
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
         return build_advice_document(self), format_title(self), partial(draw_advice, self)
@@ -40,9 +40,10 @@ def advise(
     pool: Pool | None = None,
     **options: Any,
 ) -> ShownAdvice:
-    """Find the largest steps at which each engine misses no impact of a scene and meets an accuracy target.
+    """Find the largest step sizes at which each engine misses no impact of a scene and meets an accuracy target.
 
-    The result prints like `carom advise`, is displayed in a notebook, and has `plot()` for the error against the step.
+    The result prints like `carom advise`, is displayed in a notebook, and has `plot()` for the error against the step
+    size.
 
     Args:
         scene: The scene, or its name in the catalogue.

@@ -1,4 +1,4 @@
-"""Document of `carom advise`: the recommended steps, the evidence for them, and the deciding impact."""
+"""Document of `carom advise`: the recommended step sizes, the evidence for them, and the deciding impact."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _MANY = 4
 
 
 def build_advice_document(advice: Advice, asked: str = "") -> Document:
-    """Return a document with one row per method. The method with the largest step is first.
+    """Return a document with one row per method. The method with the largest step size is first.
 
     Args:
         advice: The advice.
@@ -59,7 +59,10 @@ def build_advice_document(advice: Advice, asked: str = "") -> Document:
     notes = Lines(tuple(_build_notes(advice)))
     sections = [Section("Advice", (Lines(tuple(more)), *([_build_table(advice, rows)] if rows else []), notes))]
     if rows:
-        caption = "Cross: an impact is missed or spurious from at least one start. Dotted line: the accuracy target."
+        caption = (
+            "A cross marks a step size with a missed or spurious impact from at least one start. The dotted line is "
+        )
+        caption += "the accuracy target."
         figure = Figure(partial(render_advice_svg, advice), caption)
         ends = Lines((*_describe_endings(rows), *_describe_refusals(rows), _describe_tests(advice)), Media.IN_FULL)
         tested: tuple[Block, ...] = (_build_evidence_table(advice, rows), ends, *map(_build_trials_table, rows))
@@ -92,8 +95,8 @@ def _build_table(advice: Advice, rows: Sequence[Advised]) -> Table:
         ),
         rows,
         title=f"{advice.scene.name}, fewest steps per second that pass:",
-        note="Every tested step of this size or smaller passes. Steps between tested ones were not checked. Fails: "
-        "number of starts with a missed or spurious impact.",
+        note="This step size and all smaller tested ones pass. Other step sizes were not checked. "
+        "'Fails at' counts starts with a missed or spurious impact.",
     )
 
 
@@ -108,7 +111,7 @@ def _build_evidence_table(advice: Advice, rows: Sequence[Advised]) -> Table:
         Column("direction", _format_direction_error, "error", number=True),
         Column("engine", lambda answer: str(answer.steps), "steps", number=True),
     )
-    title = "Steps per second that pass, from the largest step to the finest tested:"
+    title = "Steps per second that pass, from the largest step size to the smallest tested one:"
     return Table(columns, rows, title=title, only=Media.IN_FULL)
 
 
@@ -124,7 +127,7 @@ def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
 
 
 def _build_headline(advice: Advice) -> Iterator[str]:
-    """Yield the two recommended steps, the steps that PIT needs, and the methods that were not searched."""
+    """Yield the two recommended step sizes, the step sizes that PIT needs, and the methods that were not searched."""
     if advice.answers:
         without_miss = _describe_longest_step(advice, lambda answer: answer.never_misses)
         yield f"{advice.scene.name}: to miss no impact, {without_miss}."
@@ -142,7 +145,7 @@ def _describe_target(advice: Advice) -> str:
     demanded = f"For a direction error of at most {_format_target_angle(advice)}"
     if advice.demand.miss_probability > 0:
         most = formatting.format_percent(advice.demand.miss_probability)
-        return f"{demanded} and misses at no more than {most} of start positions"
+        return f"{demanded} and misses from at most {most} of starts"
     return demanded
 
 
@@ -151,7 +154,7 @@ def _format_target_angle(advice: Advice) -> str:
 
 
 def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
-    """Describe the largest step that passes, and its method.
+    """Describe the largest step size that passes, and its method.
 
     A method whose steps Carom cuts is named only if no other method passes, because an engine has no setting that cuts
     steps.
@@ -159,23 +162,23 @@ def _describe_longest_step(advice: Advice, question: Callable[[Advised], StepRan
     able = [one for one in advice.answers if one.method not in advice.located] or list(advice.answers)
     passing = [(found, answer) for answer in able if (found := question(answer)).passes]
     if not passing:
-        return "no tested step of any engine suffices"
+        return "no tested step size of any engine suffices"
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = [answer.method.label for _, answer in best]
     who = formatting.join_words(names, "or")
     any_step = all(_passes_at_any_step(answer, found) for found, answer in best)
-    steps = "any tested step ({} or more per second)" if any_step else "{} steps/s"
+    steps = "any tested step size ({} or more steps per second)" if any_step else "{} steps/s"
     return f"use {steps.format(_format_rate(longest))}{_describe_substeps(advice, best[0][0])} with {who}"
 
 
 def _passes_at_any_step(answer: Advised, found: StepRange) -> bool:
-    """Whether every step of the grid passes, including the whole run in one step."""
+    """Whether every step size of the grid passes, including the whole run in one step."""
     return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
 def _describe_substeps(advice: Advice, found: StepRange) -> str:
-    """Describe the number of steps per frame at the largest passing step that divides a frame."""
+    """Describe the number of steps per frame at the largest passing step size that divides a frame."""
     if (times := _count_steps_per_frame(advice, found)) is None:
         return ""
     rate = formatting.format_number(advice.scene.frame_rate_hz, 4)
@@ -200,18 +203,18 @@ def _build_code_blocks(advice: Advice, rows: Sequence[Advised], asked: str) -> I
         method, trial, times = answer.method, found.in_frame, _count_steps_per_frame(advice, found)
         if trial is None or times is None or method in advice.located:
             continue
-        target = f"direction error at most {_format_target_angle(advice)}"
-        kept = target if found is answer.demand else "no missed impact"
+        target = f"for a direction error of at most {_format_target_angle(advice)}"
+        kept = target if found is answer.demand else "to miss no impact"
         code = advice.code.get(method, "")
-        of = ", as code:" if code else "."
+        of = ". As code:" if code else "."
         fewer = _count_steps_per_frame(advice, answer.never_misses)
         alone = f" ({fewer} to miss no impact)" if fewer is not None and fewer < times else ""
-        yield Text(f"{method.label}, {kept}: {formatting.format_count(times, 'step')} per frame{alone}{of}", shown)
+        yield Text(f"{method.label} needs {formatting.format_count(times, 'step')} per frame {kept}{alone}{of}", shown)
         if code:
             yield Code(code, shown)
         words = ("carom", "engines", format_engine_argument(method.engine), "--show", method.profile)
         at = ("--dt", formatting.format_step_option(trial.dt_s), "--scene", asked)
-        yield Text(f"For all settings, run: {shlex.join((*words, *at))}", shown)
+        yield Text(f"To print all settings, run: {shlex.join((*words, *at))}", shown)
         shown = Media.IN_FULL
 
 
@@ -246,7 +249,7 @@ def _describe_pit_steps(advice: Advice) -> str:
 
 
 def _build_notes(advice: Advice) -> Iterator[str]:
-    """Yield notes on methods that fail at a smaller step, on searches that stopped early, and on the tested starts."""
+    """Yield notes on methods that fail at a smaller step size, on early ends of searches, and on the hardest impact."""
     for answer in advice.answers:
         never_misses = answer.never_misses
         for found, what in ((never_misses, "misses none"), (answer.demand, "meets the target")):
@@ -272,21 +275,21 @@ def _build_notes(advice: Advice) -> Iterator[str]:
 
 def _describe_tests(advice: Advice) -> str:
     return (
-        f"Each step was tested at {formatting.format_count(advice.phases, 'start position')} that are spread evenly "
-        "over a step, and at start positions with a frame just before the hardest impacts. The largest step of each "
-        f"range was tested at {max(CONFIRM, advice.phases)}."
+        f"Each step size was tested from {formatting.format_count(advice.phases, 'start')} that are spread evenly "
+        "over a step, and from starts with a frame just before the hardest impacts. The largest step size of each "
+        f"range was tested from {max(CONFIRM, advice.phases)} starts."
     )
 
 
 def _build_trials_table(answer: Advised) -> Table:
     columns = (
         Column("steps/s", lambda trial: _format_rate(trial.dt_s), number=True),
-        Column("step, s", lambda trial: formatting.format_number(trial.dt_s, 4), number=True),
+        Column("step size, s", lambda trial: formatting.format_number(trial.dt_s, 4), number=True),
         Column("missed or spurious", lambda trial: f"{trial.lost} of {trial.starts}", number=True),
         Column("direction error", lambda trial: _format_degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
-    name = f"{answer.method.label}, all tested steps"
+    name = f"{answer.method.label}, all tested step sizes"
     return Table(columns, answer.trials, title=name, folded=name, only=Media.IN_FULL)
 
 
@@ -299,11 +302,11 @@ def _format_rate(dt_s: float) -> str:
 
 
 def _format_rates(trials: Iterable[StepTrial]) -> str:
-    """Return rates as a list. If there are many steps, return the first, the last and their number."""
+    """Return rates as a list. If there are many, return the first rate, the last rate and their number."""
     rates = [_format_rate(trial.dt_s) for trial in trials]
     if len(rates) < _MANY:
         return formatting.join_words(rates)
-    return f"{rates[0]} to {rates[-1]} ({len(rates)} steps tested)"
+    return f"{rates[0]} to {rates[-1]} ({len(rates)} step sizes tested)"
 
 
 def _format_rate_range(found: StepRange) -> str:
@@ -326,18 +329,18 @@ def _format_failing_rate(answer: Advised, found: StepRange) -> str:
 def _describe_endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield the reasons why searches ended."""
     for ending, names in formatting.group_by((one.ending, one.method.label) for one in rows).items():
-        yield f"No finer step of {formatting.join_words(names)} was tested, because {ending.value}."
+        yield f"No smaller step size of {formatting.join_words(names)} was tested, because {ending.value}."
 
 
 def _describe_refusals(rows: Sequence[Advised]) -> Iterator[str]:
-    """Yield, for each method that refuses steps, the reason for the finest refused step."""
+    """Yield, for each method that refuses steps, the reason for the smallest refused step size."""
     for one in rows:
         if one.refused_s is not None:
             yield f"Not run: {one.method.label} at {_format_rate(one.refused_s)} steps per second ({one.refusal})."
 
 
 def _format_direction_error(answer: Advised) -> str:
-    """Return the error at the recommended step, or at the finest tested step."""
+    """Return the error at the recommended step size, or at the smallest tested one."""
     trial = answer.demand.passes or (answer.trials[-1] if answer.trials else None)
     if trial is None:
         return formatting.ABSENT
@@ -365,13 +368,14 @@ def _describe_hardest_impact(advice: Advice) -> str:
         Cause.TURN: f"the line between their centres turns fast ({size})",
     }[impact.cause]
     late = impact.limit.direction_dt_s
-    direction = f"misses the target if the impact is found more than {formatting.format_seconds(late)} late"
+    late_text = formatting.format_seconds(late)
+    direction = f"error exceeds the target if the engine finds the impact more than {late_text} late"
     if math.isinf(late):
-        direction = "meets the target even if the impact is found late"
+        direction = "meets the target even if the engine finds the impact late"
     if advice.scene.arrays.rubs_discs:  # the effect of friction has no closed form
         direction += " (without friction)"
     return (
-        f"{which} {where}: {why}. The bodies overlap while approaching for "
+        f"{which} {where}: {why}. The bodies overlap and approach each other for "
         f"{formatting.format_seconds(window.length_s)}. A frame at {formatting.format_number(rate_hz, 4)} Hz takes "
         f"{formatting.format_seconds(1.0 / rate_hz)}. The direction {direction}."
     )

@@ -59,11 +59,11 @@ class AdviceOptions(LimitOptions):
     miss_probability: float = declare_option(
         0.0,
         _FRACTIONS,
-        "Allowed fraction of start positions at which an impact is missed or spurious.",
+        "Allowed fraction of starts with a missed or spurious impact.",
         "--miss-probability",
     )
     phases: int = declare_option(
-        8, build_whole_number_kind(1, MOST_PHASES), "Number of start positions per step.", "--phases"
+        8, build_whole_number_kind(1, MOST_PHASES), "Number of starts within a step.", "--phases"
     )
     budget_steps: int = declare_option(
         ADVICE_STEPS,

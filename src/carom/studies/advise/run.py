@@ -1,8 +1,9 @@
-"""Search for the largest steps at which each engine misses no impact and meets an accuracy target.
+"""Search for the largest step sizes at which each engine misses no impact and meets an accuracy target.
 
-For two smooth discs, the largest step of checking once per step (PIT) has a closed form; see
-`carom.studies.advise.sampling_limit`. All other steps are found by trials on a grid of steps. The trials of a step have
-start positions that are evenly spread over one step, and start positions with a check just before the hardest impacts.
+For two smooth discs, the largest step size of checking once per step (PIT) has a closed form; see
+`carom.studies.advise.sampling_limit`. All other step sizes are found by trials on a grid. The trials of a step size
+have start positions that are evenly spread over one step, and start positions with a check just before the hardest
+impacts.
 """
 
 from __future__ import annotations
@@ -57,11 +58,11 @@ class Unable:
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """The largest steps of checking once per step (PIT) for two smooth discs, seconds.
+    """The largest step sizes for PIT with two smooth discs, in seconds, by formulas.
 
     Attributes:
-        never_misses_s: Largest step at which no start misses the impact.
-        demand_s: Largest step at which every start meets the accuracy target.
+        never_misses_s: Largest step size at which no start misses the impact.
+        demand_s: Largest step size at which every start meets the accuracy target.
     """
 
     never_misses_s: float
@@ -114,7 +115,7 @@ class Advice:
 def advise(
     scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress = no_progress, command: str = ""
 ) -> Advice:
-    """Find the largest steps at which each engine misses no impact of a scene and meets an accuracy target.
+    """Find the largest step sizes at which each engine misses no impact of a scene and meets an accuracy target.
 
     Args:
         scene: The scene.
@@ -187,7 +188,10 @@ def _has_continuous_detection(info: EngineInfo, profile: str) -> bool:
 
 
 def _write_frame_code(scene: Scene, answer: Advised, pool: Pool) -> str:
-    """Return the engine's code for one frame. If no step meets the target, the step is one that misses no impact."""
+    """Return the engine's code for one frame.
+
+    If no step size meets the target, use the step size that misses no impact.
+    """
     trial = answer.demand.in_frame or answer.never_misses.in_frame
     return "" if trial is None else find_step_code(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
@@ -198,7 +202,7 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if not isinstance(reference, Trace):
         raise InputError(f"there is no reference to compare with: {reference}")
     if not len(reference.impacts):
-        raise InputError(f"{scene.name!r} has no impact within its {scene.duration_s:g} s, so any step passes")
+        raise InputError(f"{scene.name!r} has no impact within its {scene.duration_s:g} s, so any step size passes")
     times, cut = reference.impacts["time_s"].tolist(), None
     if reference.ambiguous:
         cut, reliable = ReferenceCut.TIE, bisect_left(times, times[reference.ambiguous[0]])
@@ -208,7 +212,7 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
         return reference, None
     if reliable == 0:
         why = f"because from its first impact on, {cut.value}"
-        raise InputError(f"no step can be recommended for {scene.name!r}, {why}")
+        raise InputError(f"no step size can be recommended for {scene.name!r}, {why}")
     # End half-way to the next impact, so that a rounded start can't move an impact across the end.
     ended = solve_reference(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
@@ -217,7 +221,7 @@ def _cut_reference(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
 
 
 def _find_closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
-    """Return PIT's largest steps; None if friction, damping, legs, a third body or gravity exclude a closed form."""
+    """Return PIT's largest step sizes; None if a third body, friction or forces exclude a closed form."""
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     apart = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     turns = any(disc.legs for disc in scene.discs)

@@ -1,4 +1,4 @@
-"""Accuracy target, and the largest step at which checking once per step meets it for one impact, in closed form.
+"""Accuracy target, and the largest step size at which checking once per step meets it for one impact, in closed form.
 
 A method that checks at t = k dt finds the impact of two discs at the first check in [enter, closest approach), while
 the discs overlap and still approach. So if dt is at most the length of this window, the method finds the impact at
@@ -61,7 +61,7 @@ class ContactWindow:
 
 
 def compute_largest_step(window_s: float, miss_probability: float) -> float:
-    """Return the largest step that misses a window with at most this probability; infinity if the probability is 1."""
+    """Return the largest step size that misses a window with at most this probability; infinity for 1."""
     return math.inf if miss_probability >= 1.0 else window_s / (1.0 - miss_probability)
 
 
@@ -138,12 +138,12 @@ def _find_circle_ray_points(centre: Vector, radius: float, heading: float) -> li
 
 @dataclass(frozen=True)
 class PairLimit:
-    """The largest steps of a method that checks for overlap once per step, for one impact.
+    """The largest step sizes of a method that checks for overlap once per step, for one impact.
 
     Attributes:
         window: The two discs at contact; None for a wall.
-        miss_dt_s: Largest step that finds the impact with the required probability.
-        direction_dt_s: Largest step at which no disc's direction is wrong by more than the required angle.
+        miss_dt_s: Largest step size that finds the impact with the required probability.
+        direction_dt_s: Largest step size at which no disc's direction is wrong by more than the required angle.
     """
 
     window: ContactWindow | None
@@ -152,7 +152,7 @@ class PairLimit:
 
     @property
     def dt_s(self) -> float:
-        """The largest step that meets both requirements."""
+        """The largest step size that meets both requirements."""
         return min(self.miss_dt_s, self.direction_dt_s)
 
 
@@ -164,7 +164,7 @@ def compute_pair_limit(
     angle_rad: float,
     miss_probability: float,
 ) -> PairLimit:
-    """Return the largest steps for an impact of two discs."""
+    """Return the largest step sizes for an impact of two discs."""
     total = sum(inverse_masses)
     pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
     direction = min(
@@ -204,14 +204,14 @@ class Demand:
 
 @dataclass(frozen=True)
 class HardImpact:
-    """The largest step at which a method that checks for overlap once per step finds an impact of the reference.
+    """The largest step size at which a method that checks for overlap once per step finds an impact of the reference.
 
     Attributes:
         time_s: Time of the impact.
         first: The disc.
         second: The other disc, or a wall.
-        limit: The largest steps. Friction is ignored, because the limits only serve to choose start positions if discs
-            have friction.
+        limit: The largest step sizes. Friction is ignored, because the limits only serve to choose start positions if
+            discs have friction.
         cause: Reason why the impact needs a small step.
     """
 
@@ -223,7 +223,7 @@ class HardImpact:
 
 
 def rank_hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
-    """Return the largest steps for each impact of a reference, beginning with the hardest impact."""
+    """Return the largest step sizes for each impact of a reference, beginning with the hardest impact."""
     found = [_build_hard_impact(reference, k, demand) for k in range(len(reference.impacts))]
     return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
 

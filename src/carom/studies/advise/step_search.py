@@ -1,4 +1,4 @@
-"""Search for the largest step with which a method is accurate enough, on a grid that begins with the whole run."""
+"""Search for the largest step size with which a method is accurate enough, on a grid that begins with the whole run."""
 
 from __future__ import annotations
 
@@ -30,35 +30,36 @@ LONGEST = OCTAVES_BELOW + 1
 OCTAVES_COVERED = 3
 
 #: Numbers within this factor count as equal. An error is proportional to the step if the ratios of error and step are
-#: equal over the octaves above; the order of convergence is then within 0.16 of 1. An error does not depend on the step
-#: if the errors are equal; the order is then within 0.11 of 0.
+#: equal over the octaves above; the order of convergence is then within 0.16 of 1. An error does not depend on the
+#: step size if the errors are equal; the order is then within 0.11 of 0.
 SAME = 1.25
 
-#: The finest tested step, as a fraction of a frame or of the step that the hardest impact allows.
+#: The smallest tested step size, as a fraction of a frame or of the step that the hardest impact allows.
 FINEST = 1 / 64
 
 
 class SearchEnding(Enum):
-    """Reason why no further step was tested. The value is the phrase shown."""
+    """Reason why no further step size was tested. The value is the phrase shown."""
 
-    FOUND = "both steps were found"
+    FOUND = "both step sizes were found"
     BUDGET = "its budget of engine steps was used up"
-    FINEST = "the search tests no finer step"
-    FLAT = "the error does not depend on the step"
+    FINEST = "the search tests no smaller step size"
+    FLAT = "the error does not depend on the step size"
     BROKE = "the engine or its adapter failed"
 
 
 @dataclass(frozen=True)
 class StepRange:
-    """Passing steps: every tested step from `passes` down to `down_to_s`.
+    """Passing step sizes: every tested step size from `passes` down to `down_to_s`.
 
     Attributes:
-        passes: The largest passing step, confirmed at `CONFIRM` starts; None if there is none.
-        in_frame: The largest passing step that divides a frame, confirmed like `passes`; None if there is none.
-        down_to_s: The finest tested step, seconds; NaN if none was tested.
-        fails: The finest failing step, which is the tested step just above the passing ones; None if no step fails.
-        coarser_passes: Steps that pass although a finer step fails, the largest first.
-        finer_failures: Steps that fail although a larger step passes, the largest first.
+        passes: The largest passing step size, confirmed at `CONFIRM` starts; None if there is none.
+        in_frame: The largest passing step size that divides a frame, confirmed like `passes`; None if there is none.
+        down_to_s: The smallest tested step size, seconds; NaN if none was tested.
+        fails: The smallest failing step size, which is the tested step just above the passing ones; None if no step
+            fails.
+        coarser_passes: Step sizes that pass although a smaller one fails, the largest first.
+        finer_failures: Step sizes that fail although a larger one passes, the largest first.
     """
 
     passes: StepTrial | None
@@ -70,7 +71,7 @@ class StepRange:
 
     @property
     def monotone(self) -> bool:
-        """Whether all tested steps that are finer than a passing step also pass."""
+        """Whether all tested step sizes that are smaller than a passing one also pass."""
         return not self.finer_failures
 
 
@@ -80,13 +81,13 @@ class Advised:
 
     Attributes:
         method: Engine and profile.
-        trials: Every tested step, beginning with the largest.
-        never_misses: Steps at which no start misses or invents an impact.
-        demand: Steps that meet the whole accuracy target.
-        ending: Reason why no further step was tested.
-        refused_s: The finest step that the method refuses, seconds; None if the method refuses no step. Larger steps
-            were not run.
-        refusal: Reason of the refusal; empty if no step is refused.
+        trials: Every tested step size, beginning with the largest.
+        never_misses: Step sizes at which no start misses or invents an impact.
+        demand: Step sizes that meet the whole accuracy target.
+        ending: Reason why no smaller step size was tested.
+        refused_s: The smallest step size that the method refuses, seconds; None if the method refuses none. Larger
+            step sizes were not run.
+        refusal: Reason of the refusal; empty if no step size is refused.
     """
 
     method: Method
@@ -104,9 +105,9 @@ class Advised:
 
     @property
     def flat_from_s(self) -> float | None:
-        """The largest step below which the direction error does not depend on the step, seconds; None if there is none.
+        """The largest step size below which the direction error is constant, seconds; None if there is none.
 
-        Steps above the finest step that loses an impact are ignored.
+        Step sizes above the smallest one that loses an impact are ignored.
         """
         run: list[StepTrial] = []
         for trial in reversed(_select_finest_passing(self.trials, lambda trial: trial.never_misses)):
@@ -118,14 +119,14 @@ class Advised:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A step that a search requests, with the number of evenly spread starts."""
+    """A step size that a search requests, with the number of evenly spread starts."""
 
     dt_s: float
     even: int
 
 
 def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
-    """Yield the steps of the grid: the whole run in one step, then two steps per octave down to the finest."""
+    """Yield the step sizes of the grid: the whole run in one step, then two per octave down to the smallest."""
     frame_s, whole_s = 1.0 / scene.frame_rate_hz, scene.duration_s
     finest = min(guess_s, frame_s, whole_s) * FINEST
     yield whole_s
@@ -141,7 +142,7 @@ def generate_step_grid(scene: Scene, guess_s: float) -> Iterator[float]:
 
 
 def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
-    """Return the number of steps per frame; None if it is not whole."""
+    """Return the number of steps per frame; None if that number is not whole."""
     times = 1.0 / (dt_s * frame_rate_hz)
     # `times` and `dt_s` were each computed by two operations, so both have two rounding errors.
     whole = round(times)
@@ -149,13 +150,13 @@ def count_steps_per_frame(dt_s: float, frame_rate_hz: float) -> int | None:
 
 
 class StepSearch:
-    """Search for the largest step of one method. The caller runs the steps that the search requests.
+    """Search for the largest step size of one method. The caller runs the step sizes that the search requests.
 
     Args:
         scene: The scene.
         method: Engine and profile.
         demand: Required accuracy.
-        guess_s: Largest step with which a check for overlap once per step finds the hardest impact.
+        guess_s: Largest step size with which a check for overlap once per step finds the hardest impact.
         phases: Number of evenly spread starts at which each step is tested.
         aimed: Number of additional starts with a check just before a hard impact.
         budget_steps: Budget of engine steps. A step is tested if the budget suffices according to the cost of the
@@ -263,7 +264,7 @@ class StepSearch:
         return None
 
     def _select_frame_divisor(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
-        """Return a sequence with the largest step that divides a frame; an empty sequence if no step does."""
+        """Return a sequence with the largest step size that divides a frame; an empty sequence if no step does."""
         return [trial for trial in run if count_steps_per_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _spans_enough(self, run: Sequence[StepTrial]) -> bool:
@@ -276,7 +277,7 @@ class StepSearch:
         return self._spans_enough(run) and run[0].dt_s in self._confirmed
 
     def _is_flat(self, dt_s: float) -> bool:
-        """Whether finer steps can't help: the error is too large, and constant over the last octaves.
+        """Whether smaller step sizes can't help: the error is too large, and constant over the last octaves.
 
         The answer is False at steps above a frame, or above the step that suffices for checking once per step.
         """

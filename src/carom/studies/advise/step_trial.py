@@ -1,4 +1,4 @@
-"""Test of one step of one method, at evenly spread starts and at starts chosen for the hardest impacts."""
+"""Test of one method with one step size, from evenly spread starts and from starts chosen for the hardest impacts."""
 
 from __future__ import annotations
 
@@ -88,17 +88,17 @@ _reference = lru_cache(maxsize=REFERENCES_KEPT)(solve_reference)
 
 @dataclass(frozen=True)
 class StepTrial:
-    """Result of one step at all its starts.
+    """Result of one step size at all its starts.
 
     Attributes:
-        dt_s: The step, seconds.
+        dt_s: The step size, seconds.
         even: Number of evenly spread starts that did not fail.
         starts: Number of all starts.
         lost_even: Number of evenly spread starts that missed or invented an impact or ended early.
         lost: Number of all starts, evenly spread or chosen, that missed or invented an impact or ended early.
         direction_error_rad: Largest direction error at any start; NaN if no impact was found.
         steps: Number of engine steps.
-        reason: Error of the engine or its adapter that makes the step fail; empty if there is no error.
+        reason: Error of the engine or its adapter, because of which the step size fails; empty if there is no error.
     """
 
     dt_s: float
@@ -157,7 +157,7 @@ def compute_step_limit(duration_s: float, dt_s: float, starts: int) -> int:
 
 
 def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[Started]]:
-    """Run the jobs of one step per method, and return the results by method and phase."""
+    """Run the jobs of one step size per method, and return the results by method and phase."""
     asks = [
         TaskRequest((job.method, job.phase), build_job_key(job), StartTask(job), steps=estimate_steps(job))
         for job in sort_by_start(jobs)

@@ -56,7 +56,7 @@ class ErrorKind(StrEnum):
 _TEXTS = {
     ErrorKind.IMPACT: (
         "largest impact error, % of greatest speed or duration",
-        "error of the worst impact: the larger of time error / duration and velocity error / greatest speed",
+        "error of the worst impact (the larger of time error / duration and velocity error / greatest speed)",
     ),
     ErrorKind.TIME: (
         "largest time error of an impact, % of the duration",

@@ -40,7 +40,7 @@ class BaselineChange(Enum):
 
 
 class Before(NamedTuple):
-    """A point of the earlier bench: error, number of lost impacts, and run time over PIT's in each round."""
+    """A point of the earlier bench: error, number of lost impacts, and run time divided by PIT's in each round."""
 
     ratios: Sequence[float]
     error: float
@@ -55,8 +55,8 @@ class Compared:
         scene: Name of the scene.
         point: The point now.
         before: The same point in the earlier bench.
-        ratio: The point's run time over PIT's, divided by the same quotient of the earlier bench; NaN if a bench has
-            too few rounds.
+        ratio: The point's run time divided by PIT's, divided by the same quotient of the earlier bench; NaN if a bench
+            has too few rounds.
         low: Lower end of the ratio's confidence interval, whose confidence level is for all points together.
         high: Upper end of the interval.
     """

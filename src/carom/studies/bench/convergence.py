@@ -1,4 +1,4 @@
-"""Order of convergence: the slope of error against step on logarithmic axes, with its confidence interval."""
+"""Order of convergence: the slope of error against step size on logarithmic axes, with its confidence interval."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ LEAST_ORDER = 0.5
 class Convergence(Enum):
     """Meaning of an order. The value is the phrase shown."""
 
-    EXACT = "exact at every step"
+    EXACT = "exact at every step size"
     CONVERGES = "converges"
     DOES_NOT_CONVERGE = "does not converge"
     UNDECIDED = "undecided: the interval is too wide"
-    TOO_FEW = "too few steps"
+    TOO_FEW = "too few step sizes"
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class ConvergenceOrder:
 
 
 def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
-    """Fit the order of convergence of errors (without unit) against steps. Errors within rounding are omitted."""
+    """Fit the order of convergence of errors (without unit) against step sizes. Errors within rounding are omitted."""
     kept = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
     above = [(dt_s, error) for dt_s, error in kept if error > THRESHOLDS.rounding]
     if kept and not above:

@@ -31,8 +31,8 @@ from carom.studies.bench.tables import (
 from carom.support.folders import build_file_name, write_files
 
 DIAGRAM_NOTE = (
-    "Crosses miss or invent impacts; all other marks find every impact. Point at a mark, or select it with the "
-    "keyboard, to see its numbers and its command."
+    "A cross marks a run with missed or invented impacts; all other marks find every impact. Point at a mark, or "
+    "select it with the keyboard, to see its numbers and its command."
 )
 
 
@@ -91,7 +91,7 @@ def _format_json(bench: Bench) -> str:
 
 
 def _select_diagrams(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:
-    """Return the diagrams that can be drawn. Without run times, this is only the diagram of error against step."""
+    """Return the diagrams that can be drawn. Without run times, this is only the diagram of error against step size."""
     return tuple(kind for kind in axes if scene.noise is not None or kind is Diagram.ERROR_DT)
 
 
@@ -116,9 +116,9 @@ def _build_scene_sections(
     yield Section("Omitted points", (Lines(left_out, Media.IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:
         how = (
-            f"Timed at {scene.timed_at} in {formatting.format_count(scene.rounds, 'round')} of random order (seed "
-            f"{bench.plan.seed}). Timed runs are not observed, and the bench runs nothing else meanwhile. Noise: "
-            f"{_describe_noise(scene.noise)}."
+            f"The runs were timed at {scene.timed_at} in {formatting.format_count(scene.rounds, 'round')} of random "
+            f"order (seed {bench.plan.seed}). During a timed run, the bench runs nothing else and does not observe "
+            f"the engine. To measure noise, {_describe_noise(scene.noise)}."
         )
         yield Section("How it was timed", (Text(how, Media.IN_FULL),), level=3)
 
@@ -128,10 +128,12 @@ def _describe_coverage(bench: Bench) -> Iterator[str]:
     points = [point for scene in bench.scenes for point in scene.points]
     unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
     if unrun or untimed:
-        left = [f"{len(unrun)} not scored"] * bool(unrun) + [f"{len(untimed)} not timed"] * bool(untimed)
+        of = f"of {len(points)} points"
+        left = [f"{len(unrun)} {of} could not be scored"] * bool(unrun)
+        left += [f"{len(untimed)} {of} could not be timed"] * bool(untimed)
         reasons = {*unrun, *untimed}
         why = f": {reasons.pop()}" if len(reasons) == 1 else "; the page lists the reasons"
-        yield f"{formatting.capitalise(formatting.join_words(left))} of {len(points)} points{why}."
+        yield f"{formatting.join_words(left)}{why}."
 
 
 def _describe_missing_points(bench: SceneBench) -> Iterator[str]:
@@ -153,6 +155,6 @@ def _describe_missing_points(bench: SceneBench) -> Iterator[str]:
 def _describe_noise(noise: Noise) -> str:
     return (
         f"fixed work of {formatting.format_number(noise.work_s * 1e3)} ms was timed {noise.probes} times between the "
-        f"runs. The middle half of these times is within {formatting.format_percent(noise.interquartile)}; the slowest "
-        f"is {formatting.format_ratio(noise.worst)} the median"
+        f"runs. The middle half of these times is within {formatting.format_percent(noise.interquartile)}, and the "
+        f"slowest is {formatting.format_ratio(noise.worst)} the median"
     )

@@ -1,4 +1,4 @@
-"""Diagrams of a bench: error against run time, error against step, and run time against step."""
+"""Diagrams of a bench: error against run time, error against step size, and run time against step size."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ class GrowthPoint:
         memory_bytes: Peak memory of the process minus its memory before the world was built; NaN if the gas was not
             run.
         peak_bytes: Peak memory of the process; NaN if the gas was not run.
-        ratio: `advance_s` over PIT's with the same number of discs; NaN unless the same session ran both methods.
+        ratio: `advance_s` divided by PIT's with the same number of discs; NaN unless the same session ran both methods.
         reason: Reason why the gas was not run; empty if it was run.
         sitting: Start of the session that ran the gas, UTC; empty if the gas was not run.
     """

@@ -33,8 +33,10 @@ _SIMULATED_S = STEPS * DT_S
 def build_growth_document(growth: Growth) -> Document:
     """Return a document of run time and memory against the number of discs."""
     figures = (
-        Figure(partial(_render_svg, growth, False), "Run time per simulated second. Dashed: with gravity."),
-        Figure(partial(_render_svg, growth, True), "Memory. Dashed: with gravity."),
+        Figure(
+            partial(_render_svg, growth, False), "Run time per simulated second. Dashed lines are runs with gravity."
+        ),
+        Figure(partial(_render_svg, growth, True), "Memory. Dashed lines are runs with gravity."),
     )
     left_out = tuple(
         f"{curve.label}{_format_gas(curve)}, {point.discs} discs, not run: {point.reason}"
@@ -66,11 +68,11 @@ def _describe_growth(growth: Growth) -> Iterator[str]:
         names = [_SHOWN.get(curve.engine, curve.label) for curve in (*compared, fastest)]
         names[-1] = f"the fastest engine, {names[-1]}," if len(engines) > 1 else names[-1]
         costs = [
-            f"{name} {_format_cost(ran[id(curve)])}{_format_growth(curve)}"
+            f"{name} takes {_format_cost(ran[id(curve)])}{_format_growth(curve)}"
             for name, curve in zip(names, (*compared, fastest), strict=True)
         ]
-        gas = f"A simulated second of {discs} {'falling ' if gravity else ''}discs"
-        yield f"{gas} takes {formatting.join_words(costs)}."
+        gas = f"For a simulated second of {discs} {'falling ' if gravity else ''}discs"
+        yield f"{gas}, {formatting.join_words(costs)}."
 
 
 #: Names of Carom's own methods in sentences and diagrams.
@@ -119,9 +121,9 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
             ),
             [curve for curve in growth.curves if not curve.gravity],
             title="Growth with the number of discs n, from 100 discs upwards",
-            note="A second: run time per simulated second with the largest number of discs. Exponents are fitted by "
-            "least squares on logarithmic axes, with a 95 % interval. If the run time decreases with more discs, "
-            "the method has changed, and only later points are fitted.",
+            note="Column 'a second' shows the run time of one simulated second. 'There' is the largest number of "
+            "discs. Exponents are fitted by least squares on logarithmic axes, with a 95 % interval. If the run time "
+            "decreases with more discs, the method has changed its algorithm, and only later points are fitted.",
         ),
         Table(
             (
@@ -135,10 +137,11 @@ def _build_tables(growth: Growth) -> tuple[Table, ...]:
             ),
             _list_runs(growth),
             title="All runs",
-            note=f"Gas at packing {PACKING:g} in a square box, {STEPS} steps of {formatting.format_step(DT_S)}. Each "
-            "run has its own process, and only one runs at a time. The time per step excludes preparation. Over PIT's: "
-            "run time divided by PIT's with the same discs in the same session; only this ratio can be compared "
-            "between machines. Memory: peak of the process, minus its memory before the world was built.",
+            note=f"The scene is a gas at packing {PACKING:g} in a square box, simulated for {STEPS} steps of "
+            f"{formatting.format_step(DT_S)}. Each run has its own process, and only one runs at a time. The time "
+            "per step excludes preparation. 'Over PIT's' is the run time divided by PIT's with the same discs in the "
+            "same session; only this ratio can be compared between machines. Memory is the peak of the process minus "
+            "its memory before the world was built.",
             only=Media.IN_FULL,
         ),
     )

@@ -69,7 +69,8 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
     """Describe a scene: PIC, the fastest engine within the target, the most accurate engine, and the next engine."""
     exact, parts = scene.exact, list[str]()
     if exact is not None:
-        parts.append(f"PIC is exact{_format_run_time(exact)}")
+        timing = exact.timing
+        parts.append(f"PIC takes {format_milliseconds(timing.advance_s)} ms" if timing else "PIC is exact")
     ranked = [(curve, curve.best) for curve in scene.engines]
     sound = [(curve, best) for curve, best in ranked if best is not None and best.sound]
     if sound:
@@ -80,7 +81,7 @@ def describe_scene(scene: SceneBench, target: float, kind: ErrorKind, *, next_be
         best = lossy[0]
         if best.lost:
             parts.append(
-                f"every engine misses or invents impacts at every step; the best is {_format_method(best)}, which "
+                f"every engine misses or invents impacts at every step size; the best is {_format_method(best)}, which "
                 f"{format_losses(best)}{_format_run_time(best)} at steps of {formatting.format_step(best.dt_s)}"
             )
         else:
@@ -98,7 +99,7 @@ def _describe_engines(
     if cheap is None:
         which = "the most accurate engine"
         if best.error > target:  # without a timing pass, no engine is the cheapest
-            which = f"no engine reaches {wanted} at the tested steps. The most accurate"
+            which = f"no engine reaches {wanted} at the tested step sizes. The most accurate"
         yield f"{which} is {_describe_point(best, kind)}"
     elif cheap.at == best.at:
         described = f"{_describe_point(best, kind)}{_format_pic_ratio(scene, best)}"
@@ -114,7 +115,7 @@ def _describe_engines(
 def _describe_point(point: Point, kind: ErrorKind) -> str:
     error = format_error(point.error, kind)
     step = formatting.format_step(point.dt_s)
-    return f"{_format_method(point)}: {error} error{_format_run_time(point)} at steps of {step}"
+    return f"{_format_method(point)} with {error} error{_format_run_time(point)} at steps of {step}"
 
 
 def _format_method(point: Point) -> str:

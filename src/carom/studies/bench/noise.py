@@ -23,7 +23,7 @@ class Spread:
 
 
 def compute_spread(values: list[float]) -> Spread:
-    """Return median and quartiles. For a single value, all three are that value."""
+    """Return the median and the quartiles of some values."""
     low, median, high = (float(q) for q in np.percentile(values, (25, 50, 75)))
     return Spread(median, low, high)
 

@@ -36,7 +36,7 @@ BUDGET_S = 80.0
 
 
 def parse_step_series(text: str) -> tuple[float, ...]:
-    """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``.
+    """Read a step size such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``.
 
     Raises:
         ValueError: The text is neither a step nor a series.
@@ -64,7 +64,7 @@ class BenchPlan(LimitOptions):
 
     Attributes:
         engines: Names of adapters; None for all.
-        dts: Steps, seconds; None for each scene's own series.
+        dts: Step sizes, seconds; None for each scene's own series.
         profiles: Names of profiles.
         phases: Number of start positions, evenly spread over a step, at which each job is scored.
         error: Kind of error.
@@ -87,14 +87,14 @@ class BenchPlan(LimitOptions):
         build_step_kind(
             parse_step_series, f", or in the shell a series such as 1/60..1/10000:6, of {MOST_SERIES} steps at most"
         ),
-        f"Time step in seconds, or a series such as 1/60..1/10000:6 of up to {MOST_SERIES} steps; repeatable.",
+        f"Step size in seconds, or a series such as 1/60..1/10000:6 of up to {MOST_SERIES} step sizes; repeatable.",
         "--dt",
         many=True,
-        said="six, from one frame of each scene to 1/167 of it",
+        said="six step sizes, from one frame of each scene to 1/167 of it",
     )
     profiles: Sequence[str] = declare_profiles("default", "tuned")
     phases: int = declare_option(
-        4, build_whole_number_kind(1, MOST_PHASES), "Number of start positions per step.", "--phases"
+        4, build_whole_number_kind(1, MOST_PHASES), "Number of starts within a step.", "--phases"
     )
     error: ErrorKind = declare_option(ErrorKind.IMPACT, build_enum_kind(ErrorKind), "Error to plot.", "--error")
     target: float = declare_option(

@@ -9,7 +9,7 @@ from carom.execution.describe_engines import describe_engines
 from carom.execution.job import PIT_METHOD, Method
 from carom.execution.pool import Pool
 
-#: PIC, whose error does not depend on the step. PIC's run time is the cost of exact results.
+#: PIC, whose error does not depend on the step size. PIC's run time is the cost of exact results.
 EXACT_METHOD = Method("pic", "event-driven")
 
 OWN_METHODS = (EXACT_METHOD, PIT_METHOD)

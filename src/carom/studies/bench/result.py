@@ -19,12 +19,12 @@ from carom.studies.bench.timing_pass import At, CellTiming
 
 @dataclass(frozen=True)
 class Point:
-    """Result of one engine and profile at one step on one scene.
+    """Result of one engine and profile with one step size on one scene.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         error: Largest error over all starts; NaN if no impact was found or nothing was run.
         error_median: Median error over the starts.
         error_least: Smallest error over the starts.
@@ -63,7 +63,7 @@ class Point:
 
     @property
     def at(self) -> At:
-        """Method and step of the point."""
+        """Method and step size of the point."""
         return Method(self.engine, self.profile), self.dt_s
 
 
@@ -74,7 +74,7 @@ class Curve:
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        points: Points from coarse to fine steps.
+        points: Points from the largest to the smallest step size.
         order: The fitted order of convergence of the sound points.
         cheapest: The point of smallest run time that meets the target; None if there is none.
     """

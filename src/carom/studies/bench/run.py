@@ -41,7 +41,7 @@ def measure_work_precision(
     progress: Progress = no_progress,
     command: str = "",
 ) -> Bench:
-    """Score every job, time every method at every scored step, and fit convergence.
+    """Score every job, time every method with every scored step size, and fit convergence.
 
     Args:
         scenes: Scenes with different names.
@@ -86,8 +86,8 @@ def _build_jobs(
 ) -> tuple[list[Job], Methods]:
     """Return all jobs of the scoring pass, and the descriptions of their methods.
 
-    PIC runs only at the coarsest step, because its error and run time do not depend on the step. PIC and PIT use the
-    requested profiles only if the user names them.
+    PIC runs only at the largest step size, because its error and run time do not depend on the step size. PIC and PIT
+    use the requested profiles only if the user names them.
     """
     plain, _ = resolve_scenes(scenes)
     steps = {scene.name: sorted(set(plan.dts or compute_default_steps(scene)), reverse=True) for scene in plain}

@@ -1,4 +1,4 @@
-"""Scoring pass: runs every method of a scene at finer and finer steps, as far as the scene's budget permits."""
+"""Scoring pass: runs every method of a scene with smaller and smaller step sizes until the budget is used up."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ScoringPass:
     Attributes:
         jobs: Every job of the scene.
         methods: Descriptions of the jobs' methods.
-        budget_s: Budget of the pass, seconds. The coarsest step is always scored.
+        budget_s: Budget of the pass, seconds. The largest step size is always scored.
         pool: Worker pool, which stays open.
         notes: Journal of results, to which new ones are added.
         progress: Called with (done, all, what).
@@ -42,10 +42,10 @@ class ScoringPass:
     total: int
 
     def run(self) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
-        """Return the results, and the reasons for missing results by method and step.
+        """Return the results, and the reasons for missing results by method and step size.
 
-        A step is run by all methods if the remaining budget suffices. At finer steps, the best profile of each engine
-        runs first, so that every engine gets the finest step that the budget permits.
+        All methods run with a step size if the remaining budget suffices. With smaller step sizes, the best profile of
+        each engine runs first, so that every engine gets the smallest step size that the budget permits.
         """
         results: dict[JobKey, Answer[Measures]] = {}
         unscored: dict[At, str] = {}

@@ -1,4 +1,4 @@
-"""Series of steps: geometric, and the default of a scene."""
+"""Series of step sizes: geometric, and the default of a scene."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ STEPS = 6
 
 
 def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
-    """Return steps that are evenly spread on a logarithmic axis.
+    """Return step sizes that are evenly spread on a logarithmic axis.
 
-    If the frame rates of both ends are whole numbers, all steps have whole frame rates.
+    If the frame rates of both ends are whole numbers, all step sizes have whole frame rates.
 
     Raises:
         InputError: An end is not a positive number, or there are fewer than two steps.
     """
-    for name, value in (("the coarsest step", coarsest_s), ("the finest step", finest_s)):
+    for name, value in (("the largest step size", coarsest_s), ("the smallest step size", finest_s)):
         if not 0 < value < math.inf:
             raise InputError(f"{name} must be a positive number of seconds, got {value}")
     if count < 2:
-        raise InputError(f"a series needs at least two steps, got {count}")
+        raise InputError(f"a series needs at least two step sizes, got {count}")
     coarsest_s, finest_s = max(coarsest_s, finest_s), min(coarsest_s, finest_s)
     rates = [(1 / coarsest_s) * (coarsest_s / finest_s) ** (k / (count - 1)) for k in range(count)]
     ends = rates[0], rates[-1]
@@ -38,6 +38,6 @@ def compute_geometric_steps(coarsest_s: float, finest_s: float, count: int) -> t
 
 
 def compute_default_steps(scene: Scene) -> tuple[float, ...]:
-    """Return a scene's default series of steps."""
+    """Return a scene's default series of step sizes."""
     frame_s = 1.0 / scene.frame_rate_hz
     return compute_geometric_steps(frame_s, frame_s * FINEST, STEPS)

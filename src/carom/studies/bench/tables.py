@@ -1,4 +1,4 @@
-"""Tables of a bench: accuracy and run time of each method, its error at each step, and all points."""
+"""Tables of a bench: accuracy and run time of each method, its error with each step size, and all points."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from carom.studies.bench.result import Bench, Curve, Point, SceneBench, find_che
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
-    "The best method is first. The least error is the smallest error of all steps that find every impact at every "
-    "start. If there is no such step, the column shows the missed (-) and spurious (+) impacts of the best step. A "
-    "column headed by an error shows the run time of the fastest step that reaches this error and finds every impact; "
-    "it is empty if no step does. The order is the slope of error against step on logarithmic axes, without steps that "
-    "miss an impact or reach rounding. "
-    "Checking once per step has order 1. An interval below 1/2 counts as not converging."
+    "The best method is first. The least error is the smallest error of all step sizes that find every impact from "
+    "every start. If there is no such step size, the column shows the missed (-) and spurious (+) impacts of the "
+    "best step size. A column headed by an error shows the run time of the fastest step size that reaches this error "
+    "and finds every impact; the column is empty if no step size does. The order is the slope of error against step "
+    "size on logarithmic axes, without step sizes that miss an impact or reach rounding. Checking once per step has "
+    "order 1. A method with an interval below 1/2 does not converge."
 )
-TABLE_SHORT = "ms: run time; order: error grows as step^order; -n, +n: missed, spurious impacts"
+TABLE_SHORT = "ms is the run time, -n and +n are missed and spurious impacts, and the error grows as (step size)^order."
 EXACT = "exact"
 
 #: Smallest error that is shown in per cent, because 0.0009 % is hard to read.
@@ -86,7 +86,7 @@ def build_method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[flo
             for target, only in zip(targets, _select_media(targets, exact=Media.IN_FULL), strict=True)
         ),
         Column("order", lambda curve: _format_order(curve.order)),
-        Column("steps that find all", _format_sound_steps, number=True, only=Media.IN_FULL),
+        Column("step sizes that find all", _format_sound_steps, number=True, only=Media.IN_FULL),
     ]
     title = f"{scene.scene.name}: accuracy and run time of each method"
     return Table(columns, sort_best_first(scene.curves), title=title)
@@ -121,7 +121,7 @@ def build_suite_table(bench: Bench, targets: Sequence[float]) -> Table:
         columns,
         sorted(methods, key=lambda method: method.build_sort_key(targets)),
         title=f"All methods on {formatting.format_count(len(bench.scenes), 'scene')}",
-        note="n, ×: scenes that reach the error, median run time over PIC's; order: exponent",  # noqa: RUF001
+        note="n counts scenes that reach the error; × is the median run time over PIC's.",  # noqa: RUF001
     )
 
 
@@ -147,7 +147,7 @@ class _Method(NamedTuple):
         return statistics.median(known) if known else math.nan
 
     def build_sort_key(self, targets: Sequence[float]) -> tuple[list[int], list[float]]:
-        """Return the sort key: first by the number of scenes that reach the finest target, last by cost."""
+        """Return the key that sorts methods by the number of scenes within each target, finest first, then by cost."""
         costs = [self.compute_median_cost(target) for target in reversed(targets)]
         reached = [-len(self.list_scenes_within(target)) for target in reversed(targets)]
         return reached, [math.inf if math.isnan(cost) else cost for cost in costs]
@@ -178,7 +178,7 @@ def _format_order(order: ConvergenceOrder) -> Cell:
         return Cell(order.verdict.value, short=EXACT if order.verdict is Convergence.EXACT else formatting.ABSENT)
     short = f"{order.exponent:.2f}"
     if math.isnan(order.low):
-        return Cell(f"{formatting.format_number(order.exponent)} from two steps", order.verdict.value, short=short)
+        return Cell(f"{formatting.format_number(order.exponent)} from two step sizes", order.verdict.value, short=short)
     interval = f"{formatting.format_number(order.low, 3)} to {formatting.format_number(order.high, 3)}"
     return Cell(f"{formatting.format_number(order.exponent, 3)} ({interval})", order.verdict.value, short=short)
 
@@ -277,16 +277,14 @@ def build_point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         ),
         [point for point in bench.points if not point.reason],
         title=f"{name}: all points",
-        note=f"{formatting.capitalise(plan.error.meaning)}. It is the largest error over "
-        f"{formatting.format_count(plan.phases, 'start')} that are spread evenly over a step. -1 +2: one impact is "
-        "missed and "
-        "two are invented over all starts; the error is then that of all other impacts. Times are medians over rounds. "
-        "Spread is the distance between the quartiles, divided by the median. Empty world is the time of a step with "
-        "one disc at rest. Call is the time of one Python call, divided by its number of steps. Net is the time per "
-        "step without the empty world and the call. Whole is the time of all steps and of the preparation. Ratios "
-        "compare with PIT at "
-        "the same step in the same round. Times are valid for this machine and session; only ratios can be compared "
-        "with others.",
+        note=f"The error is the {plan.error.meaning}. Each number is the largest over "
+        f"{formatting.format_count(plan.phases, 'start')} that are spread evenly over a step. '-1 +2' means that "
+        "over all starts one impact is missed and two are invented; the error is then that of all other impacts. "
+        "Times are medians over rounds. 'Spread' is the distance between the quartiles, divided by the median. "
+        "'Empty world' is the time of a step with one disc at rest. 'Call' is the time of one Python call, divided "
+        "by its number of steps. 'Net' is the time per step without the empty world and the call. 'Whole' is the "
+        "time of all steps and of the preparation. Ratios are run times divided by PIT's at the same step size in "
+        "the same round. Times are only valid for this machine and session; compare only ratios between machines.",
         folded="The numbers of all points, and the commands that repeat them",
         css="cells",
         only=Media.IN_FULL,

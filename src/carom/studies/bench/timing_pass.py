@@ -43,7 +43,7 @@ At = tuple[Method, float]
 
 @dataclass(frozen=True)
 class Visit:
-    """Results of one visit of a method at a step in a round: medians of the visit's repeats, seconds.
+    """Times of one method with one step size in one round: medians of the repeats, seconds.
 
     Attributes:
         prepare_s: Time to build the world.
@@ -102,7 +102,7 @@ def build_empty_world(scene: Scene) -> Scene:
 
 @dataclass(frozen=True)
 class CellTiming:
-    """Timing of a method at a step over all rounds, seconds.
+    """Times of one method with one step size over all rounds, seconds.
 
     Attributes:
         steps: Steps of the run.
@@ -113,9 +113,9 @@ class CellTiming:
         call_s: Part of `advance_s` for Python's call into the world; NaN if the adapter accepts no call with no steps.
         empty_s: Part of `advance_s` for the same number of steps of an empty world.
         net_s: Part of `advance_s` for this scene's own work.
-        ratio: `advance_s` over PIT's at the same step in the same round; None if PIT was not timed.
+        ratio: `advance_s` divided by PIT's with the same step size in the same round; None if PIT was not timed.
         whole_ratio: The same for `whole_s`.
-        ratios: `advance_s` over PIT's for each round; empty in files of an earlier version.
+        ratios: `advance_s` divided by PIT's for each round; empty in files of an earlier version.
     """
 
     steps: int
@@ -138,7 +138,7 @@ class TimingKey:
     Attributes:
         scene: Name of the scene, for readers.
         scene_sha256: Hash of the scene.
-        asked: Timed methods and steps, in order.
+        asked: Timed methods and step sizes, in order.
         versions: Versions of the engines and of all packages that affect their numbers.
         machine: See `carom.execution.environment.Environment.machine`.
         seed: Seed of the order of visits.
@@ -158,8 +158,8 @@ class SceneTiming:
 
     Attributes:
         date: Time of the pass, UTC.
-        timings: Timings by method and step.
-        untimed: Reasons for methods and steps that were not timed.
+        timings: Timings by method and step size.
+        untimed: Reasons for methods and step sizes that were not timed.
         rounds: Number of rounds.
         noise: Spread of fixed work during the pass.
     """
@@ -172,7 +172,7 @@ class SceneTiming:
 
     @property
     def cut_off(self) -> bool:
-        """Whether some methods or steps were not timed. A repetition of the pass may time the rest."""
+        """Whether some methods or step sizes were not timed. A repetition of the pass may time the rest."""
         return bool(self.untimed)
 
 
@@ -197,7 +197,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 
     Attributes:
         scene: The scene.
-        asked: Methods and steps to time.
+        asked: Methods and step sizes to time.
         rounds: Number of rounds; fewer, but at least three, if the budget is short.
         seed: Seed of the order of visits.
         budget_s: Budget of the pass, seconds. Methods that do not fit are omitted with a reason.
@@ -267,7 +267,7 @@ class TimeScene(DependentTasks[SceneTiming]):
 def _measure_visit_costs(
     scene: Scene, ordered: Sequence[At], runner: TaskRunner, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
-    """Return the cost of a visit by method and step, seconds, and the reasons for a missing cost."""
+    """Return the cost of a visit by method and step size, seconds, and the reasons for a missing cost."""
     costs: dict[At, float] = {}
     untimed: dict[At, str] = {}
     last: dict[Method, tuple[float, float]] = {}

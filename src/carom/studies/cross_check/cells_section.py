@@ -1,4 +1,4 @@
-"""Section with all cells at all steps, one row for each run."""
+"""Section with all cells at all step sizes, one row for each run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_CELLS = 10_000
 
 
 def build_cells_section(grid: Grid) -> Section:
-    """Return all cells at all steps."""
+    """Return all cells at all step sizes."""
     columns = (
         Column("scene", lambda cell: cell.scene),
         Column("engine", lambda cell: cell.column.label),

@@ -74,7 +74,7 @@ def _describe_bodies(scene: Scene) -> str:
 
 
 def _list_skipped(scene: Scene, reference: Trace, dt_s: float) -> str:
-    """List what is skipped at a step, for the first line of the description."""
+    """List what is skipped with a step size, for the first line of the description."""
     skipped = ["event queue", "grid"] if is_closed_form(reference) else []
     skipped += [] if scene.walls else ["wall tests"]
     frames = scene.step_count(dt_s)
@@ -166,11 +166,11 @@ def _describe_samples(scene: Scene, *, drawn: bool) -> str:
         return "not kept, because no report is written"
     if len(scene.discs) > MOST_DISCS_DRAWN:
         return f"not kept, because no picture shows more than {MOST_DISCS_DRAWN} discs"
-    return "kept at the coarsest step, because only that is drawn"
+    return "kept at the largest step size, because only these runs are drawn"
 
 
 def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
-    """Describe the steps at which a profile is run, or the reason why it is not run."""
+    """Describe the step sizes with which a profile is run, or the reason why it is not run."""
     if not planned:
         same = profile in info.profiles
         return f"skipped: {'another profile has the same settings' if same else 'no such profile'}"
@@ -180,7 +180,7 @@ def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile
     left_out = [f"skipped at {format_instant(dt_s)}: {reason}" for dt_s, reason in refused.items()]
     runs = ", ".join(format_number(job.dt_s, 6) for job in planned if job.dt_s not in refused)
     if runs and len(planned) < steps:
-        runs += " s only, which is the coarsest step; --dt adds finer ones"
+        runs += " s only, which is the largest step size; --dt adds smaller ones"
     elif runs:
         runs += " s"
     return "; ".join([f"run at {runs}", *left_out] if runs else left_out)

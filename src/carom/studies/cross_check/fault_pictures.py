@@ -21,7 +21,7 @@ WORST_SHOWN = 3
 PICTURE_NOTE = (
     "PIC is shown next to the run, to the same scale. If everything moves along one line, position is drawn "
     "against time. A disc has an outline and a number at the start, a tint at an impact, and a fill at the end. Dots "
-    "are frames. Dashed discs are the frames around a missed impact."
+    "are frames. Dashed discs show the frames around a missed impact."
 )
 
 
@@ -44,7 +44,7 @@ def build_picture_sections(grid: Grid) -> Iterator[Section]:
 
 
 def _build_pair(entry: Divergence) -> Pair:
-    """Return a pair of pictures with method, step, and all verdicts with their numbers."""
+    """Return a pair of pictures with method, step size, and all verdicts with their numbers."""
     cell, reference, observed = entry
     scene, name = reference.scene, cell.column.name
     said = f"{name} at {formatting.format_step(observed.dt_s)}: {'; '.join(cell.reasons)}."

@@ -21,18 +21,23 @@ from carom.studies.cross_check.grid import RANKING_NOTE, Grid, GridCell, GridCol
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 METHOD_NOTE = (
-    "Impacts: missed (-) and invented (+) over all scenes. Error: median over scenes of a method's largest error in a "
-    "scene, divided by PIT's."
+    "Impacts are missed (-) and invented (+) over all scenes. The error is the median over scenes of a method's "
+    "largest error in a scene, divided by PIT's."
 )
 METHOD_DETAIL = (
-    "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the same step. "
+    "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the step. "
     "1 is the error of checking once per step, and 0 is no error. Scenes without a unique answer have no "
     "error. A cell of a group shows how many of its graded scenes are exact or close, and links to the worst "
     f"one. {Mark.WRONG.symbol} in a corner of a cell means that an impact is missed in at least one scene of the "
     "group. "
 )
-METHOD_SHORT = "impacts: - missed, + invented; error: largest velocity or spin error over PIT's{median}"
-SCENE_NOTE = "Each error is the largest of its run. Time: + is late. n/a: missed or parted. ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
+METHOD_SHORT = (
+    "Impacts are missed (-) and invented (+). The error is the largest velocity or spin error divided by PIT's{median}."
+)
+SCENE_NOTE = (
+    "Each error is the largest of its run. Times with + are late. n/a is a missed or parted impact. "
+    "\N{MULTIPLICATION SIGN} is the error divided by PIT's error."
+)
 
 #: Marks that are counted together, by column heading.
 _COUNTED = {
@@ -50,7 +55,7 @@ def build_methods_section(grid: Grid) -> Section:
     methods, alone = grid.compared, len(grid.rows) == 1
     impacts = _find_impacts(grid, methods)
     heading = f"{grid.rows[0].name}: every" if alone else "Every"
-    short = METHOD_SHORT.format(median="" if alone else ", median")
+    short = METHOD_SHORT.format(median="" if alone else " (median over scenes)")
     symbols = dict.fromkeys(f"{mark.symbol} {mark.css.replace('-', ' ')}" for mark in grid.marks)
     blocks: tuple[Block, ...] = (
         *(_build_run_tables(grid) if alone else (_build_counts_table(grid, methods),)),
@@ -66,7 +71,7 @@ def build_methods_section(grid: Grid) -> Section:
 
 
 def _build_method_table(grid: Grid, methods: Sequence[GridColumn], impacts: Sequence[_Impact]) -> Table:
-    """Return one row per method: grades, missed and invented impacts, error over PIT's, and groups of scenes.
+    """Return one row per method: grades, missed and invented impacts, error divided by PIT's, and groups of scenes.
 
     For a single scene, the table also has a column for each given impact.
     """
@@ -121,7 +126,7 @@ def _format_cost(cells: Sequence[GridCell]) -> str:
 
 
 def _find_worst(cells: Sequence[GridCell]) -> GridCell | None:
-    """Find the cell with the worst grade and, among equals, the largest error over PIT's; None if no cell is graded."""
+    """Find the cell with the worst grade, and among equals with the largest `price_paid`; None if no cell is graded."""
 
     def badness(cell: GridCell) -> tuple[int, int, float]:
         return (cell.mark.rank or 0, cell.missed + cell.invented, 0.0 if math.isnan(cell.cost) else cell.cost)
@@ -183,18 +188,18 @@ def _build_counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
     others = tuple(mark for mark in Mark if mark.rank is None)
     columns = [Column("method", lambda method: method.name)]
     columns += [Column(name, partial(count, marks), number=True) for name, marks in {**_COUNTED, "n/a": others}.items()]
-    return Table(columns, methods, only=Media.TERMINAL, note="n/a: not graded or not run; -v lists the reasons")
+    return Table(columns, methods, only=Media.TERMINAL, note="n/a means not graded or not run; -v lists the reasons")
 
 
 def _list_scored_runs(grid: Grid) -> list[GridCell]:
-    """Return the scored runs of the methods at all steps, sorted by step (coarsest first) and quality."""
+    """Return the scored runs of the methods, sorted by step size (largest first) and quality."""
     methods = grid.compared
     runs = [cell for cell in grid.runs if cell.scored and cell.column in methods]
     return sorted(runs, key=lambda cell: (-cell.line.dt_s, compute_standing([cell])))
 
 
 def _build_run_tables(grid: Grid) -> tuple[Table, ...]:
-    """Return one table of errors for each step of the scene."""
+    """Return one table of errors for each step size of the scene."""
     runs = _list_scored_runs(grid)
     by_step = formatting.group_by((cell.line.dt_s, cell) for cell in runs)
     columns = (
@@ -238,7 +243,7 @@ def _format_error(cell: GridCell, value: float, unit: float, *, sign: bool = Fal
 
 
 def _format_grade(cell: GridCell) -> str:
-    """Return the symbol of the grade, and the error over PIT's."""
+    """Return the symbol of the grade, and the error divided by PIT's."""
     if cell.mark in _COUNTED["exact"] or math.isnan(cell.cost) or not cell.matched:
         return f"{cell.mark.symbol} float32" if cell.mark is Mark.EXACT_32 else cell.mark.symbol
     return f"{cell.mark.symbol} {formatting.format_ratio(cell.cost).replace(' ', '')}"
@@ -271,7 +276,7 @@ def build_impacts_section(grid: Grid) -> Section:
 def _format_verdict_lines(grid: Grid, *, full: bool) -> tuple[str, ...]:
     """Return one line per run that is not exact, best first, with its verdicts; if `full`, also their numbers.
 
-    Without `full`, only the runs at the coarsest step have lines.
+    Without `full`, only the runs at the largest step size have lines.
     """
     runs = _list_scored_runs(grid)
     coarsest = max((cell.line.dt_s for cell in runs), default=0.0)

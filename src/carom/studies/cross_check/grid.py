@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeVar
 from urllib.parse import quote
 
-from carom.comparator import Errors, Horizon, Verdict
+from carom.comparator import Errors, Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.execution.job import Method
 from carom.execution.results import Results, Row
@@ -28,7 +28,7 @@ T = TypeVar("T")
 #: Carom's own methods. Engines are compared with these.
 _OWN = frozenset({"pic", "pit"})
 #: Reason for a missing row: `carom.execution` drops a profile that has the settings of another profile.
-NOT_PLANNED = "not run separately: at this step another profile of the engine has the same settings"
+NOT_PLANNED = "not run separately, because another profile of the engine has the same settings at this step size"
 _NO_ERRORS = Errors(**{field.name: math.nan for field in dataclasses.fields(Errors)})
 #: Content of the line of a cell without a row: all fields are unknown.
 _NOTHING: dict[str, Any] = {field.name: None for field in dataclasses.fields(RowLine)}
@@ -69,7 +69,7 @@ class GridColumn(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class GridCell:
-    """A run of a scene by a method at a step, or the reason why there is none.
+    """A run of a scene by a method with a step size, or the reason why there is no run.
 
     Attributes:
         scene: Name of the scene.
@@ -78,7 +78,7 @@ class GridCell:
         reasons: Every verdict with its numbers, or why there is no run, as sentences without a full stop.
         line: All numbers of the run, as in results.jsonl; unknown if no run was planned.
         of_scene: Values of the scene: number of impacts, horizon and scales.
-        pit: PIT's errors at the same step, by name; empty if PIT was not run.
+        pit: PIT's errors with the same step size, by name; empty if PIT was not run.
         row: The run with its trace; None if no run was planned, or if the grid comes from results.jsonl.
     """
 
@@ -146,7 +146,7 @@ class GridCell:
 
     @property
     def cost(self) -> float:
-        """The error over PIT's; NaN if there is none."""
+        """The error divided by PIT's; NaN if there is none."""
         return math.nan if self.line.price_paid is None else float(self.line.price_paid)
 
     @property
@@ -208,7 +208,7 @@ class GridCell:
 
 
 class GridRow(NamedTuple):
-    """A scene and its cells at its coarsest step, in the order of the columns.
+    """A scene and its cells at its largest step size, in the order of the columns.
 
     Attributes:
         name: Name of the scene.
@@ -224,7 +224,7 @@ class GridRow(NamedTuple):
 
 
 class NotRun(NamedTuple):
-    """Cells that were not run or not scored for the same reason, at any steps."""
+    """Cells that were not run or not scored for the same reason, with any step sizes."""
 
     mark: Mark
     reason: str
@@ -239,9 +239,9 @@ class Grid:
 
     Attributes:
         columns: Columns by method, in the order of results.
-        rows: Scenes, each at its coarsest step.
-        runs: Every run at every step.
-        step_phrase: The steps of the rows, as a phrase.
+        rows: Scenes, each at its largest step size.
+        runs: Every run with every step size.
+        step_phrase: The step sizes of the rows, as a phrase.
         unrun: Cells that were not run, with reasons.
         results: References, known answers, engines and machine. References and engines are missing if the grid comes
             from results.jsonl.
@@ -311,14 +311,12 @@ def _assemble_grid(summary: Summary, lines: Sequence[RowLine], rows: Sequence[Ro
     scenes = {line.scene: row.job.scene.description if row else "" for line, row in zip(lines, rows, strict=True)}
 
     def build_row(name: str) -> GridRow:
-        found = results.certified.get(name, "")
-        certified = f"certified to impact {found.certified}" if isinstance(found, Horizon) else found
-        certified = certified.partition(";")[0].partition(":")[0]
+        certified = str(results.certified.get(name, "")).partition(";")[0].partition(":")[0]
         cells = tuple(coarsest.get((name, one)) or _build_absent_cell(name, one) for one in columns.values())
         return GridRow(name, scenes[name], certified, cells)
 
     unrun = _group_not_run(runs, len(scenes))
-    return Grid(columns, tuple(map(build_row, scenes)), runs, "the coarsest step", unrun, results)
+    return Grid(columns, tuple(map(build_row, scenes)), runs, "the largest step size", unrun, results)
 
 
 def _build_absent_cell(scene: str, column: GridColumn) -> GridCell:
@@ -378,8 +376,8 @@ def compute_standing(cells: Iterable[GridCell]) -> tuple[float, float]:
 
     All methods have cells of the same scenes.
 
-    The key is the mean grade, then the median error over PIT's (0 if no scene has one). A method without a grade is
-    last.
+    The key is the mean grade, then the median error divided by PIT's (0 if no scene has one). A method without a grade
+    is last.
     """
     cells = list(cells)
     places = [cell.rank for cell in cells if cell.rank is not None]

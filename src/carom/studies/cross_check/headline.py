@@ -78,7 +78,7 @@ def _format_profile(profile: str) -> str:
 
 
 def _describe_misses(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    """Describe the number of scenes in which all methods miss an impact; if it is 0, the range over single methods."""
+    """Describe in how many scenes all methods miss an impact; if in none, in how many scenes each method does."""
     scenes = len(grid.rows)
     counts = [sum(cell.has_miss for cell in grid.list_cells(column)) for column in columns]
     ran = [[cell for cell in row.cells if cell.column in columns and cell.scored] for row in grid.rows]
@@ -142,12 +142,16 @@ def _describe_counts(grid: Grid, columns: Sequence[GridColumn]) -> str:
         what = f"{labels.pop()} run" if len(labels) == 1 else "run"
     tally = Counter(cell.mark for column in asked for cell in grid.list_cells(column))
     ran = sum(n for mark, n in tally.items() if mark.ran)
-    scored = [f"{tally[mark]} {mark.word}" for mark in Mark if mark.ran and tally[mark]]
+    scored = [
+        f"{tally[mark]} {'is' if tally[mark] == 1 else 'are'} {mark.word}" for mark in Mark if mark.ran and tally[mark]
+    ]
     others = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]]
     said = f"No {what} at {grid.step_phrase} could be scored."
     if ran:
-        said = f"Of {formatting.format_count(ran, what)} at {grid.step_phrase}: {'; '.join(scored)}."
-    return f"{said} Not scored: {'; '.join(others)}." if others else said
+        number, rest = scored[0].split(" ", 1)
+        first = f"{number} of {formatting.format_count(ran, what)} at {grid.step_phrase} {rest}"
+        said = f"{formatting.join_words((first, *scored[1:]))}."
+    return f"{said} Runs without a score: {', '.join(others)}." if others else said
 
 
 def _describe_phase_dependence(grid: Grid) -> Iterator[str]:

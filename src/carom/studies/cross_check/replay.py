@@ -144,7 +144,7 @@ def replay(
         scene = reference.scene if isinstance(reference, Trace) else to_scene(reference)
         observed = run(scene, observed, dt=dt, profile=profile)
     elif dt is not None:
-        raise InputError("dt is allowed only with an engine name; a given run has its own step")
+        raise InputError("dt is allowed only with an engine name; a given run has its own step size")
     if not isinstance(reference, Trace):
         reference = solve_pic(reference)
     check_instance("observed", observed, Trace)

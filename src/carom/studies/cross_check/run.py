@@ -70,7 +70,7 @@ def run(
     Args:
         scene: The scene, or its name in the catalogue.
         engine: Name of an adapter, as listed by `carom.engines()`, or the ``engine.toml`` of a program.
-        dt: Step, seconds (default: the scene's frame).
+        dt: Step size, seconds (default: the scene's frame).
         profile: Name of one of the engine's profiles.
         settings: Settings by name that replace the profile's own.
         time_limit_s: Seconds after which the engine is terminated.
@@ -111,7 +111,7 @@ def cross_check(
     pool: Pool | None = None,
     **options: Any,
 ) -> Results:
-    """Run every scene on every engine with every profile at every step, and score each run against PIC.
+    """Run every scene on every engine with every profile and step size, and score each run against PIC.
 
     Args:
         scenes: Scene objects, or scenes of the catalogue by name, group or pattern. Names must differ.
@@ -197,7 +197,7 @@ class _Observer:
     def observe_traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield the result of each job as it arrives.
 
-        States are kept for drawing, at the coarsest step of scenes that fit a picture.
+        States are kept for drawing, at the largest step size of scenes that fit a picture.
         """
         asks = []
         for job in jobs:
@@ -239,12 +239,12 @@ def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | s
 
 
 def _build_pit_job(job: Job) -> Job:
-    """Return the job of PIT on the same scene at the same step. PIT's errors are the cost of sampling."""
+    """Return the job of PIT on the same scene with the same step size. PIT's errors are the cost of sampling."""
     return replace(job, method=PIT_METHOD)
 
 
 def _score_jobs(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
-    """Score all jobs. PIT always runs first on each scene at each step, even if it was not requested."""
+    """Score all jobs. PIT always runs first on each scene with each step size, even if it was not requested."""
     sampling = {_build_key(one): one for one in map(_build_pit_job, jobs)}
     pit = {_build_key(job): answer for job, answer in observer.observe_traces(sampling.values())}
     rows: dict[Key, Row] = {}
@@ -284,7 +284,7 @@ def _build_row(
     pit: Trace | None,
     scorers: dict[tuple[str, float], Scorer],
 ) -> Row:
-    """Return the row of a job. A trace is scored against the reference and PIT of its scene and step."""
+    """Return the row of a job. A trace is scored against the reference and PIT of its scene and step size."""
     row = Row(job, answer.status, answer.reason, answer.value)
     if answer.value is None:
         return row
@@ -380,7 +380,7 @@ def _build_results(
 
 
 def _add_time_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Add to each row its run time, divided by PIT's on the same scene at the same step."""
+    """Add to each row its run time, divided by PIT's on the same scene with the same step size."""
     pit_s = {
         (row.job.scene.name, row.job.dt_s): row.timing.advance_s
         for row in rows

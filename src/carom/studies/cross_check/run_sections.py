@@ -13,22 +13,22 @@ from carom.report.results_file.line_types import RowLine
 from carom.studies.cross_check.grid import Grid, GridColumn
 
 SPREAD_NOTE = (
-    "An engine can find an impact by luck, because a check happens to fall on it. So each run was repeated with "
-    "starts shifted by fractions of a step. For two discs, a formula gives the fraction of starts at which PIT must "
-    "miss the impact."
+    "An engine can find an impact by luck, because a check happens to fall into the overlap. So each run was "
+    "repeated with starts shifted by fractions of a step. For two discs, a formula gives the fraction of starts at "
+    "which PIT must miss the impact."
 )
 RUN_TIME_NOTE = (
-    "Run time of all steps divided by PIT's for the same scene and step. Below 1 is faster than PIT. Medians "
-    "over scenes."
+    "Each number is the run time of all steps divided by PIT's for the same scene and step size, as a median over "
+    "scenes. Below 1 the method is faster than PIT."
 )
 RUN_TIME_DETAIL = (
-    "Both times are measured in one session, at each scene's coarsest step. Carom's PIT skips frames at which "
-    "nothing can touch. Bit-identical repeats: scenes in which all timed runs, each in a new world of one "
+    "Both times are measured in one session, at each scene's largest step size. Carom's PIT skips frames at which "
+    "nothing can touch. 'Bit-identical repeats' counts scenes in which all timed runs, each in a new world of one "
     "process, ended with the same positions and velocities."
 )
 SETTINGS_NOTE = (
-    "Settings at the coarsest step of the first scene that the engine ran. Settings are read back from the engine "
-    "where possible."
+    "The settings are those of the first scene that the engine ran, at the largest step size. Carom reads settings "
+    "back from the engine where possible."
 )
 
 
@@ -62,7 +62,7 @@ def build_spread_section(grid: Grid) -> Section:
 
 
 class _RunTimes(NamedTuple):
-    """Run times of a method over PIT's, and whether its timed runs ended with the same bits."""
+    """Run times of a method divided by PIT's, and whether its timed runs ended with the same bits."""
 
     column: GridColumn
     ratios: list[float]
@@ -78,7 +78,7 @@ def _format_equal_ends(times: _RunTimes) -> str:
 
 
 def build_run_time_section(grid: Grid) -> Section:
-    """Return the measured run times at each scene's coarsest step."""
+    """Return the measured run times at each scene's largest step size."""
     found = []
     for column in grid.columns.values():
         lines = [cell.line for cell in grid.list_cells(column)]
@@ -104,7 +104,7 @@ def build_run_time_section(grid: Grid) -> Section:
 
 
 def build_settings_section(grid: Grid) -> Section:
-    """Return the settings used at the first scene's coarsest step, and how they vary with step and scene."""
+    """Return the settings used at the first scene's largest step size, and how they vary with step and scene."""
     profiles = {info.name: info.profiles for info in grid.results.engines}
     used = formatting.group_by((cell.column, cell.line) for cell in grid.runs if cell.line.settings is not None)
     first = {column: min(lines, key=lambda line: line.refinement) for column, lines in used.items()}
@@ -129,7 +129,7 @@ def _describe_profile(column: GridColumn, profiles: Mapping[str, Mapping[str, st
 
 
 def _describe_settings(here: RowLine, lines: Sequence[RowLine]) -> Iterator[str]:
-    """Yield each setting of a run, and whether it varies with the step or the scene."""
+    """Yield each setting of a run, and whether it varies with the step size or the scene."""
     same_scene = [line for line in lines if line.scene == here.scene]
     same_step = [line for line in lines if line.dt_s == here.dt_s and line.scene != here.scene]
     for name, value in (here.settings or {}).items():

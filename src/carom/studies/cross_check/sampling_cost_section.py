@@ -1,4 +1,4 @@
-"""Section on the cost of sampling: each engine's error over PIT's, and the error that sampling does not explain."""
+"""Section on the cost of sampling: the error of each engine divided by that of PIT, and the unexplained error."""
 
 from __future__ import annotations
 
@@ -25,25 +25,28 @@ from carom.studies.cross_check.grid import Grid, GridCell, GridColumn
 _WIDTH_IN, _NARROW_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 4.0, 0.22, 1.3, 0.5
 
 TITLE = "Error of each engine, and the part that sampling does not explain"
-CAPTION = "A ring is the largest velocity error, a disc the part that sampling does not explain. Medians over scenes."
+CAPTION = (
+    "A ring is the largest velocity error, and a disc is the part that sampling does not explain. Both are medians "
+    "over scenes."
+)
 
 NOTE = (
-    "1 is the error of checking once per step, 0 is no error, and more than 1 is worse than PIT. Numbers are medians "
-    "over scenes, with the smallest and largest values."
+    "A value of 1 is the error of checking once per step, 0 is no error, and more than 1 is worse than PIT. Numbers "
+    "are medians over scenes, with the smallest and largest values."
 )
 DETAIL_NOTE = (
-    "The error is the largest velocity error, divided by PIT's largest over the phases of the same step; or the same "
-    "ratio of spin errors if it is larger. For a missed impact, the error is the whole change of velocity. The own "
-    "error is the velocity error against PIT or PIC, whichever is smaller, divided by the greatest speed. For single "
-    "impacts it is measured from the engine's own state before the impact. Time errors do not count, because checking "
-    "once per step is late by up to a step. Scenes without a unique answer are omitted."
+    "The error is the largest velocity error, divided by PIT's largest over the phases of the step; or the same "
+    "ratio of spin errors if that is larger. For a missed impact, the error is the whole change of velocity. The own "
+    "error is the smaller of the velocity errors against PIT and PIC, divided by the greatest speed. The own error "
+    "of single impacts is measured from the engine's own state before the impact. Time errors do not count, because "
+    "checking once per step is late by up to a step. Scenes without a unique answer are omitted."
 )
-SHORT_NOTE = "error / PIT's: largest velocity or spin error, divided by PIT's largest at any phase of the step"
+SHORT_NOTE = "error / PIT's is the largest velocity or spin error, divided by PIT's largest at any phase of the step"
 
 
 @dataclass(frozen=True)
 class EngineCost:
-    """An engine's profile at each scene's coarsest step, compared with PIT there.
+    """An engine's profile at each scene's largest step size, compared with PIT there.
 
     Attributes:
         column: The engine and profile.
@@ -55,7 +58,7 @@ class EngineCost:
 
     @property
     def cost_ratios(self) -> list[float]:
-        """The error over PIT's, for each scene with such an error."""
+        """The error divided by PIT's, for each scene with such an error."""
         return [cell.cost for cell in self.cells if not math.isnan(cell.cost)]
 
     @property
@@ -107,7 +110,7 @@ def measure_engine_costs(grid: Grid) -> tuple[EngineCost, ...]:
 
 
 def build_sampling_cost_section(grid: Grid) -> Section:
-    """Return a section with the chart of errors, and a row per engine: its error over PIT's, and its own error."""
+    """Return a section with the chart of errors, and a row per engine with its error divided by PIT's."""
     found = measure_engine_costs(grid)
     if not found:
         return Section("", ())

@@ -1,4 +1,4 @@
-"""Section on stepwise accuracy: methods ranked by their steps, for runs whose trajectory shows too little."""
+"""Section on stepwise accuracy: methods ranked by their steps, for runs that whole trajectories can't grade."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from carom.studies.cross_check.grid import Grid, GridCell, keep_worst, omission_
 #: Largest number of listed runs.
 MOST_RUNS = 1000
 NOTE = (
-    "Each step is compared with PIC from the run's own state at its start, so errors do not add up. The table "
-    "lists runs whose steps show more than their trajectory, best first."
+    "Each step is compared with PIC from the run's own state at the start of the step, so errors do not add up. The "
+    "table lists runs whose steps show more than the whole trajectory. The best run is first."
 )
 DETAIL_NOTE = (
-    "Steps in which several bodies meet are compared together as a window. Missed: two bodies passed through each "
-    "other; in brackets, the number of these that PIT also misses from the same state. Invented: a body changed its "
-    "velocity with no other body near. Late: lateness in steps. Error: velocity or spin error, divided by PIT's "
-    "largest from the same state; checking once per step explains an error of up to 1. Energy: energy gained or lost "
-    "beyond PIT's steps, divided by the scene's energy. Late and error count only impacts that are alone in their "
-    "window. Entangled: fraction of windows with several impacts, which have no unique answer. Methods are ranked by "
-    "misses that PIT does not have, then by inventions, early impacts, largest error and energy. Runs that ended early "
-    "are last. A run is listed if it continues beyond the horizon or after a disc comes to rest, if its trajectory "
-    "diverged, or if a verdict is about its steps."
+    "Steps in which several bodies meet are compared together as a window. 'Missed' counts bodies that passed "
+    "through each other; the number in brackets counts those that PIT also misses from the same state. 'Invented' "
+    "counts changes of velocity with no other body near. 'Late' is the lateness in steps. The error is the velocity "
+    "or spin error, divided by PIT's largest from the same state; checking once per step explains an error of up to "
+    "1. 'Energy' is the energy gained or lost beyond PIT's steps, divided by the scene's energy. 'Late' and 'error' "
+    "include only impacts that are alone in their window. 'Entangled' is the fraction of windows with several "
+    "impacts, which have no unique answer. Methods are ranked by misses that PIT does not have, then by inventions, "
+    "early impacts, largest error and energy. Runs that ended early are last. A run is listed if it continues beyond "
+    "the horizon or after a disc comes to rest, if its trajectory diverged, or if a verdict is about its steps."
 )
 SHORT_NOTE = (
-    "impacts: - missed (of these, PIT also misses), + invented\nerror: largest over PIT's from the same state; energy: "
-    "beyond PIT's\nbest first; runs that ended early last"
+    "Impacts are missed (in brackets: also by PIT) and invented (+). The error is the largest, "
+    "divided by PIT's from the same state. The best run is first, and runs that ended early are last."
 )
 #: Verdicts that only steps show.
 _OF_STEPS = (Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.SINKS, Verdict.WORSE_STEPS)
@@ -152,4 +152,4 @@ def _describe_divergence(found: Sequence[_Steps]) -> Iterator[str]:
         pit = [formatting.format_seconds(time_s) for time_s in sorted(time_s for time_s in asked if time_s is not None)]
         also_pit = f"; PIT diverged at {formatting.join_words(pit)}" if pit else ""
         methods = formatting.format_count(len(times), "method")
-        yield f"Diverged from the reference's trajectory: {methods} {when}{also_pit}."
+        yield f"{methods} diverged from the reference's trajectory {when}{also_pit}."

@@ -1,4 +1,4 @@
-"""Section on the decrease of errors with the step: medians over the same scenes for all steps."""
+"""Section on the decrease of errors with the step size: medians over the same scenes for all step sizes."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
 DETAIL_NOTE = (
-    "Medians at different steps are only comparable over the same scenes. So only scenes are used in which PIT "
-    "finds an impact at every step with a velocity error above rounding. A method that finds no impact in a "
-    "scene has fewer scenes."
+    "Medians at different step sizes are only comparable over the same scenes. So the medians only include scenes in "
+    "which PIT finds an impact at every step size, with a velocity error above rounding. A method that finds no impact "
+    "in a scene has fewer scenes."
 )
 
 
 class TrendPoint(NamedTuple):
-    """One engine and profile at one step.
+    """One engine and profile with one step size.
 
     Attributes:
         median: Median over scenes of the largest velocity error; None if no scene has such an error.
@@ -58,7 +58,7 @@ class TrendPoint(NamedTuple):
 
 
 class Series(NamedTuple):
-    """The points of an engine and profile, one per step, and the name in legend and table."""
+    """The points of an engine and profile, one per step size, and the name in legend and table."""
 
     column: GridColumn
     points: tuple[TrendPoint, ...]
@@ -67,11 +67,11 @@ class Series(NamedTuple):
 
 @dataclass(frozen=True)
 class Trend:
-    """Error against step.
+    """Error against step size.
 
     Attributes:
-        parts: Steps as fractions of each scene's coarsest step, beginning with 1.
-        coarsest_s: Smallest and largest of the scenes' coarsest steps, seconds.
+        parts: Steps as fractions of each scene's largest step size, beginning with 1.
+        coarsest_s: Smallest and largest of the scenes' largest step sizes, seconds.
         series: One series per column of the grid. Equal profiles of Carom's own methods share one series.
         scenes: Names of the scenes in the velocity medians.
         left_out: Names of the other scenes, by reason.
@@ -86,15 +86,15 @@ class Trend:
 
 #: Reasons to omit a scene from the medians, in the order of the report.
 _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
-    "PIT's velocities are right at every step",
-    "PIT finds no impact at one of the steps, so it has no velocity error",
+    "PIT's velocities are right at every step size",
+    "PIT finds no impact at one of the step sizes, so it has no velocity error",
     "there is no impact",
     "the scene is not graded",
 )
 
 
 def build_trend(grid: Grid) -> Trend:
-    """Compute the series over the scenes in which PIT has a velocity error at every step."""
+    """Compute the series over the scenes in which PIT has a velocity error at every step size."""
     by_place = formatting.group_by(((cell.column, cell.line.refinement), cell) for cell in grid.runs)
     coarsest = {cell.scene: cell.line.dt_s for cell in grid.runs if cell.line.refinement == 0}
     planned = [cell for cell in grid.runs if cell.scene in coarsest]
@@ -153,24 +153,26 @@ def _build_point(cells: Sequence[GridCell], chosen: Sequence[str]) -> TrendPoint
 
 
 def build_trend_section(grid: Grid) -> Section:
-    """Return a section with charts of error and of wrong scenes against the step, and their numbers."""
+    """Return a section with charts of error and of wrong scenes against the step size, and their numbers."""
     trend = build_trend(grid)
     if not any(point.graded for series in trend.series for point in series.points):
         return Section("", ())
     wrong = "Scenes in which a method misses or invents an impact, has impacts out of order, or ends differently."
+    velocity = "Velocity error. The shaded area is PIT's range from smallest to largest."
     charts = (
-        Figure(partial(_render_velocity_chart, trend), "Velocity error. Shaded: PIT's range from smallest to largest."),
+        Figure(partial(_render_velocity_chart, trend), velocity),
         Figure(partial(_render_wrong_chart, trend), wrong),
     )
     steps = [(k, f"step {formatting.format_fraction(part)}") for k, part in enumerate(trend.parts)]
     columns = [Column("engine", lambda series: series.name)]
     columns += [Column("velocity error", partial(_format_error, k), step) for k, step in steps]
     columns += [Column("scenes wrong", partial(_format_wrong, k), step) for k, step in steps]
-    note = "Velocity error: median over scenes (smallest to largest; number of scenes)."
+    note = "A velocity error is a median over scenes (smallest to largest; number of scenes)."
     table = Table(columns, trend.series, note=note, folded="The numbers of these charts", only=Media.ON_PAPER)
-    said = "There are no medians, because PIT has no scene with a velocity error at every step"
+    said = "There are no medians, because PIT has no scene with a velocity error at every step size"
     if trend.scenes:
-        said = f"Velocity errors are medians over {formatting.format_count(len(trend.scenes), 'scene')} at every step"
+        scenes_used = formatting.format_count(len(trend.scenes), "scene")
+        said = f"Velocity errors are medians over {scenes_used} at every step size"
     scenes = Lines(tuple(_describe_scenes(trend)), Media.ON_PAPER, folded="Scenes in the medians")
     blocks = (
         Figures(charts),
@@ -179,7 +181,7 @@ def build_trend_section(grid: Grid) -> Section:
         table,
         scenes,
     )
-    return Section("Error against step", blocks)
+    return Section("Error against step size", blocks)
 
 
 def _format_wrong(k: int, series: Series) -> str:
@@ -199,7 +201,7 @@ def _describe_scenes(trend: Trend) -> Iterator[str]:
     if trend.scenes:
         yield f"Velocity errors are medians over {formatting.join_words(trend.scenes)}."
     for why, names in trend.left_out.items():
-        yield f"Omitted because {why}: {formatting.join_words(names)}."
+        yield f"These scenes are omitted, because {why}: {formatting.join_words(names)}."
 
 
 def _render_velocity_chart(trend: Trend, narrow: bool = False) -> str:
@@ -214,7 +216,7 @@ def _render_velocity_chart(trend: Trend, narrow: bool = False) -> str:
                 axes.fill_between(trend.parts, low, high, color=INK, alpha=0.08, linewidth=0)
         axes.set_ylabel("velocity error, median over scenes", labelpad=2)
         _set_x_axis(axes, trend, figure if narrow else None)
-        return render(figure, "Median velocity error against the step", narrow=narrow)
+        return render(figure, "Median velocity error against step size", narrow=narrow)
 
 
 def _render_wrong_chart(trend: Trend, narrow: bool = False) -> str:
@@ -229,7 +231,7 @@ def _render_wrong_chart(trend: Trend, narrow: bool = False) -> str:
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_ylabel("scenes graded wrong")
         _set_x_axis(axes, trend, figure if narrow else None)
-        return render(figure, "Scenes graded wrong, against the step", narrow=narrow)
+        return render(figure, "Scenes graded wrong, against step size", narrow=narrow)
 
 
 def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
@@ -240,7 +242,7 @@ def _set_x_axis(axes: Axes, trend: Trend, below: Drawn | None) -> None:
     axes.minorticks_off()
     low, high = (formatting.format_step(dt_s) for dt_s in trend.coarsest_s)
     between = high if low == high else f"{high} to {low}"
-    axes.set_xlabel(f"step, as a fraction of the coarsest ({between})")
+    axes.set_xlabel(f"step size, as a fraction of the largest ({between})")
     finish(axes, below)
 
 

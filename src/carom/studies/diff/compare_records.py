@@ -91,7 +91,7 @@ class Change:
         kind: Kind of the change.
         scene: Name of the scene.
         method: Engine and profile, of both runs if they differ.
-        dt_s: Step, seconds.
+        dt_s: Step size, seconds.
         old: The cell's mark in the old report.
         new: The cell's mark in the new report.
         measures: The numbers that changed.
@@ -118,7 +118,7 @@ class Change:
 
     @property
     def graded(self) -> bool:
-        """Whether both runs have a grade or failed. Otherwise the change is neither better nor worse."""
+        """Whether both runs have a grade or failed, so that the change can be better or worse."""
         return _are_graded(self.old, self.new)
 
     @property
@@ -200,7 +200,7 @@ def compare_records(old: Path, new: Path, match: Sequence[tuple[str, str]] | Non
     ran = [pair for pair in pairs if any(map(_has_run, pair))]
     if not any(all(map(_has_run, pair)) for pair in ran):
         raise InputError(
-            f"{old} and {new} have no run in common: scenes, engines, profiles or steps differ, or an engine was "
+            f"{old} and {new} have no run in common: scenes, engines, profiles or step sizes differ, or an engine was "
             "not available; --engine OLD=NEW compares one engine with another"
         )
     versions = _find_changed_versions(before.environment, after.environment)

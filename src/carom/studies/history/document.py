@@ -28,10 +28,11 @@ _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
     "A change is attributed to the engine if the settings read back are equal and the motion differs. The motion is "
-    "compared at {phases} phases of the step and at the scene's own phase. It differs if the ranges of one number do "
-    "not overlap: of final velocity errors, of position errors at eight instants, or of one coordinate. The gap "
-    "between the ranges must exceed rounding, and the distance from the last value of a range to its neighbour. "
-    "Reported contacts do not count. Same bits: impacts and final states are bit-identical at the scene's own phase."
+    "compared at {phases} phases of the step and at the scene's own phase. The motion differs if the ranges of one "
+    "number (a final velocity error, a position error at one of eight instants, or one coordinate) do not overlap. The "
+    "gap between the ranges must exceed rounding, and the distance from the last value of a range to its neighbour. "
+    "Differences of reported contacts do not count. 'Same bits' means that impacts and final states are bit-identical "
+    "at the scene's own phase."
 )
 
 
@@ -126,15 +127,21 @@ def _build_headline(found: History) -> Iterator[str]:
     moved = [step for step in found.transitions if step.real]
     if len(ran) >= 2 and not moved:
         still = all(step.count(ChangeKind.NOTHING) == step.compared for step in found.transitions)
-        nothing = "no bit changed" if still else "no change beyond the range over phases"
-        yield f"{engine} from {ran[0].version} to {ran[-1].version}: {nothing}."
+        nothing = "no bit changed" if still else "nothing changed beyond the range over phases"
+        yield f"In {engine} from {ran[0].version} to {ran[-1].version}, {nothing}."
     for step in reversed(moved):
         counts = Counter(change.kind for change in step.real.values())
-        said = [f"{counts[kind]} {kind.value}" for kind in ChangeKind if kind.real and counts[kind]]
-        yield f"{engine} {step.old.version} → {step.new.version}: {formatting.join_words(said)}."
+        became = {
+            ChangeKind.WORSE: "became worse",
+            ChangeKind.BETTER: "became better",
+            ChangeKind.NEITHER: "changed without becoming better or worse",
+        }
+        first, *others = [(counts[kind], words) for kind, words in became.items() if counts[kind]]
+        said = [f"{formatting.format_count(first[0], 'cell')} {first[1]}", *(f"{n} {words}" for n, words in others)]
+        yield f"From {engine} {step.old.version} to {step.new.version}, {formatting.join_words(said)}."
     cells = formatting.format_count(max((len(one.seen) for one in ran), default=0), "cell")
-    releases = formatting.format_count(len(ran), "release")
-    yield f"{releases} of {engine} ran (of {len(found.releases)} requested), each on {cells}."
+    requested = formatting.format_count(len(found.releases), "requested release")
+    yield f"{len(ran)} of {requested} of {engine} ran, each on {cells}."
 
 
 def _build_release_columns(found: History) -> tuple[Column, ...]:

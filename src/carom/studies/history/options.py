@@ -39,7 +39,7 @@ class HistoryOptions(LimitOptions):
         most: Largest number of releases that meet the conditions. The newest ones are used.
         installed: Whether the installed engine also runs, after all releases.
         profiles: Names of profiles.
-        dts: Steps, seconds (default: each scene's own frame).
+        dts: Step sizes, seconds (default: each scene's own frame).
         phases: Number of additional phases at which a changed cell is run.
         seed: Start of the quasi-random sequence of phases.
         kept_mb: Largest size of cached releases, megabytes.
@@ -67,7 +67,7 @@ class HistoryOptions(LimitOptions):
     phases: int = declare_option(
         FEWEST_PHASES,
         build_whole_number_kind(FEWEST_PHASES, MOST_PHASES),
-        "Number of start positions within a step from which changed runs are repeated.",
+        "Number of starts within a step from which changed runs are repeated.",
         "--phases",
     )
     seed: int = declare_seed()
@@ -78,5 +78,5 @@ class HistoryOptions(LimitOptions):
     scheduler: str | None = declare_no_scheduler("each release is installed into a folder of this machine")
 
     def list_steps(self, scene: Scene) -> tuple[float, ...]:
-        """Return the steps at which a scene is run, beginning with the coarsest."""
+        """Return the step sizes with which a scene is run, beginning with the largest."""
         return tuple(sorted(set(self.dts or (1.0 / scene.frame_rate_hz,)), reverse=True))

@@ -15,7 +15,7 @@ from carom.studies.history.release_engines import Origin
 
 @dataclass(frozen=True, order=True)
 class RunCell:
-    """A scene by name, a profile and a step."""
+    """A scene by name, a profile and a step size."""
 
     scene: str
     profile: str

@@ -105,7 +105,7 @@ class _ReleaseRuns:
 
     @property
     def cells(self) -> list[RunCell]:
-        """All cells, in the order of scenes, steps and profiles."""
+        """All cells, in the order of scenes, step sizes and profiles."""
         return [
             RunCell(scene.name, profile, dt_s)
             for scene in self.scenes.values()
@@ -299,7 +299,7 @@ def bisect_change(
                 old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
             found = classify_change(old, new)
             if found.kind is ChangeKind.NOT_RUN:
-                what = f"{origin.package} {version} can't run this scene with this profile and step"
+                what = f"{origin.package} {version} can't run this scene with this profile and step size"
                 raise CaromError(f"{what}: {found.why}")
             return found
 

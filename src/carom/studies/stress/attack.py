@@ -1,4 +1,4 @@
-"""Attacks: a quantity varied from harmless to absurd values, scenes for its values, and a judge of their traces."""
+"""Attacks (stress tests): scenes in which one quantity varies from harmless to absurd values, and a judge of traces."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def attack_at_phases(stage: Callable[[float, float], Trial]) -> Attack:
 
 
 def build_velocity_judge(truth: TrueMotion) -> Judge:
-    """Return a judge of final velocities. It divides each disc's error by the disc's greatest change by one impact.
+    """Return a judge of final velocities, which divides a disc's error by its greatest change by one impact.
 
     The error of a disc that is never hit is divided by the greatest change of any disc. So errors have no unit, and the
     error of a graze is relative to the graze's small change of velocity.
@@ -211,8 +211,8 @@ def judge_energy(trace: Trace) -> Judgement:
 def build_pressure_judge(compressibility: float) -> Judge:
     """Return a judge of ``Z = p V / N k T``, from the virial of disc impacts in the last four fifths of the run.
 
-    Each impact adds its impulse times the distance of the centres. The first fifth of the run is omitted, because the
-    lattice still has an effect.
+    The virial is the sum of impulse times distance of the centres over the impacts. The first fifth of the run is
+    omitted, because the lattice still has an effect.
     """
 
     @_require_end

@@ -74,7 +74,7 @@ def _lively(value: float, phase: float) -> Trial:
 
 @attack_at_phases
 def _rests(value: float, phase: float) -> Trial:
-    """Make a trial of a ball that is dropped and bounces. It comes to rest half a second before the end."""
+    """Make a trial of a ball that is dropped and bounces. The ball comes to rest half a second before the end."""
     e, fall_s = 1.0 - value, (24 + phase) * _DT_S
     shows = f"A ball that loses {format_number(value, 3)} of its speed at each bounce bounces until it rests."
     ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # the scene ends at the end of a step

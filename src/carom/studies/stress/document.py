@@ -27,12 +27,13 @@ WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "report
 HEADINGS = {"attack": "Where each method fails", "relation": "Invariances", "complaint": "Scenes of reported bugs"}
 
 NOTES = {
-    "attack": "A cell shows the size at which a method first fails, starting from the harmless end of the axis. 'to' "
-    "marks a method that passes the whole axis. Below the size are the error at the last passed size, and a bar for "
-    "the passed part of the axis in decades.",
-    "relation": "Largest difference between the changed scene's result and the expected result, over the scene's "
-    "length or speed; 0 is bit-identical.",
-    "complaint": "'seen' if a method still shows the reported bug. The number is its deviation from the known answer.",
+    "attack": "A cell shows the value at which a method first fails, starting from the harmless end of the range. 'to' "
+    "marks a method that passes the whole range. Below the value are the error at the last passed value, and a bar for "
+    "the passed part of the range in decades.",
+    "relation": "A cell shows the largest difference between the changed scene's result and the expected result, "
+    "divided by the scene's length or speed; 0 is bit-identical.",
+    "complaint": "'seen' marks a method that still has the reported bug. The number is the method's deviation from the "
+    "known answer.",
 }
 
 #: Largest number of methods for which the answer has a full sentence per method. For more methods, the answer is a
@@ -40,8 +41,8 @@ NOTES = {
 SENTENCES = 4
 
 HEAT = (
-    "Each character is one test, the worst first. =: the method passes. 0 to 9: it passes this many tenths of the "
-    "axis. -: the test was not run."
+    "Each character is one test, and the worst test is first. '=' is a pass, '-' is a test that was not run, and a "
+    "digit n is a failure after n tenths of the range."
 )
 
 #: Largest number of methods that are named in a sentence. More are counted.
@@ -59,8 +60,8 @@ _SHOWN = {
 #: The number in a method's row for each kind of test, in the order of `HEADINGS`.
 _COUNTED = (("passed", CellEnding.PASSES), ("hold", CellEnding.HOLDS), ("seen", CellEnding.SEEN))
 _MEANINGS = (
-    (_GOOD, "passes", "passes the whole axis, keeps the invariance, or does not show the bug"),
-    (_WAY, "fails at", "fails at the shown size"),
+    (_GOOD, "passes", "passes the whole range, keeps the invariance, or does not show the bug"),
+    (_WAY, "fails at", "fails at the shown value"),
     (_BAD, "fails", "fails at the harmless end, violates the invariance, or shows the bug"),
     (_NOT, "not run", "the method is unavailable, or does not support the scene"),
 )
@@ -156,17 +157,17 @@ def _format_sign(line: StressTest, result: CellResult) -> str:
 
 
 def _describe_method(results: StressResults, lines: list[StressTest], method: Method, *, short: bool = False) -> str:
-    """Describe the number of stress tests that a method passes, and the method's first failure: size and axis."""
+    """Describe the number of stress tests that a method passes, and its first failure with the varied quantity."""
     ran = _list_endings(results, lines, method)
     if not ran:
         return f"{method.phrase}: none of {formatting.format_count(len(lines), WORDS['attack'])} could be run."
     unrun = f" ({len(lines) - len(ran)} could not be run)" if len(ran) < len(lines) and not short else ""
-    passes = f"{method.phrase}: passes {ran.count(CellEnding.PASSES)} of {len(ran)}{unrun}"
+    passes = f"{method.phrase} passes {ran.count(CellEnding.PASSES)} of {len(ran)}{unrun}"
     first = _build_first_failure_cell(results, lines, method).text
     if short:
-        return f"{passes}; first failure: {first}." if first else f"{passes}."
+        return f"{passes}; it first fails in {first}." if first else f"{passes}."
     axis = next((line.axis for line in lines if first.startswith(f"{line.name} ")), "")
-    return f"{passes}; first failure: {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
+    return f"{passes}; it first fails in {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
 
 
 def _build_first_failure_cell(results: StressResults, lines: list[StressTest], method: Method) -> Cell:
@@ -209,7 +210,7 @@ def _build_evidence_table(results: StressResults, line: StressTest) -> Table:
         Column("result", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
         Column("value", lambda cell: _format_number(cell[1].value), number=True),
         Column("passes up to", lambda cell: _format_number(cell[1].stands_at), number=True),
-        Column("error at that size", lambda cell: _format_number(cell[1].error), number=True),
+        Column("error at that value", lambda cell: _format_number(cell[1].error), number=True),
         Column("why", lambda cell: Cell(cell[1].reason, css="prose")),
         Column("scene", lambda cell: Cell(", ".join(cell[1].scenes), link=next(iter(cell[1].scenes), ""))),
         Column("command, in this folder", lambda cell: _format_command(*cell)),
@@ -219,7 +220,7 @@ def _build_evidence_table(results: StressResults, line: StressTest) -> Table:
         columns,
         _list_cells(results, line),
         title=f"{line.name}: {line.axis}",
-        note=f"{formatting.capitalise(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
+        note=f"{formatting.capitalise(line.gives_way).rstrip('.')}. Exact answer: {line.truth}.{thread}",
         folded=f"{line.name}: {line.axis}",
         css="cells",
         only=Media.ON_PAPER,
@@ -304,11 +305,11 @@ def _describe_ranking(results: StressResults, kind: str, lines: list[StressTest]
             partly.append(f"{method.phrase} passed {ran.count(good)} of {len(ran)} that it can run")
     if passed:
         most, fewest = max(passed), min(passed)
-        best, worst = f"passed the most ({most})", f"; {_name_methods(passed[fewest])} passed the fewest ({fewest})"
-        if most == fewest:
-            best, worst = f"{'each ' * (len(passed[most]) > 1)}passed {most}", ""
+        each = "each " if len(passed[most]) > 1 else ""
         tests = formatting.format_count(len(lines), WORDS[kind])
-        yield f"{_name_methods(passed[most])} {best} of {tests}{worst}."
+        few = f"only {fewest}, the fewest" if fewest else "none"
+        worst = f"; {_name_methods(passed[fewest])} passed {few}" if fewest < most else ""
+        yield f"{_name_methods(passed[most])} {each}passed {most} of {tests}{worst}."
     if partly and (kind != "attack" or len(partly) <= FEW):  # the numbers are in the sentences about each method
         said = f": {formatting.join_words(partly)}" if len(partly) <= FEW else ""
         are = f"{formatting.format_count(len(partly), 'method')} {'is' if len(partly) == 1 else 'are'}"
@@ -328,8 +329,8 @@ def _describe_complaints(results: StressResults, complaints: list[StressTest]) -
     here = sum(bool(own - {CellEnding.NOT_RUN}) for own in endings.values())
     still = [name for name, own in endings.items() if CellEnding.SEEN in own]
     seen = f": {formatting.join_words(still)}" if 0 < len(still) <= FEW else ""
-    of = f"{formatting.format_count(len(complaints), WORDS['complaint'])}: {here} concern one of these engines"
-    return f"{of}; {len(still)} are still seen{seen}."
+    of = f"{here} of {formatting.format_count(len(complaints), WORDS['complaint'])} concern one of these engines"
+    return f"{of}, and {len(still)} still occur{seen}."
 
 
 def _format_json(results: StressResults) -> str:

@@ -64,7 +64,7 @@ def _crowded_frame(impacts: float) -> Iterator[Trial]:
 
 @attack
 def _at_once(pairs: float) -> Iterator[Trial]:
-    """Make a trial of distant pairs that all meet at exactly the same instant. All pairs are rotated copies of one."""
+    """Make a trial of distant pairs that all meet at exactly the same instant. Each is a rotated copy of the first."""
     count = round(pairs)
     dt, side, pitch = 1.0 / RATE_HZ, math.ceil(math.sqrt(count)), 8.0 * _RADIUS_M
     along = 2 * _RADIUS_M + _SPEED_M_S * dt * 4.52

@@ -94,7 +94,7 @@ def build_rough_scene() -> Scene:
 
 
 def build_superball_scene() -> Scene:
-    """Return the rough scene with so much friction that all impacts stick, and with full tangential restitution."""
+    """Return the scene of `build_rough_scene` with tangential restitution 1 and so much friction that impacts stick."""
     rough = build_rough_scene()
     about = {"name": "stress/superball-relations", "description": _SUPERBALLS}
     return _build_variant(rough, rough.discs, **about, friction=_GRIP, tangential_restitution=1.0)

@@ -1,4 +1,4 @@
-"""Results of a stress campaign: the size at which each method fails, and violations of relations."""
+"""Results of a stress campaign: the value at which each method fails, and violations of relations."""
 
 from __future__ import annotations
 
@@ -72,9 +72,9 @@ class CellResult:
         line: Name of the attack, relation or complaint.
         method: Name of the method.
         ending: Outcome of the cell.
-        value: The size at which the method fails, or the largest tested size if it passes. For a relation or a
+        value: The value at which the method fails, or the most extreme tested value if it passes. For a relation or a
             complaint, the number is the deviation. None if there is no number.
-        stands_at: The largest passed size; None if there is none.
+        stands_at: The most extreme passed value; None if there is none.
         error: The error at `stands_at`, in the measure of the attack; None if there is none.
         reason: Reason of a failure, or of a missing number.
         scenes: Files of the scenes that show the number, in the folder of results.

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 class ShownTuning(ShownResult, Tuning):
     """Result of a search that can be printed, shown in a notebook and plotted.
 
-    The plot has each scene's error over PIT's with the first profile and with the best settings.
+    The plot has each scene's error divided by PIT's with the first profile and with the best settings.
     """
 
     def _show(self) -> tuple[Document, str, Callable[[Axes], None]]:
@@ -81,7 +81,7 @@ def _draw(found: Tuning, axes: Axes) -> None:
         wrong = [k for k in rows if runs[k].wrong]
         axes.plot([errors[k] for k in wrong], wrong, "x", color=drawn.get_color(), markersize=9.0)
     axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="PIT")
-    axes.set(xscale="log", xlabel="error over PIT's (x: missed or spurious impacts)", yticks=rows, yticklabels=names)
+    axes.set(xscale="log", xlabel="error / PIT's (x: missed or spurious impacts)", yticks=rows, yticklabels=names)
     axes.xaxis.set_major_formatter(format_tick)
     axes.invert_yaxis()
     axes.grid(which="major", axis="x", alpha=0.18, linewidth=0.6)

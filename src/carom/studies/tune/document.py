@@ -26,12 +26,13 @@ from carom.studies.tune.search import Found
 from carom.support.folders import write_files
 
 ERROR_NOTE = (
-    "Error: the largest velocity or spin error, divided by PIT's largest over the phases of the same step. 1 is "
-    "the cost of sampling, 0 is rounding."
+    "The error is the largest velocity or spin error, divided by PIT's largest over the phases of the step. An error "
+    "of 1 is the cost of sampling, and 0 is rounding."
 )
 MERIT_NOTE = (
-    "Columns count scenes. Between: the scene is sampled, inaccurate, parted or not graded. The error is the mean "
-    "over scenes on a logarithmic scale: 0 is rounding, 50 the cost of sampling, and 100 wrong or not run."
+    "Columns count scenes. 'Between' counts scenes that are sampled, inaccurate, parted or not graded. The error is "
+    "the mean over scenes on a logarithmic scale, on which 0 is rounding, 50 is the cost of sampling, and 100 is "
+    "wrong or not run."
 )
 #: Name of the profile in the code to paste.
 FOUND = "found"
@@ -90,20 +91,20 @@ def _build_headline(found: Tuning) -> Iterator[str]:
     early = f", of which {found.given_up} were abandoned early" if found.given_up else ""
     tried = f"tried {formatting.format_count(found.trials, 'setting', 'different settings')}{early}"
     if found.best is found.first:
-        yield f"No better settings than {found.options.profile} were found on {scenes}; {tried}."
+        yield f"No better settings than {found.options.profile} were found on {scenes}, although carom {tried}."
         yield f"With {found.options.profile}: {_format_grades(found.first)}."
         yield from _describe_equal_profiles(found)
         return
     own = found.options.profile
-    grades = f"{_format_grades(found.best)}; {own} has {_format_grades(found.first)}"
+    grades = f"{_format_grades(found.best)} ({own}: {_format_grades(found.first)})"
     changed = formatting.format_count(len(found.best.tried), "setting")
-    yield f"{found.engine}: {changed} changed from {own}, found in trial {found.best.trial}: {grades}."
+    yield f"{found.engine}: trial {found.best.trial} changed {changed} of {own}, with the grades {grades}."
     yield from _describe_equal_profiles(found)
-    yield f"Scenes: {scenes}, each at {_describe_step(found)}; {tried}."
+    yield f"The search used {scenes}, each at {_describe_step(found)}, and {tried}."
     if not math.isnan(found.time_ratio):
         cost = formatting.format_number(found.time_ratio)
         yield f"A step takes {cost} times as long as with {found.options.profile} (median over scenes)."
-    yield "This result is only valid for these scenes and steps."
+    yield "This result is only valid for these scenes and step sizes."
 
 
 def _describe_equal_profiles(found: Tuning) -> Iterator[str]:
@@ -207,7 +208,7 @@ def _build_code_sections(found: Tuning, asked: Sequence[str]) -> Iterator[Sectio
     scenes = formatting.format_count(len(found.scenes), "scene")
     said = f"Found by carom tune on {scenes}: {_format_grades(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
-    varying = [f"# {name} varies with the step: as in {method.profile}" for name in sorted(found.varying)]
+    varying = [f"# {name} varies with the step size, as in {method.profile}" for name in sorted(found.varying)]
     python = "\n".join(
         [
             f'"{FOUND}": Profile(',

@@ -29,8 +29,8 @@ _reference, _sampling = lru_cache(maxsize=_KEPT)(solve_reference), lru_cache(max
 def judge_score(score: Score) -> Judged:
     """Return the parts of a score that a search needs.
 
-    If a trajectory has diverged from the reference's, its impacts match by chance. In this case, the error over PIT's
-    and the missed and invented impacts are taken from the steps, which start from the run's own states.
+    If a trajectory has diverged from the reference's, its impacts match by chance. In this case, the error divided by
+    PIT's and the missed and invented impacts are taken from the steps, which start from the run's own states.
     """
     local = score.local_truth
     if score.parted_s is not None and local is not None:
@@ -79,7 +79,7 @@ class Jury:
     """Evaluates methods on scenes.
 
     Args:
-        steps: The scenes, with a step for each, seconds.
+        steps: The scenes, with a step size for each, seconds.
         horizons: Time up to which a scene's reference is reliable, by the scene's name. References of other scenes are
             reliable to their end.
         pool: Worker pool, which stays open.

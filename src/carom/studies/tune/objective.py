@@ -1,13 +1,13 @@
 """Objective of the search: the order of settings from better to worse.
 
-These criteria are compared in order. A criterion decides only between settings that are equal by all criteria before
-it:
+The following criteria are compared in order. A criterion decides only between settings that are equal by all criteria
+before it:
 
 1. **wrong scenes**: a missed or invented impact changes the motion, which small errors elsewhere can't compensate;
 2. **scenes that are neither exact nor close**: a method that finds the instant is better than a method that is late by
    up to a step;
-3. **the error over PIT's**, for each scene on a logarithmic scale. Errors differ by decades, so on a linear scale only
-   the worst scene would count. The error is rounded to hundredths of that scale, so that run time can decide;
+3. **the error divided by PIT's**, for each scene on a logarithmic scale. Errors differ by decades, so on a linear scale
+   only the worst scene would count. The error is rounded to hundredths of that scale, so that run time can decide;
 4. **the run time**: the time of all steps over the first profile's time, as the median over scenes.
 """
 
@@ -31,7 +31,7 @@ class Judged:
 
     Attributes:
         grade: The grade; None if the scene was not run.
-        price: The error over PIT's largest, see `carom.comparator.Score.price_paid`; NaN if there is none.
+        price: The error divided by PIT's largest, see `carom.comparator.Score.price_paid`; NaN if there is none.
         missed: Number of missed impacts.
         spurious: Number of invented impacts.
         reason: Reason why the scene was not run.
@@ -65,7 +65,7 @@ class Merit:
     Attributes:
         wrong: Number of scenes that are wrong or did not run.
         behind: Number of scenes that are neither exact nor close.
-        error: Mean error over PIT's on a logarithmic scale: 0 means rounding, and 50 an error as large as PIT's.
+        error: Mean error divided by PIT's on a logarithmic scale: 0 means rounding, and 50 an error as large as PIT's.
         cost: Median over scenes of the run time, divided by the first profile's run time; 1 without timing.
     """
 
@@ -91,7 +91,7 @@ class Merit:
 
 
 def compute_error_on_scale(judged: Judged) -> float:
-    """Return a scene's error over PIT's on a logarithmic scale from 0 (rounding) over 1/2 (PIT's error) to 1.
+    """Return a scene's error divided by PIT's on a logarithmic scale from 0 (rounding) over 1/2 (PIT's error) to 1.
 
     A wrong scene has 1. If there is no error to measure, an exact or close scene has 0, any other 1.
     """

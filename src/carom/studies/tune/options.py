@@ -26,7 +26,7 @@ class TuneOptions(LimitOptions):
 
     Attributes:
         profile: The profile from which the search starts.
-        dt_s: Step, seconds (default: each scene's own frame).
+        dt_s: Step size, seconds (default: each scene's own frame).
         trials: Number of different settings to try before the best is refined.
         seed: Seed of the optimiser's random numbers.
         timing: Whether run time decides between equally accurate settings. If so, only one job runs at a time.
@@ -37,7 +37,7 @@ class TuneOptions(LimitOptions):
 
     profile: str = declare_option("default", build_name_kind(), "Profile to start from.", "--profile", "-p")
     dt_s: float | None = declare_option(
-        None, build_step_kind(), "Time step in seconds, such as 1/240.", "--dt", said="one frame of each scene"
+        None, build_step_kind(), "Step size in seconds, such as 1/240.", "--dt", said="one frame of each scene"
     )
     trials: int = declare_option(
         100, build_whole_number_kind(1, MOST_SEED), "Number of settings to try before the best is refined.", "--trials"
@@ -56,5 +56,5 @@ class TuneOptions(LimitOptions):
             )
 
     def compute_step(self, scene: Scene) -> float:
-        """Return the step at which a scene is run, seconds."""
+        """Return the step size with which a scene is run, seconds."""
         return 1.0 / scene.frame_rate_hz if self.dt_s is None else self.dt_s

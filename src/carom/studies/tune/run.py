@@ -52,7 +52,7 @@ class Tuning:
             better, or if the adapter writes no code.
         own: The first profile's settings at the first scene's step, by name.
         settings: The best settings at that step, by name.
-        varying: Names of the settings that vary with the step.
+        varying: Names of the settings that vary with the step size.
         time_ratio: Median over scenes of the run time, divided by the first profile's run time; NaN if no scene was
             timed.
         trials: Number of tried settings.
@@ -189,7 +189,7 @@ def _find_horizons(
 def _read_settings(
     pool: Pool, engine: str, profile: str, tried: SettingOverrides, dt_s: float
 ) -> tuple[dict[str, Setting], frozenset[str]]:
-    """Return the settings at a step, except for the step itself, and the names of settings that vary with the step."""
+    """Return the settings for a step size, and the names of settings that vary with the step size."""
     answer = pool.run(SettingsTask(engine, profile, (dt_s, dt_s / 2), tried))
     here, finer = answer.value or (answer.said, "")
     if isinstance(here, str) or isinstance(finer, str):

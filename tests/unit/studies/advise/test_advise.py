@@ -211,7 +211,7 @@ def test_scene_is_cut_where_rounding_becomes_decisive(monkeypatch: pytest.Monkey
     )
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
     with pytest.raises(
-        InputError, match="no step can be recommended for 'walled', because from its first impact on, rounding"
+        InputError, match="no step size can be recommended for 'walled', because from its first impact on, rounding"
     ):
         advise(scene, build_options(["pit"], DEGREE), InProcessPool())
 

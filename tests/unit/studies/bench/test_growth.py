@@ -105,7 +105,7 @@ def test_growth_bench_needs_resume_for_existing_folder(tmp_path: Path, recorded_
     for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
         result = carom_command(*command, *arguments)
         assert result.exit_code == exit_code, result.output
-        assert ("continue from them by --resume" in printed_text(result)) == (exit_code == 2)
+        assert ("continue with --resume" in printed_text(result)) == (exit_code == 2)
     assert recorded_runs == [("pit", 2), ("pit", 2)]  # plain, and falling
 
 

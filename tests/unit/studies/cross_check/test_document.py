@@ -38,7 +38,7 @@ def test_tables_from_records_equal_those_of_the_run(results: Results, folder: Pa
     run, rebuilt = cross_check_document(results), rebuild_document(*read_records(folder / "results.jsonl"))
     again = {heading: found for heading, found in list_tables(rebuilt).items() if found and heading != "Settings used"}
     assert again == {heading: list_tables(run)[heading] for heading in again}
-    assert {"Every method against PIC", "Run time", "Error against step", "All cells at all steps"} <= set(again)
+    assert {"Every method against PIC", "Run time", "Error against step size", "All cells at all steps"} <= set(again)
 
 
 def test_report_command_rebuilds_report_from_records(folder: Path) -> None:

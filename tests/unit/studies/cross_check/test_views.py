@@ -180,7 +180,7 @@ def test_run_that_ends_early_is_not_counted_as_missing_impacts(results: Results)
     )
     assert (score.grade, score.missed, score.spurious) == (Grade.WRONG, (), ())
     early = replace(results, rows=tuple(replace(r, score=score) if r is row else r for r in results.rows))
-    told = next(s for s in cross_check_document(early).sections if s.heading == "Error against step")
+    told = next(s for s in cross_check_document(early).sections if s.heading == "Error against step size")
     assert "missed or invented impact" not in str(told.blocks)
 
 
@@ -191,13 +191,13 @@ def test_summary_counts_engine_runs_by_grade(results: Results) -> None:
     """
     line = render_text(results)
     rows = [row for row in results.rows if row.job.engine == "toy" and row.job.refinement == 0]
-    assert f"Of {len(rows)} engine runs at each scene's own frame rate" in line
+    assert f" of {len(rows)} engine runs at each scene's own frame rate " in line
     for grade in (Grade.SAMPLED, Grade.WRONG):
         n = sum(row.grade is grade for row in rows)
         assert n
-        assert f"{n} {grade.name.lower()}" in line
+        assert re.search(rf"\b{n}\b[^.]* (is|are) {grade.name.lower()}", line)
     assert "PIC reproduces all 3 known answers (largest deviation 2.5e-15)." in line
-    assert "3 unsupported; 3 unavailable; 3 crashed; 3 timed out; 3 failed" in line
+    assert "3 unsupported, 3 unavailable, 3 crashed, 3 timed out, 3 failed" in line
     assert "gone is not installed; pip install 'gone'" in line
 
 
@@ -218,7 +218,7 @@ def test_report_names_engines_that_are_not_installed(results: Results) -> None:
 def test_summary_without_engines_counts_runs_of_pit(results: Results) -> None:
     """If only PIC and PIT ran, the summary counts the runs of PIT."""
     own = tuple(row for row in results.rows if row.job.engine in {"pic", "pit"})
-    assert "Of 3 PIT runs at" in render_text(replace(results, rows=own, engines=results.engines[:2]))
+    assert " of 3 PIT runs at" in render_text(replace(results, rows=own, engines=results.engines[:2]))
 
 
 def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> None:
@@ -227,7 +227,7 @@ def test_summary_of_other_steps_mentions_the_coarsest_step(results: Results) -> 
         replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0, refinement=row.job.refinement))
         for row in results.rows
     )
-    assert "at the coarsest step" in render_text(replace(results, rows=rows))
+    assert "at the largest step size" in render_text(replace(results, rows=rows))
 
 
 def test_trend_uses_scenes_with_errors_at_every_step(results: Results, nasty: str) -> None:
@@ -297,7 +297,7 @@ def test_report_without_any_run_gives_the_reason(results: Results) -> None:
     """Without any run, the report states that nothing could be scored and contains no drawings."""
     rows = tuple(row for row in results.rows if row.status is not Status.RAN)
     bare = cross_check_document(replace(results, rows=rows))
-    assert {"Error against step", "What goes wrong"}.isdisjoint(section.heading for section in bare.sections)
+    assert {"Error against step size", "What goes wrong"}.isdisjoint(section.heading for section in bare.sections)
     assert "No engine run at each scene's own frame rate could be scored." in " ".join(bare.lead)
     assert "<svg" not in render_html(bare)
 

@@ -63,10 +63,10 @@ def test_history_classifies_each_release(registry: Toys, tmp_path: Path) -> None
     assert registry.installed == ["1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6"]
     text = render_markdown(build_history_document(found))
     assert "the adapter can't read contacts of this release" in text
-    assert "1.1 → 1.2: 1 worse." in text
+    assert "1.1 to 1.2, 1 cell became worse." in text
     part = section(found, "By hand.")  # of the page that `make history` writes
     assert part.startswith(f"## {found.origin.engine}\n\nBy hand.\n\n")
-    assert "1.1 → 1.2: 1 worse." in part
+    assert "1.1 to 1.2, 1 cell became worse." in part
     assert not any(name.startswith("toy-") for name in list_adapter_points())
 
 
