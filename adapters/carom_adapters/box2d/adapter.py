@@ -5,55 +5,41 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from carom.engines.api import Engine, Knob, Profile, Setting
+from carom.engines.api import Engine, Knob, Profile
 from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SCALE
 from carom_adapters.box2d.settings_code import write_code
 from carom_adapters.box2d.world import Box2dWorld
-from carom_adapters.shared.engine_adapter import (
-    NOT_TURNED,
-    OF_THE_SCENE,
-    EngineAdapter,
-    build_located_profile,
-    build_tuned_profile,
-)
+from carom_adapters.shared import engine_adapter as shared
+
+_DEFAULT: shared.Settings = {
+    # Numbers of iterations that Box2D's manual suggests (section 2.4, "Simulating the world").
+    "velocityIterations": 8,
+    "positionIterations": 3,
+    # By default Box2D puts a body below 1 cm/s to rest after half a second, which is damping.
+    "sleepingAllowed": False,
+}
+
+_TUNED: shared.Settings = {
+    # Box2D treats contacts that close at less than 1 m/s as inelastic (b2_velocityThreshold, compiled in). With
+    # this factor Carom multiplies all velocities and divides all times, which lowers that limit to 1e-6 m/s. The
+    # factor is a power of two, so scaling is exact.
+    "velocity_scale": VELOCITY_SCALE,
+    "velocityIterations": 50,
+    # Overlapping bodies are not pushed apart.
+    "positionIterations": 0,
+    # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other disc, however short the step. So only fast discs
+    # profit.
+    "sweep": "fast",
+    # By default a polygon has a skin of 1 cm.
+    "polygon_radius_m": 0.0,
+    # A disc that slides over the joint of two edges catches on it, unless both belong to one chain.
+    "chains": True,
+}
+
+_NO_CCD: shared.Settings = {**_TUNED, "sweep": "none"}
 
 
-def _build_default_settings(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        # Numbers of iterations that Box2D's manual suggests (section 2.4, "Simulating the world").
-        "velocityIterations": 8,
-        "positionIterations": 3,
-        # By default Box2D puts a body below 1 cm/s to rest after half a second, which is damping.
-        "sleepingAllowed": False,
-    }
-
-
-def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        # Box2D treats contacts that close at less than 1 m/s as inelastic (b2_velocityThreshold, compiled in). With
-        # this factor Carom multiplies all velocities and divides all times, which lowers that limit to 1e-6 m/s. The
-        # factor is a power of two, so scaling is exact.
-        "velocity_scale": VELOCITY_SCALE,
-        "velocityIterations": 50,
-        # Overlapping bodies are not pushed apart.
-        "positionIterations": 0,
-        # A swept disc stops 3 b2_linearSlop (1.5 cm) inside the other disc, however short the step. So only fast discs
-        # profit.
-        "sweep": "fast",
-        # By default a polygon has a skin of 1 cm.
-        "polygon_radius_m": 0.0,
-        # A disc that slides over the joint of two edges catches on it, unless both belong to one chain.
-        "chains": True,
-    }
-
-
-def _build_no_ccd_settings(dt_s: float) -> dict[str, Setting]:
-    return {**_build_tuned_settings(dt_s), "sweep": "none"}
-
-
-def _build_resting_settings(dt_s: float) -> dict[str, Setting]:
+def _build_resting_settings(dt_s: float) -> shared.Settings:
     # Box2D applies restitution to the speed at the end of a step, which includes the fall in that step. So a ball hops
     # for ever at about ``g dt / (1 - e)``, unless contacts that slow are inelastic. The limit for such contacts is the
     # least power of two that is at least the speed gained by falling for 2.5 steps under 10 m/s^2. A ball with e up to
@@ -61,16 +47,15 @@ def _build_resting_settings(dt_s: float) -> dict[str, Setting]:
     # its hops.
     steps_fall_m_s = 2.5 * 10.0 * dt_s
     scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
-    return {**_build_tuned_settings(dt_s), "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
+    return {"dt_s": dt_s, **_TUNED, "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
 
 
-def _build_located_settings(dt_s: float) -> dict[str, Setting]:
-    # While bodies touch, a warm start uses the last impulse times the ratio of two step lengths. Cut steps can make
-    # this ratio arbitrarily large.
-    return {**_build_no_ccd_settings(dt_s), "warmStarting": False}
+#: While bodies touch, a warm start uses the last impulse times the ratio of two step lengths. Cut steps can make
+#: this ratio arbitrarily large.
+_LOCATED: shared.Settings = {**_NO_CCD, "warmStarting": False}
 
 
-adapter = EngineAdapter(
+adapter = shared.EngineAdapter(
     name="box2d",
     engine=Engine(
         "Box2D", module="Box2D", distribution="Box2D", install="pip install 'carom[box2d]'", newest_tried="2.3.10"
@@ -89,26 +74,28 @@ adapter = EngineAdapter(
         "default": Profile(
             "Box2D's defaults (contacts below 1 m/s are inelastic), but bodies never sleep, with the scene's "
             "restitution and friction.",
-            _build_default_settings,
+            shared.add_step(_DEFAULT),
             capabilities=replace(
                 CAPABILITIES,
                 continuous_detection=False,  # only against immovable bodies
                 restitution_threshold_m_s=THRESHOLD_M_S,
             ),
             changed={
-                "restitution": OF_THE_SCENE,
-                "friction": OF_THE_SCENE,
+                "restitution": shared.OF_THE_SCENE,
+                "friction": shared.OF_THE_SCENE,
                 "sleepingAllowed": "bodies never sleep, because sleep stops slow bodies",
-                "fixedRotation": NOT_TURNED,
+                "fixedRotation": shared.NOT_TURNED,
                 "velocityIterations": "an argument without a default: 8, as the manual suggests",
                 "positionIterations": "an argument without a default: 3, as the manual suggests",
             },
         ),
-        "tuned": build_tuned_profile(
-            "slow contacts bounce, overlaps are never pushed apart, and fast discs are swept", _build_tuned_settings
+        "tuned": shared.build_tuned_profile(
+            "slow contacts bounce, overlaps are never pushed apart, and fast discs are swept", _TUNED
         ),
-        "located": build_located_profile("Box2D's own contact test", _build_located_settings, but=" without sweeping"),
-        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _build_no_ccd_settings),
+        "located": shared.build_located_profile("Box2D's own contact test", _LOCATED, but=" without sweeping"),
+        "no-ccd": Profile(
+            "The tuned settings without continuous detection: no disc is swept.", shared.add_step(_NO_CCD)
+        ),
         "resting": Profile(
             "The tuned settings for balls that come to rest, which otherwise hop for ever: contacts slower than the "
             "fall speed of 2.5 steps, or a little more, are inelastic.",

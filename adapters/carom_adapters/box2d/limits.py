@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
-from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+from carom.engines.api import AdapterError, Scene, Setting, require_sound
+from carom_adapters.shared.engine_adapter import GENERAL
 
 #: Attributes of `b2World`, by pybox2d's names.
 WORLD_SETTINGS = ("warmStarting",)
@@ -41,32 +43,12 @@ LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 #: lower.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
-#: Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
-#: disc. A smaller inertia lets the disc turn more. With this inertia factor, the relative change of the spin is 5e-4
-#: for discs at 200 radii from the origin.
-LEAST_INERTIA_FACTOR = 1e-2
-
 #: The product of two friction coefficients must stay within 32-bit floats, or velocities become NaN. The same limit
 #: applies to the rate of damping times the velocity scale.
 LARGEST_FRICTION = 1e19
 
 #: The limit is a third of the largest 32-bit float.
 LARGEST_FORCE_N = 1e38
-
-#: `b2WorldManifold` invents a normal for points that are closer than b2_epsilon, 1.2e-7.
-SMALLEST_RADIUS_M = 1e-6
-
-#: If masses are between these powers of ten, masses, their quotients, and impulses at scaled velocities stay within
-#: 32-bit floats (1e-38 to 1e38). Box2D replaces a mass that is not above 0 by 1 kg.
-SMALLEST_MASS_KG = 1e-20
-LARGEST_MASS_KG = 1e20
-
-#: The square of this speed times the velocity scale (2**20) is 1e36.
-LARGEST_SPEED_M_S = 1e12
-
-#: Box2D compares squared distances in contacts. So this limit is far below 1.8e19, the square root of the largest
-#: 32-bit float.
-LARGEST_COORDINATE_M = 1e9
 
 #: b2_velocityThreshold, compiled in: contacts that close at this speed or less are made inelastic.
 THRESHOLD_M_S = 1.0
@@ -77,30 +59,33 @@ VELOCITY_SCALE = 2.0**20
 #: b2_linearSlop: the neighbouring points of a chain must be farther apart, or Box2D asserts.
 SHORTEST_PIECE_M = 0.005
 
-CAPABILITIES = Capabilities(
-    segments=True,
-    posts=True,
-    driven_walls=True,
-    driven_discs=True,
-    legs=True,
+CAPABILITIES = replace(
+    GENERAL,
+    wall_materials=False,
     belts=True,
     edge_belts=True,
-    gravity=True,
     damping=True,
     table_friction=True,
-    restitution=(0.0, 1.0),
     spin=True,
-    min_inertia_factor=LEAST_INERTIA_FACTOR,
+    # Because of rounding, a contact point is not exactly on the line of centres. So an impulse at this point turns the
+    # disc. A smaller inertia lets the disc turn more. With this inertia factor, the relative change of the spin is 5e-4
+    # for discs at 200 radii from the origin.
+    min_inertia_factor=1e-2,
     friction=(0.0, LARGEST_FRICTION),
     max_turn_rad=LARGEST_TURN_RAD,
-    contact_times=ContactTimes.STEP,
     continuous_detection=True,
-    max_speed_m_s=LARGEST_SPEED_M_S,
-    max_coordinate_m=LARGEST_COORDINATE_M,
+    # The square of this speed times the velocity scale (2**20) is 1e36.
+    max_speed_m_s=1e12,
+    # Box2D compares squared distances in contacts. So this limit is far below 1.8e19, the square root of the largest
+    # 32-bit float.
+    max_coordinate_m=1e9,
     max_move_m=LONGEST_MOVE_M,
-    min_radius_m=SMALLEST_RADIUS_M,
-    min_mass_kg=SMALLEST_MASS_KG,
-    max_mass_kg=LARGEST_MASS_KG,
+    # `b2WorldManifold` invents a normal for points that are closer than b2_epsilon, 1.2e-7.
+    min_radius_m=1e-6,
+    # If masses are between these powers of ten, masses, their quotients, and impulses at scaled velocities stay within
+    # 32-bit floats (1e-38 to 1e38). Box2D replaces a mass that is not above 0 by 1 kg.
+    min_mass_kg=1e-20,
+    max_mass_kg=1e20,
     float_bits=32,
     restitution_threshold_m_s=THRESHOLD_M_S / VELOCITY_SCALE,
 )

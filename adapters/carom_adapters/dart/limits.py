@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities, ContactTimes
+from carom.engines.api import Capabilities
 
 #: ``collision_detector`` is one of `DETECTORS`; ``split_impulse`` is an option of the constraint solver.
 SETTINGS = ("collision_detector", "split_impulse")
@@ -12,9 +12,6 @@ DETECTORS = ("FCL", "DART", "BULLET", "ODE")
 
 #: DART_MAX_BOUNCING_VELOCITY, compiled in: the greatest speed after a bounce.
 FASTEST_BOUNCE_M_S = 100.0
-
-#: DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: DART makes contacts inelastic that close at this speed or less.
-THRESHOLD_M_S = 0.1
 
 #: DART_CFM, compiled in. DART enlarges the diagonal of the contact problem by this fraction, which reduces impulses by
 #: the same fraction.
@@ -26,8 +23,8 @@ CAPABILITIES = Capabilities(
     # DART multiplies the coefficients of two bodies, and replaces a coefficient above 1 by 0. So a wall's coefficient
     # can't compensate for a smaller coefficient of the discs.
     restitution_combine="product",
-    restitution_threshold_m_s=THRESHOLD_M_S,
-    contact_times=ContactTimes.STEP,
+    # DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: DART makes contacts inelastic that close at this speed or less.
+    restitution_threshold_m_s=0.1,
     max_speed_m_s=FASTEST_BOUNCE_M_S,
     dimensions=3,
 )

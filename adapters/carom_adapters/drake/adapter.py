@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
+from carom.engines.api import Accuracy, Engine, Knob, Profile
 from carom_adapters.drake.limits import CAPABILITIES
 from carom_adapters.drake.settings_code import write_code
 from carom_adapters.drake.world import DrakeWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter
+from carom_adapters.shared import engine_adapter as shared
+
+_TUNED: shared.Settings = {"point_stiffness": 1e10, "target_accuracy": 1e-7, "integration_scheme": "runge_kutta3"}
 
 
-def _build_default_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s}
-
-
-def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "point_stiffness": 1e10, "target_accuracy": 1e-7, "integration_scheme": "runge_kutta3"}
-
-
-adapter = EngineAdapter(
+adapter = shared.EngineAdapter(
     name="drake",
     engine=Engine(
         "Drake",
@@ -39,21 +33,21 @@ adapter = EngineAdapter(
         "default": Profile(
             "Drake's defaults with a continuous plant, but without dissipation or friction: stiffness, accuracy and "
             "integrator are the defaults.",
-            _build_default_settings,
+            shared.add_step({}),
             # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
             changed={
                 "time_step": "0, which makes a continuous plant: a discrete plant, the default, has no bounce",
                 "hunt_crossley_dissipation": "no dissipation, because Drake has no other restitution than 1",
-                "dynamic_friction": OF_THE_SCENE,
-                "static_friction": OF_THE_SCENE,
+                "dynamic_friction": shared.OF_THE_SCENE,
+                "static_friction": shared.OF_THE_SCENE,
                 "joint": "planar and undamped, which keeps a disc in the plane",
             },
         ),
         "tuned": Profile(
             "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
             "steps of the integrator that are short enough for slow contacts.",
-            _build_tuned_settings,
+            shared.add_step(_TUNED),
             # Measured with an accuracy of 1e-7 in each of the integrator's steps.
             Accuracy(velocity=1e-3, energy=1e-3),
         ),

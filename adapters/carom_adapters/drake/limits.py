@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities, ContactTimes
+from carom.engines.api import Capabilities
 
 #: ``point_stiffness`` (N/m) belongs to every body, ``target_accuracy`` and ``integration_scheme`` to the simulator, all
 #: by Drake's names. Settings that a profile omits keep Drake's defaults.
@@ -16,9 +16,7 @@ LEAST = {"point_stiffness": 1e-300, "target_accuracy": 1e-15}
 CAPABILITIES = Capabilities(
     gravity=True,
     # Drake has no coefficient: without dissipation a contact is elastic.
-    restitution=(1.0, 1.0),
     restitution_combine="one",
-    contact_times=ContactTimes.STEP,
     max_speed_m_s=100.0,
     min_radius_m=0.01,
     min_mass_kg=1e-3,

@@ -4,68 +4,55 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
+from carom.engines.api import Accuracy, Engine, Knob, Profile
 from carom_adapters.mujoco.limits import CAPABILITIES
 from carom_adapters.mujoco.reader import read_scene
 from carom_adapters.mujoco.settings_code import write_code
 from carom_adapters.mujoco.world import MujocoWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
+from carom_adapters.shared import engine_adapter as shared
 
 #: MuJoCo places contact points of cylinders off their middle, which causes errors of up to 6.3e-4 of the scene's speed
 #: (for a disc in a box, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
+_DEFAULT: shared.Settings = {"joints": "free", "stiffness": 1000.0}
 
-def _build_default_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "joints": "free", "stiffness": 1000.0}
+_TUNED: shared.Settings = {
+    "joints": "slide",
+    "stiffness": 0.0,
+    # The impedance is the same at any depth, and the highest that MuJoCo accepts. The impedance has no effect on
+    # the bounce.
+    "solimp": "0.9999 0.9999 0.001 0.5 2",
+    # The bounce is an Euler step of the contact's damping. Other integrators change the bounce.
+    "integrator": "Euler",
+    # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
+    "jacobian": "dense",
+    # With friction, contacts are solved one after another. MuJoCo's own optimum of push and friction makes sliding
+    # bodies rise, at the speed of friction times slip.
+    "in_turn": True,
+    # The solver ends when it can't improve further.
+    "tolerance": 0.0,
+    # A run with a huge state continues instead of being reset to the start.
+    "autoreset": False,
+    # If a disc moves so far in a step that it may pass through another disc, MuJoCo makes an early contact.
+    "speculative": True,
+}
 
+_NO_CCD: shared.Settings = {**_TUNED, "speculative": False}
 
-def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        "joints": "slide",
-        "stiffness": 0.0,
-        # The impedance is the same at any depth, and the highest that MuJoCo accepts. The impedance has no effect on
-        # the bounce.
-        "solimp": "0.9999 0.9999 0.001 0.5 2",
-        # The bounce is an Euler step of the contact's damping. Other integrators change the bounce.
-        "integrator": "Euler",
-        # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
-        "jacobian": "dense",
-        # With friction, contacts are solved one after another. MuJoCo's own optimum of push and friction makes sliding
-        # bodies rise, at the speed of friction times slip.
-        "in_turn": True,
-        # The solver ends when it can't improve further.
-        "tolerance": 0.0,
-        # A run with a huge state continues instead of being reset to the start.
-        "autoreset": False,
-        # If a disc moves so far in a step that it may pass through another disc, MuJoCo makes an early contact.
-        "speculative": True,
-    }
+#: MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; listed pairs bypass
+#: it. A speculative contact acts before bodies touch, so the instant of an impact can't be located. A warm start
+#: would use impulses of a step that was undone.
+_LOCATED: shared.Settings = {**_NO_CCD, "listed_pairs": True, "warmstart": False}
 
+#: Cylinders touch along a line, but MuJoCo keeps only single points of this line, away from its middle. Cylinders
+#: that can turn tip over.
+_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
 
-def _build_no_ccd_settings(dt_s: float) -> dict[str, Setting]:
-    return {**_build_tuned_settings(dt_s), "speculative": False}
-
-
-def _build_located_settings(dt_s: float) -> dict[str, Setting]:
-    # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; listed pairs bypass
-    # it. A speculative contact acts before bodies touch, so the instant of an impact can't be located. A warm start
-    # would use impulses of a step that was undone.
-    return {**_build_no_ccd_settings(dt_s), "listed_pairs": True, "warmstart": False}
+_PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "joints": "free"}
 
 
-def _build_cylinder_settings(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, but MuJoCo keeps only single points of this line, away from its middle. Cylinders
-    # that can turn tip over.
-    return {**_build_tuned_settings(dt_s), "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
-
-
-def _build_plain_cylinder(dt_s: float) -> dict[str, Setting]:
-    return {**_build_tuned_settings(dt_s), "shape": "cylinder", "joints": "free"}
-
-
-adapter = EngineAdapter(
+adapter = shared.EngineAdapter(
     name="mujoco",
     # Release 2.3 fails with the adapter's settings of a pair. MuJoCo has speculative contacts since release 4.0.
     # Releases 3.x run these profiles without speculation, and the settings that are read back show it.
@@ -94,33 +81,31 @@ adapter = EngineAdapter(
         "default": Profile(
             "MuJoCo's defaults for a user who wants a bounce, with the scene's friction. The contact spring is "
             "undamped (solref -1000 0); for restitution below 1 it is damped by the formula of the linear oscillator.",
-            _build_default_settings,
+            shared.add_step(_DEFAULT),
             capabilities=replace(CAPABILITIES, continuous_detection=False),
             changed={
                 "stiffness": "solref is -1000 0, a common spring, because nothing bounces with the default 0.02 1",
                 "damping": "of the contact spring, for the scene's restitution",
-                "friction": OF_THE_SCENE,
+                "friction": shared.OF_THE_SCENE,
                 "condim": "1, a contact without friction, if the scene has none",
             },
         ),
-        "tuned": build_tuned_profile(
-            "a contact is damped so that one Euler step reverses the velocity", _build_tuned_settings
-        ),
-        "located": build_located_profile(
-            "MuJoCo's own collision detection", _build_located_settings, but=" without speculation"
+        "tuned": shared.build_tuned_profile("a contact is damped so that one Euler step reverses the velocity", _TUNED),
+        "located": shared.build_located_profile(
+            "MuJoCo's own collision detection", _LOCATED, but=" without speculation"
         ),
         "no-ccd": Profile(
-            "The tuned settings without continuous detection: no contact is speculative.", _build_no_ccd_settings
+            "The tuned settings without continuous detection: no contact is speculative.", shared.add_step(_NO_CCD)
         ),
         "cylinder": Profile(
             "The tuned settings with cylinders for spheres. Slide joints keep the cylinders from tipping over, and "
             "their contacts are found to 1e-12 (Carom's own measurements).",
-            _build_cylinder_settings,
+            shared.add_step(_CYLINDER),
             CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
             "The tuned settings with cylinders instead of spheres. The cylinders can turn, so they tip over.",
-            _build_plain_cylinder,
+            shared.add_step(_PLAIN_CYLINDER),
         ),
     },
     world=MujocoWorld,

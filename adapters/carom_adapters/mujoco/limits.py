@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
-from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+from carom.engines.api import AdapterError, Scene, Setting, require_sound
+from carom_adapters.shared.engine_adapter import GENERAL
 
 #: Attributes of MJCF's ``option`` and of its ``flag``, by MuJoCo's names.
 OPTION_SETTINGS = (
@@ -51,49 +53,34 @@ WORDS: Mapping[str, tuple[str, ...]] = {
 #: MuJoCo's mjMAXVAL. A coordinate, velocity or acceleration beyond mjMAXVAL counts as bad.
 LARGEST_VALUE = 1e10
 
-#: MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body lighter than mjMINVAL, invents a normal for centres that are
-#: closer, and ignores steps of the solver with smaller accelerations. The limits here are far from the last two cases.
-SMALLEST_MASS_KG = 1e-15
-SMALLEST_RADIUS_M = 1e-12
+#: MuJoCo ignores steps of the solver with accelerations below mjMINVAL, 1e-15. The limit here is far above it.
 LEAST_ACCELERATION_M_S2 = 1e-12
-
-#: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
-LARGEST_MASS_KG = 1e11
 
 #: Largest number of discs in a scene whose pairs are listed. A scene with this number of discs has half a million
 #: pairs, which MuJoCo compiles in seconds.
 MOST_LISTED = 1000
 
-#: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-#: the disc turn more. With this inertia factor, the relative change of the spin is 5e-9 for discs at 200 radii from the
-#: origin. MuJoCo itself refuses an inertia below mjMINVAL, 1e-15 in units of the model.
-LEAST_INERTIA_FACTOR = 1e-5
-
-#: MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU. From 1e80 on MuJoCo applies no
-#: friction, since the coefficient's fourth power overflows.
-LEAST_FRICTION = 1e-5
-LARGEST_FRICTION = 1e30
-
-CAPABILITIES = Capabilities(
-    segments=True,
-    posts=True,
-    wall_materials=True,
-    driven_walls=True,
-    driven_discs=True,
-    legs=True,
-    gravity=True,
+CAPABILITIES = replace(
+    GENERAL,
     damping=True,
-    restitution=(0.0, 1.0),
     spin=True,
-    min_inertia_factor=LEAST_INERTIA_FACTOR,
-    friction=(LEAST_FRICTION, LARGEST_FRICTION),
-    contact_times=ContactTimes.STEP,
+    # Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
+    # the disc turn more. With this inertia factor, the relative change of the spin is 5e-9 for discs at 200 radii from
+    # the origin. MuJoCo itself refuses an inertia below mjMINVAL, 1e-15 in units of the model.
+    min_inertia_factor=1e-5,
+    # MuJoCo's mjMINMU. MuJoCo silently raises a smaller coefficient, except 0, to mjMINMU. From 1e80 on MuJoCo applies
+    # no friction, since the coefficient's fourth power overflows.
+    friction=(1e-5, 1e30),
     continuous_detection=True,
     max_speed_m_s=LARGEST_VALUE,
     max_coordinate_m=LARGEST_VALUE,
-    min_radius_m=SMALLEST_RADIUS_M,
-    min_mass_kg=math.nextafter(SMALLEST_MASS_KG, 1.0),
-    max_mass_kg=LARGEST_MASS_KG,
+    # MuJoCo's mjMINVAL is 1e-15. MuJoCo refuses a body lighter than mjMINVAL, and invents a normal for centres that are
+    # closer. The limit here is far from the latter.
+    min_radius_m=1e-12,
+    min_mass_kg=math.nextafter(1e-15, 1.0),
+    # A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below
+    # mjMINVAL.
+    max_mass_kg=1e11,
     dimensions=3,
 )
 

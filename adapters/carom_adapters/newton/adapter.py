@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
+from carom.engines.api import Accuracy, Engine, Knob, Profile
 from carom_adapters.newton.limits import CAPABILITIES, SPECULATIVE
 from carom_adapters.newton.settings_code import write_code
 from carom_adapters.newton.world import NewtonWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
+from carom_adapters.shared import engine_adapter as shared
 
 #: If a step begins in contact, bodies first move on for the whole step, and are then pushed apart.
 LATE = Accuracy(late_steps=1.0)
 
+_DEFAULT: shared.Settings = {"enable_restitution": True}
 
-def _build_default_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "enable_restitution": True}
+_TUNED: shared.Settings = {"enable_restitution": True, "gap": 0.0, SPECULATIVE: 1.0}
 
-
-def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "enable_restitution": True, "gap": 0.0, SPECULATIVE: 1.0}
+_OVERLAPPING: shared.Settings = {"enable_restitution": True, "gap": 0.0}
 
 
-def _build_overlapping_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "enable_restitution": True, "gap": 0.0}
-
-
-adapter = EngineAdapter(
+adapter = shared.EngineAdapter(
     name="newton",
     engine=Engine(
         "Newton", module="newton", distribution="newton", install="pip install 'carom[newton]'", newest_tried="1.8.0"
@@ -42,19 +36,19 @@ adapter = EngineAdapter(
         "default": Profile(
             "Defaults of Newton's XPBD solver, but with restitution on, with the scene's restitution and without "
             "friction.",
-            _build_default_settings,
+            shared.add_step(_DEFAULT),
             changed={
-                "restitution": OF_THE_SCENE,
-                "mu": OF_THE_SCENE,
+                "restitution": shared.OF_THE_SCENE,
+                "mu": shared.OF_THE_SCENE,
                 "enable_restitution": "on: without it the solver ignores every restitution",
             },
         ),
-        "tuned": build_tuned_profile(
+        "tuned": shared.build_tuned_profile(
             "contacts are searched as far ahead as discs move in the step, up to 1 m, and no farther",
-            _build_tuned_settings,
+            _TUNED,
         ),
-        "located": build_located_profile(
-            "Newton's own collision", _build_overlapping_settings, LATE, ", without a search ahead"
+        "located": shared.build_located_profile(
+            "Newton's own collision", _OVERLAPPING, LATE, ", without a search ahead"
         ),
     },
     world=NewtonWorld,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities, ContactTimes
+from carom.engines.api import Capabilities
 
 #: Arguments of the solver, by the names under which the solver stores them. ``gap`` belongs to each shape, and
 #: ``speculative_contact_gap_max`` to the collision, where it is off by default. Settings that a profile omits keep
@@ -25,7 +25,6 @@ CAPABILITIES = Capabilities(
     # speed may not bounce. If a disc at rest gets such a slow first push, the push may be lost. When bodies separate,
     # half of the push may be lost.
     restitution_threshold_m_s=2e-4,
-    contact_times=ContactTimes.STEP,
     float_bits=32,
     dimensions=3,
 )

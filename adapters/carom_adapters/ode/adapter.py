@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Engine, Knob, Profile, Setting
+from carom.engines.api import Engine, Knob, Profile
 from carom_adapters.ode.limits import CAPABILITIES, STEPPERS
 from carom_adapters.ode.settings_code import write_code
 from carom_adapters.ode.world import OdeWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
+from carom_adapters.shared import engine_adapter as shared
+
+_DEFAULT: shared.Settings = {"stepper": "step"}
+
+_TUNED: shared.Settings = {"stepper": "step", "cfm": 0.0, "erp": 0.0}
 
 
-def _build_default_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "stepper": "step"}
-
-
-def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "stepper": "step", "cfm": 0.0, "erp": 0.0}
-
-
-adapter = EngineAdapter(
+adapter = shared.EngineAdapter(
     name="ode",
     engine=Engine(
         "ODE of Panda3D",
@@ -37,17 +33,17 @@ adapter = EngineAdapter(
         "default": Profile(
             "ODE's defaults with the scene's restitution, without friction, and with the stepper that solves each step "
             "exactly.",
-            _build_default_settings,
+            shared.add_step(_DEFAULT),
             changed={
-                "bounce": OF_THE_SCENE,
-                "mu": OF_THE_SCENE,
+                "bounce": shared.OF_THE_SCENE,
+                "mu": shared.OF_THE_SCENE,
                 "mode": "contacts that bounce: without this flag ODE has no restitution",
             },
         ),
-        "tuned": build_tuned_profile(
-            "contacts without softness, and overlaps that are not pushed apart", _build_tuned_settings
+        "tuned": shared.build_tuned_profile(
+            "contacts without softness, and overlaps that are not pushed apart", _TUNED
         ),
-        "located": build_located_profile("ODE's own collision", _build_tuned_settings),
+        "located": shared.build_located_profile("ODE's own collision", _TUNED),
     },
     world=OdeWorld,
     code=write_code,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities, ContactTimes
+from carom.engines.api import Capabilities
 
 #: ``cfm`` and ``erp`` belong to the world, ``stepper`` is the world's method that takes a step, and
 #: ``quick_step_iterations`` is for the stepper "quickStep". Settings that a profile omits keep ODE's defaults.
@@ -17,7 +17,6 @@ CAPABILITIES = Capabilities(
     gravity=True,
     # A surface belongs to a contact, so each pair has its own coefficient.
     restitution=(0.0, 1.0),
-    contact_times=ContactTimes.STEP,
     float_bits=32,
     dimensions=3,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
+from carom.engines.api import Accuracy, Engine, Knob, Profile
 from carom_adapters.pybullet.limits import (
     CAPABILITIES,
     SHIPPED_RESTITUTION_THRESHOLD_M_S,
@@ -13,60 +13,49 @@ from carom_adapters.pybullet.limits import (
 )
 from carom_adapters.pybullet.settings_code import write_code
 from carom_adapters.pybullet.world import PybulletWorld
-from carom_adapters.shared.engine_adapter import OF_THE_SCENE, EngineAdapter, build_located_profile, build_tuned_profile
+from carom_adapters.shared import engine_adapter as shared
 
 #: Bullet's contact points and normals of cylinders are slightly off. The velocities of cylinders in a row are wrong by
 #: up to 2.4e-4 of the greatest velocity (for a cradle with gaps, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
+#: Both dampings are 0.04 by default, which takes 3 rad/s from a spin of 10 rad/s in a second.
+_DEFAULT: shared.Settings = {"linearDamping": 0.0, "angularDamping": 0.0}
 
-def _build_default_settings(dt_s: float) -> dict[str, Setting]:
-    # Both dampings are 0.04 by default, which takes 3 rad/s from a spin of 10 rad/s in a second.
-    return {"dt_s": dt_s, "linearDamping": 0.0, "angularDamping": 0.0}
+_TUNED: shared.Settings = {
+    "linearDamping": 0.0,
+    # A multibody, the default, clamps its speed at 100 m/s and its spin at 100 rad/s, and ignores continuous
+    # detection. Maximal coordinates do not damp spin.
+    "useMaximalCoordinates": True,
+    # Bullet adds erp * depth / dt to the bounce (0.08 is the default).
+    "contactERP": 0.0,
+    # Contacts are solved only while bodies overlap. By default Bullet solves them from a distance of 0.02 m on.
+    "contactProcessingThreshold": 0.0,
+    "contactSlop": 0.0,
+    # Slower contacts than this are made inelastic (0.2 m/s is the default).
+    "restitutionVelocityThreshold": 0.0,
+    # Shared contacts are solved in an order that does not depend on addresses.
+    "deterministicOverlappingPairs": 1,
+    # All iterations are done, even if the residual is small. Otherwise shared contacts lose energy.
+    "solverResidualThreshold": 0.0,
+    "numSolverIterations": 50,
+    # A disc that moves by more than its radius in a step at the start may otherwise pass through another disc. Slow
+    # discs are not swept. If an impact made such a disc fast, the disc would be swept into walls and neighbours
+    # that it already touches, and gain energy (eightfold in Galperin's billiard at 60 steps a second). If the swept
+    # sphere were as large as the disc, it would stop the disc before an overlap, and the contact would be lost.
+    "ccd_radius_fraction": 0.95,
+}
 
+_NO_CCD: shared.Settings = {**_TUNED, "ccd_radius_fraction": 0.0}
 
-def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        "linearDamping": 0.0,
-        # A multibody, the default, clamps its speed at 100 m/s and its spin at 100 rad/s, and ignores continuous
-        # detection. Maximal coordinates do not damp spin.
-        "useMaximalCoordinates": True,
-        # Bullet adds erp * depth / dt to the bounce (0.08 is the default).
-        "contactERP": 0.0,
-        # Contacts are solved only while bodies overlap. By default Bullet solves them from a distance of 0.02 m on.
-        "contactProcessingThreshold": 0.0,
-        "contactSlop": 0.0,
-        # Slower contacts than this are made inelastic (0.2 m/s is the default).
-        "restitutionVelocityThreshold": 0.0,
-        # Shared contacts are solved in an order that does not depend on addresses.
-        "deterministicOverlappingPairs": 1,
-        # All iterations are done, even if the residual is small. Otherwise shared contacts lose energy.
-        "solverResidualThreshold": 0.0,
-        "numSolverIterations": 50,
-        # A disc that moves by more than its radius in a step at the start may otherwise pass through another disc. Slow
-        # discs are not swept. If an impact made such a disc fast, the disc would be swept into walls and neighbours
-        # that it already touches, and gain energy (eightfold in Galperin's billiard at 60 steps a second). If the swept
-        # sphere were as large as the disc, it would stop the disc before an overlap, and the contact would be lost.
-        "ccd_radius_fraction": 0.95,
-    }
+#: Cylinders touch along a line, but Bullet keeps only single points of this line, away from its middle. Cylinders
+#: that can turn tip over.
+_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "turn": False}
 
-
-def _build_no_ccd_settings(dt_s: float) -> dict[str, Setting]:
-    return {**_build_tuned_settings(dt_s), "ccd_radius_fraction": 0.0}
-
-
-def _build_cylinder_settings(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, but Bullet keeps only single points of this line, away from its middle. Cylinders
-    # that can turn tip over.
-    return {**_build_tuned_settings(dt_s), "shape": "cylinder", "turn": False}
+_PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "turn": True}
 
 
-def _build_plain_cylinder(dt_s: float) -> dict[str, Setting]:
-    return {**_build_tuned_settings(dt_s), "shape": "cylinder", "turn": True}
-
-
-adapter = EngineAdapter(
+adapter = shared.EngineAdapter(
     name="pybullet",
     engine=Engine(
         "PyBullet",
@@ -92,7 +81,7 @@ adapter = EngineAdapter(
         "default": Profile(
             "PyBullet's defaults (with a clamp of 100 m/s and rad/s), but undamped and with the scene's restitution "
             "and friction.",
-            _build_default_settings,
+            shared.add_step(_DEFAULT),
             capabilities=replace(
                 CAPABILITIES,
                 continuous_detection=False,
@@ -101,29 +90,29 @@ adapter = EngineAdapter(
                 restitution_threshold_m_s=SHIPPED_RESTITUTION_THRESHOLD_M_S,
             ),
             changed={
-                "restitution": OF_THE_SCENE,
-                "lateralFriction": OF_THE_SCENE,
+                "restitution": shared.OF_THE_SCENE,
+                "lateralFriction": shared.OF_THE_SCENE,
                 "linearDamping": "no damping, because scenes have no air",
                 "angularDamping": "no damping, because scenes have no air",
             },
         ),
-        "tuned": build_tuned_profile(
-            "only overlaps are solved, and never pushed apart, and fast discs are swept", _build_tuned_settings
+        "tuned": shared.build_tuned_profile(
+            "only overlaps are solved, and never pushed apart, and fast discs are swept", _TUNED
         ),
         # Bullet itself stops a swept disc inside the other disc. So there is no instant of an impact to find.
-        "located": build_located_profile(
-            "Bullet's own collision detection", _build_no_ccd_settings, but=" without sweeping"
+        "located": shared.build_located_profile("Bullet's own collision detection", _NO_CCD, but=" without sweeping"),
+        "no-ccd": Profile(
+            "The tuned settings without continuous detection: no disc is swept.", shared.add_step(_NO_CCD)
         ),
-        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _build_no_ccd_settings),
         "cylinder": Profile(
             "The tuned settings with cylinders instead of spheres. Infinite moments of inertia keep the "
             "cylinders from tipping over (Carom's own measurements).",
-            _build_cylinder_settings,
+            shared.add_step(_CYLINDER),
             CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
             "The tuned settings with cylinders instead of spheres. The cylinders can turn, so they tip over.",
-            _build_plain_cylinder,
+            shared.add_step(_PLAIN_CYLINDER),
         ),
     },
     world=PybulletWorld,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound, require_supported
+from carom.engines.api import AdapterError, Scene, Setting, require_sound, require_supported
+from carom_adapters.shared.engine_adapter import GENERAL
 
 #: Arguments of `setPhysicsEngineParameter`, by PyBullet's names. ``contactBreakingThreshold`` is not among them: it
 #: belongs to the process, and a world must not change the next one.
@@ -30,8 +32,6 @@ SHAPES = ("sphere", "cylinder")
 #: Bullet's SIMD_EPSILON is 2.2e-16. Bullet ignores a step below this constant, and treats a body with 1/mass below it
 #: as static. Bullet invents a normal for discs closer than this constant.
 SHORTEST_STEP_S = 1e-15
-LARGEST_MASS_KG = 1e15
-SMALLEST_RADIUS_M = 1e-15
 
 #: Least values of settings. PyBullet silently ignores smaller values.
 LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {
@@ -39,51 +39,33 @@ LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 
     "dt_s": SHORTEST_STEP_S,
 }
 
-#: Below this mass, a quotient of masses may leave the range of 64-bit floats.
-SMALLEST_MASS_KG = 1e-100
-
-#: Bullet removes a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2, reaches
-#: 1e12 (`btCollisionWorld::updateSingleAabb`). The box is larger than the body by a contact margin.
-LARGEST_RADIUS_M = 2.8e5
-
-#: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
-LARGEST_COORDINATE_M = 1e17
-
 #: Limits of a multibody, which is the default kind of body. Bullet clamps its speed and its spin to the first two
 #: (m_maxCoordinateVelocity), and treats contacts slower than the third as inelastic (restitutionVelocityThreshold).
 SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 
-#: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-#: the disc turn more. With this inertia factor, the relative change of the spin is 1e-8 for discs at 200 radii from the
-#: origin.
-LEAST_INERTIA_FACTOR = 1e-6
-
-#: MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).
-LARGEST_FRICTION = 10.0
-
-CAPABILITIES = Capabilities(
-    segments=True,
-    posts=True,
-    wall_materials=True,
-    driven_walls=True,
-    driven_discs=True,
-    legs=True,
-    gravity=True,
+CAPABILITIES = replace(
+    GENERAL,
     damping=True,
     rolling_resistance=True,
-    restitution=(0.0, 1.0),
     spin=True,
-    min_inertia_factor=LEAST_INERTIA_FACTOR,
-    friction=(0.0, LARGEST_FRICTION),
-    contact_times=ContactTimes.STEP,
+    # Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
+    # the disc turn more. With this inertia factor, the relative change of the spin is 1e-8 for discs at 200 radii from
+    # the origin.
+    min_inertia_factor=1e-6,
+    # MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).
+    friction=(0.0, 10.0),
     continuous_detection=True,
-    max_coordinate_m=LARGEST_COORDINATE_M,
-    min_radius_m=SMALLEST_RADIUS_M,
-    max_radius_m=LARGEST_RADIUS_M,
-    min_mass_kg=SMALLEST_MASS_KG,
-    max_mass_kg=LARGEST_MASS_KG,
+    # A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
+    max_coordinate_m=1e17,
+    min_radius_m=1e-15,
+    # Bullet removes a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2,
+    # reaches 1e12 (`btCollisionWorld::updateSingleAabb`). The box is larger than the body by a contact margin.
+    max_radius_m=2.8e5,
+    # Below this mass, a quotient of masses may leave the range of 64-bit floats.
+    min_mass_kg=1e-100,
+    max_mass_kg=1e15,
     dimensions=3,
 )
 

@@ -2,40 +2,27 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Engine, Knob, Profile, Setting
+from carom.engines.api import Engine, Knob, Profile
 from carom_adapters.pymunk.limits import CAPABILITIES, NEIGHBORS
 from carom_adapters.pymunk.reader import read_scene
 from carom_adapters.pymunk.settings_code import write_code
 from carom_adapters.pymunk.world import PymunkWorld
-from carom_adapters.shared.engine_adapter import (
-    NOT_TURNED,
-    OF_THE_SCENE,
-    EngineAdapter,
-    build_located_profile,
-    build_tuned_profile,
-)
+from carom_adapters.shared import engine_adapter as shared
+
+_TUNED: shared.Settings = {
+    # Simultaneous contacts are solved by iteration. A break of ten discs gains 2e-7 of its energy with pymunk's
+    # default of 10 iterations, and 2e-14 with 20.
+    "iterations": 20,
+    # Chipmunk pushes overlapping bodies apart, in addition to the bounce. The setting is the fraction of an overlap
+    # that is left after a second. With 1, bodies are never pushed apart.
+    "collision_bias": 1.0,
+    # A disc that slides over the joint of two segments catches on it, unless each segment has the other as its
+    # neighbour.
+    NEIGHBORS: 1,
+}
 
 
-def _build_default_settings(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s}
-
-
-def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        # Simultaneous contacts are solved by iteration. A break of ten discs gains 2e-7 of its energy with pymunk's
-        # default of 10 iterations, and 2e-14 with 20.
-        "iterations": 20,
-        # Chipmunk pushes overlapping bodies apart, in addition to the bounce. The setting is the fraction of an overlap
-        # that is left after a second. With 1, bodies are never pushed apart.
-        "collision_bias": 1.0,
-        # A disc that slides over the joint of two segments catches on it, unless each segment has the other as its
-        # neighbour.
-        NEIGHBORS: 1,
-    }
-
-
-adapter = EngineAdapter(
+adapter = shared.EngineAdapter(
     name="pymunk",
     # Release 5.4.1 reports no contacts to the adapter, although bodies bounce; 5.7.0 does.
     engine=Engine(
@@ -56,11 +43,11 @@ adapter = EngineAdapter(
     profiles={
         "default": Profile(
             "pymunk's defaults (without damping), with the scene's restitution and friction.",
-            _build_default_settings,
-            changed={"elasticity": OF_THE_SCENE, "friction": OF_THE_SCENE, "moment": NOT_TURNED},
+            shared.add_step({}),
+            changed={"elasticity": shared.OF_THE_SCENE, "friction": shared.OF_THE_SCENE, "moment": shared.NOT_TURNED},
         ),
-        "tuned": build_tuned_profile("overlapping bodies are never pushed apart", _build_tuned_settings),
-        "located": build_located_profile("Chipmunk's own collision test", _build_tuned_settings),
+        "tuned": shared.build_tuned_profile("overlapping bodies are never pushed apart", _TUNED),
+        "located": shared.build_located_profile("Chipmunk's own collision test", _TUNED),
     },
     world=PymunkWorld,
     code=write_code,

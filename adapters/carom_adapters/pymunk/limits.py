@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-from carom.engines.api import Capabilities, ContactTimes, Scene, Setting, Stamp, require_sound, require_supported
+from carom.engines.api import Scene, Setting, Stamp, require_sound, require_supported
+from carom_adapters.shared.engine_adapter import GENERAL
 
 #: Attributes of `pymunk.Space`, by pymunk's own names. Attributes that a profile omits keep pymunk's defaults.
 SPACE_SETTINGS = (
@@ -29,35 +31,23 @@ SMALLEST = 1e-100
 #: Least values of settings. Smaller values have no meaning, or make Chipmunk abort.
 LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
 
-#: Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
-#: the disc turn more. With this inertia factor, the relative change of the spin is 3e-9 for discs at 200 radii from the
-#: origin.
-LEAST_INERTIA_FACTOR = 1e-6
-
-#: Several discs of this radius still fit within the largest coordinates.
-LARGEST_RADIUS_M = 1e98
-
-CAPABILITIES = Capabilities(
-    segments=True,
-    posts=True,
-    wall_materials=True,
-    driven_walls=True,
-    driven_discs=True,
-    legs=True,
+CAPABILITIES = replace(
+    GENERAL,
     belts=True,  # half-planes only: a shape has one surface velocity, so the far side of an edge would run backwards
-    gravity=True,
     damping=True,
     table_friction=True,
-    restitution=(0.0, 1.0),
     spin=True,
-    min_inertia_factor=LEAST_INERTIA_FACTOR,
+    # Rounding moves a contact point off the line of centres, so an impulse there turns the disc. A smaller inertia lets
+    # the disc turn more. With this inertia factor, the relative change of the spin is 3e-9 for discs at 200 radii from
+    # the origin.
+    min_inertia_factor=1e-6,
     friction=(0.0, LARGEST),
-    contact_times=ContactTimes.STEP,
     stamp=Stamp.END,
     max_speed_m_s=LARGEST,
     max_coordinate_m=LARGEST,
     min_radius_m=SMALLEST,
-    max_radius_m=LARGEST_RADIUS_M,
+    # Several discs of this radius still fit within the largest coordinates.
+    max_radius_m=1e98,
     min_mass_kg=SMALLEST,
     max_mass_kg=LARGEST,
 )

@@ -9,13 +9,7 @@ from carom.engines.api import Accuracy, Engine, Knob, Profile, Scene, Setting
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
 from carom_adapters.rapier.settings_code import write_code
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
-from carom_adapters.shared.engine_adapter import (
-    NOT_TURNED,
-    OF_THE_SCENE,
-    EngineAdapter,
-    build_located_profile,
-    build_tuned_profile,
-)
+from carom_adapters.shared import engine_adapter as shared
 
 #: Default of `normalized_prediction_distance`, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
@@ -24,48 +18,40 @@ SHIPPED_MARGIN_M = 0.02
 #: elastic pair turns in the middle of the step.
 TURNS_LATE = 0.5
 
+#: By default a body at 8 cm/s is put to rest after half a second, which is damping.
+_DEFAULT: shared.Settings = {"can_sleep": False}
 
-def _build_default_settings(dt_s: float) -> dict[str, Setting]:
-    # By default a body at 8 cm/s is put to rest after half a second, which is damping.
-    return {"dt_s": dt_s, "can_sleep": False}
+_TUNED: shared.Settings = {
+    **_DEFAULT,
+    # By default contacts are solved at distances of up to 2 cm, along the line of centres there.
+    "normalized_prediction_distance": 0.0,
+    # Overlapping bodies are not pushed apart.
+    "contact_natural_frequency": 0.0,
+    "static_contact_natural_frequency": 0.0,
+    # By default faster bodies are slowed down to 400 m/s.
+    "normalized_max_linear_velocity": CAPABILITIES.max_speed_m_s,
+}
 
+#: This distance is farther than any body moves in a step. Rapier searches no farther than two bodies approach in a
+#: step.
+_SWEPT: shared.Settings = {**_TUNED, "soft_ccd_prediction": 1e3}
 
-def _build_tuned_settings(dt_s: float) -> dict[str, Setting]:
-    return {
-        **_build_default_settings(dt_s),
-        # By default contacts are solved at distances of up to 2 cm, along the line of centres there.
-        "normalized_prediction_distance": 0.0,
-        # Overlapping bodies are not pushed apart.
-        "contact_natural_frequency": 0.0,
-        "static_contact_natural_frequency": 0.0,
-        # By default faster bodies are slowed down to 400 m/s.
-        "normalized_max_linear_velocity": CAPABILITIES.max_speed_m_s,
-    }
-
-
-def _build_swept_settings(dt_s: float) -> dict[str, Setting]:
-    # This distance is farther than any body moves in a step. Rapier searches no farther than two bodies approach in a
-    # step.
-    return {**_build_tuned_settings(dt_s), "soft_ccd_prediction": 1e3}
-
-
-def _build_located_settings(dt_s: float) -> dict[str, Setting]:
-    return {
-        **_build_tuned_settings(dt_s),
-        # With these two settings, a step depends only on positions and velocities, and can be undone.
-        "contact_recycling": False,
-        "warmstart_coefficient": 0.0,
-        # The factor is a power of two, so scaling a step is exact. The first part of a step is no longer than the
-        # rounding of 32-bit floats.
-        "first_part": 2.0**-24,
-    }
+_LOCATED: shared.Settings = {
+    **_TUNED,
+    # With these two settings, a step depends only on positions and velocities, and can be undone.
+    "contact_recycling": False,
+    "warmstart_coefficient": 0.0,
+    # The factor is a power of two, so scaling a step is exact. The first part of a step is no longer than the
+    # rounding of 32-bit floats.
+    "first_part": 2.0**-24,
+}
 
 
 def _build_world(scene: Scene, settings: Mapping[str, Setting]) -> RapierWorld:
     return (RapierCuttableWorld if "first_part" in settings else RapierWorld)(scene, settings)
 
 
-adapter = EngineAdapter(
+adapter = shared.EngineAdapter(
     name="rapier",
     engine=Engine(
         "Rapier", module="rapier3d", distribution="rapier3d", install="pip install 'carom[rapier]'", newest_tried="0.36"
@@ -84,32 +70,32 @@ adapter = EngineAdapter(
         "default": Profile(
             "Rapier's defaults (contacts are solved from 2 cm away on, and speeds clamped to 400 m/s), but "
             "bodies never sleep, with the scene's restitution.",
-            _build_default_settings,
+            shared.add_step(_DEFAULT),
             # If no step begins near a contact, Rapier finds the contact in an overlap, as in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
             changed={
-                "restitution": OF_THE_SCENE,
-                "friction": OF_THE_SCENE,
+                "restitution": shared.OF_THE_SCENE,
+                "friction": shared.OF_THE_SCENE,
                 "can_sleep": "bodies never sleep, because sleep stops slow bodies",
-                "enabled_rotations": NOT_TURNED,
+                "enabled_rotations": shared.NOT_TURNED,
                 "enabled_translations": "discs stay in the plane",
             },
         ),
-        "tuned": build_tuned_profile(
+        "tuned": shared.build_tuned_profile(
             "contacts are solved when bodies overlap, and overlapping bodies are never pushed apart",
-            _build_tuned_settings,
+            _TUNED,
             Accuracy(late_steps=TURNS_LATE),
         ),
         "swept": Profile(
             "The tuned settings with Rapier's soft continuous detection: contacts ahead are solved at the start of the "
             "step in which bodies would meet.",
-            _build_swept_settings,
+            shared.add_step(_SWEPT),
             capabilities=replace(CAPABILITIES, continuous_detection=True),
         ),
-        "located": build_located_profile(
+        "located": shared.build_located_profile(
             "Rapier's own narrow phase",
-            _build_located_settings,
+            _LOCATED,
             then=", and taken in two parts: touching bodies bounce in the first part and move in the second",
         ),
     },

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Capabilities, ContactTimes
+from dataclasses import replace
+
+from carom_adapters.shared.engine_adapter import GENERAL
 
 #: Attributes of `IntegrationParameters`, by Rapier's names.
 PARAMETERS = (
@@ -35,29 +37,14 @@ MOST = {"dt_s": 1e12}
 #: Default of `normalized_max_linear_velocity`. A faster body is silently slowed down to this speed.
 SHIPPED_SPEED_M_S = 400.0
 
-#: If values are between these powers of ten, squares and impulses stay within 32-bit floats (1e-38 to 1e38).
-LARGEST_SPEED_M_S = 1e9
-LARGEST_COORDINATE_M = 1e9
-SMALLEST_RADIUS_M = 1e-6
-SMALLEST_MASS_KG = 1e-15
-LARGEST_MASS_KG = 1e15
-
-CAPABILITIES = Capabilities(
-    segments=True,
-    posts=True,
-    wall_materials=True,
-    driven_walls=True,
-    driven_discs=True,
-    legs=True,
-    gravity=True,
-    restitution=(0.0, 1.0),
-    restitution_combine="pair",
-    contact_times=ContactTimes.STEP,
-    max_speed_m_s=LARGEST_SPEED_M_S,
-    max_coordinate_m=LARGEST_COORDINATE_M,
-    min_radius_m=SMALLEST_RADIUS_M,
-    min_mass_kg=SMALLEST_MASS_KG,
-    max_mass_kg=LARGEST_MASS_KG,
+CAPABILITIES = replace(
+    GENERAL,
+    # If values are between these powers of ten, squares and impulses stay within 32-bit floats (1e-38 to 1e38).
+    max_speed_m_s=1e9,
+    max_coordinate_m=1e9,
+    min_radius_m=1e-6,
+    min_mass_kg=1e-15,
+    max_mass_kg=1e15,
     float_bits=32,
     dimensions=3,
 )

@@ -19,6 +19,18 @@ OF_THE_SCENE = "the scene's"
 #: Reason, in `Profile.changed`, for discs that can't turn. The friction of such a disc is 0, so nothing could turn it.
 NOT_TURNED = "discs cannot turn if the scene has no spin or friction; this changes only roundings"
 
+#: Capabilities that most engines share. Each adapter adds its own.
+GENERAL = Capabilities(
+    segments=True,
+    posts=True,
+    wall_materials=True,
+    driven_walls=True,
+    driven_discs=True,
+    legs=True,
+    gravity=True,
+    restitution=(0.0, 1.0),
+)
+
 #: Declared accuracy of a method that has only PIT's errors.
 SOUND = Accuracy()
 
@@ -57,15 +69,20 @@ class EngineAdapter:
         return self.world(scene, settings)
 
 
-def build_tuned_profile(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:
+def add_step(settings: Settings) -> Callable[[float], Settings]:
+    """Return settings as a function of the step, which is one of them."""
+    return lambda dt_s: {"dt_s": dt_s, **settings}
+
+
+def build_tuned_profile(means: str, settings: Settings, accuracy: Accuracy = SOUND) -> Profile:
     """Return the profile `tuned`. `means` describes the effect of its settings."""
     said = f"The most exact fixed-step settings known, from Carom's own measurements: {means}."
-    return Profile(said, settings, accuracy)
+    return Profile(said, add_step(settings), accuracy)
 
 
 def build_located_profile(
-    finder: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND, but: str = "", then: str = ""
+    finder: str, settings: Settings, accuracy: Accuracy = SOUND, but: str = "", then: str = ""
 ) -> Profile:
     """Return the profile `located`. `but` describes its difference from `tuned`, and `then` how its steps are used."""
     said = f"The tuned settings{but}, with each step cut at the instant at which {finder} begins to find an overlap"
-    return Profile(f"{said} (Carom's own bisection){then}.", settings, accuracy, located=True)
+    return Profile(f"{said} (Carom's own bisection){then}.", add_step(settings), accuracy, located=True)
