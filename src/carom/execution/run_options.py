@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +11,9 @@ from carom.errors import InputError
 from carom.execution.shared_options import (
     LimitOptions,
     declare_engines,
-    declare_memory_limit,
     declare_profiles,
     declare_seed,
     declare_steps,
-    declare_time_limit,
 )
 from carom.support.limits import MOST_PHASES
 from carom.support.options import (
@@ -95,10 +93,15 @@ class Options(LimitOptions):
         InputError: A value is invalid.
     """
 
-    engines: Sequence[str] | None = declare_engines(stamped=True)
-    dts: Sequence[float] | None = declare_steps("1, 1/4 and 1/16 of a scene's frame", stamped=True)
+    stamped = (
+        *("engines", "dts", "profiles", "settings", "phases", "seed", "certified", "certify_s", "timing", "samples"),
+        *("time_limit_s", "memory_limit_mb"),
+    )
+
+    engines: Sequence[str] | None = declare_engines()
+    dts: Sequence[float] | None = declare_steps("1, 1/4 and 1/16 of a scene's frame")
     profiles: Sequence[str] | None = declare_profiles(
-        what="Settings profile, repeatable, or 'all' for every profile.", said="default, tuned, located", stamped=True
+        what="Settings profile, repeatable, or 'all' for every profile.", said="default, tuned, located"
     )
     settings: Mapping[str, Setting] = declare_option(
         (),
@@ -111,34 +114,28 @@ class Options(LimitOptions):
         ),
         "Override a setting of the profiles, repeatable. Every chosen engine must have the setting.",
         "--set",
-        stamped=True,
     )
     phases: int = declare_option(
         0,
         build_whole_number_kind(0, MOST_PHASES),
         "Also run each scene from this many starts within a step, to show the spread of errors.",
         "--phases",
-        stamped=True,
     )
-    seed: int = declare_seed(stamped=True)
+    seed: int = declare_seed()
     certified: bool | None = declare_option(
         None,
         build_flag_kind(),
         "Compare with certified runs, which need python-flint.",
         "--certify/--no-certify",
-        stamped=True,
         said="PIC, certified for three discs or more",
     )
     certify_s: float = declare_option(
-        CERTIFY_SECONDS, build_seconds_kind(), "Seconds per certified run.", "--certify-time", stamped=True
+        CERTIFY_SECONDS, build_seconds_kind(), "Seconds per certified run.", "--certify-time"
     )
     timing: bool = declare_option(
-        True, build_flag_kind(), "Time each scene at its largest step size.", "--timing/--no-timing", stamped=True
+        True, build_flag_kind(), "Time each scene at its largest step size.", "--timing/--no-timing"
     )
-    samples: bool = declare_option(True, build_flag_kind(), "Whether to keep states for drawing.", stamped=True)
-    _: KW_ONLY
-    time_limit_s: float = declare_time_limit(stamped=True)
-    memory_limit_mb: float | None = declare_memory_limit(stamped=True)
+    samples: bool = declare_option(True, build_flag_kind(), "Whether to keep states for drawing.")
 
     def list_steps(self, scene: Scene) -> tuple[float, ...]:
         """Return the step sizes with which a scene is run, beginning with the largest."""

@@ -31,7 +31,7 @@ def _resolve_engine(text: str) -> str:
     return resolve_engine(text)
 
 
-def declare_engines(*, stamped: bool = False) -> Any:
+def declare_engines() -> Any:
     """Declare the option for engines, by name or manifest.
 
     A manifest is registered, and replaced by the name of its engine.
@@ -43,47 +43,41 @@ def declare_engines(*, stamped: bool = False) -> Any:
         "--engine",
         "-e",
         many=True,
-        stamped=stamped,
         said="all installed",
     )
 
 
-def declare_profiles(
-    *default: str, what: str = "Settings profile, repeatable.", said: str = "", stamped: bool = False
-) -> Any:
+def declare_profiles(*default: str, what: str = "Settings profile, repeatable.", said: str = "") -> Any:
     """Declare the option for profiles; `said` describes the default if it is None."""
-    return declare_option(
-        default or None, build_name_kind(), what, "--profile", "-p", many=True, stamped=stamped, said=said
-    )
+    return declare_option(default or None, build_name_kind(), what, "--profile", "-p", many=True, said=said)
 
 
-def declare_steps(said: str, *, stamped: bool = False) -> Any:
+def declare_steps(said: str) -> Any:
     """Declare the option for step sizes. `said` describes the default."""
     what = "Step size in seconds, such as 1/240; repeatable."
-    return declare_option(None, build_step_kind(), what, "--dt", many=True, stamped=stamped, said=said)
+    return declare_option(None, build_step_kind(), what, "--dt", many=True, said=said)
 
 
-def declare_seed(*, stamped: bool = False) -> Any:
+def declare_seed() -> Any:
     """Declare the option for the start of the sequence of phases."""
     return declare_option(
         0,
         build_whole_number_kind(0, MOST_SEED),
         "Number that selects the starts within a step.",
         "--seed",
-        stamped=stamped,
     )
 
 
-def declare_time_limit(*, stamped: bool = False) -> Any:
+def declare_time_limit() -> Any:
     """Declare the option for the time limit of a run."""
     what = "Time limit of a run in seconds."
-    return declare_option(DEFAULT_TIME_LIMIT_S, build_seconds_kind(), what, "--time-limit", stamped=stamped)
+    return declare_option(DEFAULT_TIME_LIMIT_S, build_seconds_kind(), what, "--time-limit")
 
 
-def declare_memory_limit(*, stamped: bool = False) -> Any:
+def declare_memory_limit() -> Any:
     """Declare the option for the memory limit of a process."""
     what, said = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
-    return declare_option(None, build_megabytes_kind(), what, "--memory-limit", stamped=stamped, said=said)
+    return declare_option(None, build_megabytes_kind(), what, "--memory-limit", said=said)
 
 
 def _parse_address(value: Any) -> str:

@@ -8,7 +8,7 @@ The same rule applies to scenes and to arrays. Two immovable bodies may overlap,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from typing import NamedTuple
 
@@ -58,6 +58,15 @@ def compute_input_rounding(size: Floats) -> Floats:
     return rounding
 
 
+class _Discs(NamedTuple):
+    """The arguments of `find_overlaps` of each disc, and the magnitude of its largest number."""
+
+    position: Floats
+    radius: Floats
+    movable: NDArray[np.bool_]
+    size: Floats
+
+
 def find_overlaps(
     position_m: Floats,
     radius_m: Floats,
@@ -80,14 +89,15 @@ def find_overlaps(
         The overlaps: first overlaps between discs, then overlaps with walls. Overlaps are ordered by disc, then by
             the other body. The second value is whether there are more overlaps.
     """
-    size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
+    discs = _Discs(position_m, radius_m, movable, np.maximum(np.abs(position_m).max(axis=1), radius_m))
+    planes = {k: wall for k, wall in enumerate(walls) if isinstance(wall, tuple)}
+    outlines = {k: wall for k, wall in enumerate(walls) if not isinstance(wall, tuple)}
     found: list[Overlap] = []
     more = False
     with np.errstate(over="ignore", invalid="ignore"):  # distances beyond the largest float are infinite
-        kinds = [_find_disc_overlaps(position_m, radius_m, movable, size, disc_name)]
-        if walls:
-            kinds.append(_find_half_plane_overlaps(position_m, radius_m, movable, size, walls, wall_name))
-            kinds.append(_find_outline_overlaps(position_m, radius_m, movable, size, walls, wall_name))
+        kinds = [_find_disc_overlaps(discs, disc_name)]
+        kinds += [_find_half_plane_overlaps(discs, planes, wall_name)] if planes else []
+        kinds += [_find_outline_overlaps(discs, outlines, wall_name)] if outlines else []
         for kind in kinds:
             named = list(islice(kind, NAMED + 1))
             found += named[:NAMED]
@@ -95,9 +105,8 @@ def find_overlaps(
     return found, more
 
 
-def _find_disc_overlaps(
-    position: Floats, radius: Floats, movable: NDArray[np.bool_], size: Floats, name: str
-) -> Iterator[Overlap]:
+def _find_disc_overlaps(discs: _Discs, name: str) -> Iterator[Overlap]:
+    position, radius, movable, size = discs
     # The tolerance of a pair of discs is at least the mean of two tolerances: for each disc, the tolerance with a disc
     # of its own size.
     reach = radius * _ROUNDED_UP - compute_input_rounding(size) / 2.0
@@ -118,15 +127,10 @@ def _find_disc_overlaps(
 
 
 def _find_half_plane_overlaps(
-    position: Floats,
-    radius: Floats,
-    movable: NDArray[np.bool_],
-    size: Floats,
-    walls: Sequence[tuple[float, float, float, float] | Outline],
-    name: str,
+    discs: _Discs, walls: Mapping[int, tuple[float, float, float, float]], name: str
 ) -> Iterator[Overlap]:
-    numbers = [k for k, wall in enumerate(walls) if isinstance(wall, tuple)]
-    planes = np.array([walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
+    position, radius, movable, size = discs
+    numbers, planes = list(walls), np.array([*walls.values()])
     for disc, wall in find_near_walls(position, radius, movable, planes):
         x, y, nx, ny = planes[wall].T
         gap = (position[disc, 0] - x) * nx + (position[disc, 1] - y) * ny - radius[disc]
@@ -141,18 +145,16 @@ def _find_half_plane_overlaps(
             )
 
 
-def _find_outline_overlaps(
-    position: Floats,
-    radius: Floats,
-    movable: NDArray[np.bool_],
-    size: Floats,
-    walls: Sequence[tuple[float, float, float, float] | Outline],
-    name: str,
-) -> Iterator[Overlap]:
-    for i, k in _find_near_outlines(position, radius, movable, walls):
+def _find_outline_overlaps(discs: _Discs, walls: Mapping[int, Outline], name: str) -> Iterator[Overlap]:
+    position, radius, movable, size = discs
+    near: list[tuple[int, int]] = []  # discs and walls whose boxes are near each other
+    for k, wall in walls.items():
+        low, high = wall.box
+        beyond = np.maximum(low - position, position - high).max(axis=1)
+        is_near = (beyond <= (radius + wall.half_width) * _ROUNDED_UP) & movable
+        near += [(i, k) for i in np.flatnonzero(is_near).tolist()]
+    for i, k in sorted(near):
         x, y, r, wall = float(position[i, 0]), float(position[i, 1]), float(radius[i]), walls[k]
-        if isinstance(wall, tuple):
-            continue
         largest = np.array(max(float(size[i]), *map(abs, wall.lengths)))
         gap = wall.compute_gap(x, y, r)
         inside = wall.solid and wall.does_enclose(x, y)
@@ -164,21 +166,3 @@ def _find_outline_overlaps(
         else:
             edge = "" if wall.radius is not None else f"edge {wall.find_nearest(x, y).edge} of "
             yield Overlap(i, k, f"{found}the disc reaches {format_metres(-gap)} into {edge}it; move the disc")
-
-
-def _find_near_outlines(
-    position: Floats,
-    radius: Floats,
-    movable: NDArray[np.bool_],
-    walls: Sequence[tuple[float, float, float, float] | Outline],
-) -> list[tuple[int, int]]:
-    """Return the pairs of discs and finite walls whose boxes are near each other, ordered by disc and wall."""
-    found: list[tuple[int, int]] = []
-    for k, wall in enumerate(walls):
-        if isinstance(wall, tuple):
-            continue
-        low, high = wall.box
-        beyond = np.maximum(low - position, position - high).max(axis=1)
-        near = (beyond <= (radius + wall.half_width) * _ROUNDED_UP) & movable
-        found += [(i, k) for i in np.flatnonzero(near).tolist()]
-    return sorted(found)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,21 +50,6 @@ def format_profile(method: str, profile: str, tried: Mapping[str, Setting]) -> s
     return f"{own} with {values}".lstrip() if values else own
 
 
-#: One impact. If the second body is a wall, `second` is its `wall_body`. `normal` is the unit vector from first to
-#: second.
-IMPACT_DTYPE = np.dtype(
-    [
-        ("time_s", "f8"),
-        ("first", "i8"),
-        ("second", "i8"),
-        ("normal", "f8", 2),
-        ("velocity_first_before", "f8", 2),
-        ("velocity_second_before", "f8", 2),
-        ("velocity_first_after", "f8", 2),
-        ("velocity_second_after", "f8", 2),
-    ]
-)
-
 #: Spins of an impact's two bodies, just before and just after it, radians a second, counterclockwise; 0 for a wall.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
@@ -75,28 +60,7 @@ EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 #: a wall has no position.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
-#: A disc's motion from the instant at which lasting contact begins, changes or ends: see `Mode`. `wall` is the body
-#: number of the wall, `impacts` the number of earlier impacts in the trace. The acceleration applies until the disc's
-#: next mode.
-MODE_DTYPE = np.dtype(
-    [
-        ("time_s", "f8"),
-        ("impacts", "i8"),
-        ("disc", "i8"),
-        ("wall", "i8"),
-        ("before", "i8"),
-        ("after", "i8"),
-        ("position", "f8", 2),
-        ("velocity", "f8", 2),
-        ("acceleration", "f8", 2),
-        ("spin", "f8"),
-        ("spin_rate", "f8"),
-    ]
-)
-
 Vector = tuple[float, float]
-
-_COLUMNS = len(IMPACT_DTYPE.names or ())
 
 
 class EdgeKind(IntEnum):
@@ -157,6 +121,24 @@ class ModeRecord(NamedTuple):
     acceleration: Vector
     spin: float
     spin_rate: float
+
+
+def _build_dtype(record: type[Any]) -> np.dtype[np.void]:
+    """Return the dtype of an array whose rows are such records. It leaves out fields that are no numbers or vectors."""
+    formats: dict[Any, str] = {float: "f8", int: "i8", Mode: "i8", Vector: "2f8"}
+    return np.dtype([(name, formats[hint]) for name, hint in get_type_hints(record).items() if hint in formats])
+
+
+#: One impact. If the second body is a wall, `second` is its `wall_body`. `normal` is the unit vector from first to
+#: second.
+IMPACT_DTYPE = _build_dtype(ImpactRecord)
+
+#: A disc's motion from the instant at which lasting contact begins, changes or ends: see `Mode`. `wall` is the body
+#: number of the wall, `impacts` the number of earlier impacts in the trace. The acceleration applies until the disc's
+#: next mode.
+MODE_DTYPE = _build_dtype(ModeRecord)
+
+_COLUMNS = len(IMPACT_DTYPE.names or ())
 
 
 def build_impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:

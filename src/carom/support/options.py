@@ -71,7 +71,6 @@ class Option:
         what: Description for `--help`.
         flags: Names on the command line, the displayed name first; empty if the command line does not have the option.
         many: Whether the option is a list.
-        stamped: Whether results in a journal depend on the option, although their keys do not contain it.
         default: Description of the default for `--help`; empty to show its value.
     """
 
@@ -79,7 +78,6 @@ class Option:
     what: str
     flags: tuple[str, ...]
     many: bool
-    stamped: bool
     default: str
 
     @property
@@ -90,11 +88,9 @@ class Option:
         return (*([value] for value in self.kind.wrong), "text", 5)
 
 
-def declare_option(
-    default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
-) -> Any:
+def declare_option(default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, said: str = "") -> Any:
     """Declare a field of a study's options. If the default is None, `said` describes it for `--help`."""
-    return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
+    return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, said)})
 
 
 def list_declared_options(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Option]:
@@ -110,6 +106,8 @@ class DeclaredOptions:
     """
 
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+    #: Names of the options on which results in a journal depend, although their keys do not contain these options.
+    stamped: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -153,8 +151,8 @@ class DeclaredOptions:
 
     @property
     def stamp(self) -> dict[str, Any]:
-        """The options with `stamped`. A journal can be resumed only if these are equal."""
-        return {name: getattr(self, name) for name, one in list_declared_options(self).items() if one.stamped}
+        """The options in `stamped`. A journal can be resumed only if these are equal."""
+        return {name: getattr(self, name) for name in list_declared_options(self) if name in self.stamped}
 
 
 def _check_option(one: Option, name: str, value: Any, optional: bool) -> Any:

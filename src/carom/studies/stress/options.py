@@ -28,10 +28,12 @@ class StressOptions(LimitOptions):
         InputError: A value is invalid.
     """
 
+    stamped = ("quick", "time_limit_s")
+
     engines: Sequence[str] | None = declare_engines()
     profiles: Sequence[str] = declare_profiles("default", "tuned")
     quick: bool = declare_option(
-        False, build_flag_kind(), "Run in under a minute, with fewer and smaller sizes.", "--quick", stamped=True
+        False, build_flag_kind(), "Run in under a minute, with fewer and smaller sizes.", "--quick"
     )
     _: KW_ONLY
     time_limit_s: float = declare_option(
@@ -39,7 +41,6 @@ class StressOptions(LimitOptions):
         build_seconds_kind(),
         "Time limit of a run in seconds; exceeding it counts as a failure.",
         "--time-limit",
-        stamped=True,
         said=f"{DEFAULT_TIME_LIMIT_S:g}; {QUICK_TIME_LIMIT_S:g} with --quick",
     )
 
