@@ -129,7 +129,7 @@ def test_stages_diagram_is_up_to_date() -> None:
     """`python docs/figures/stages.py` would change nothing, and the diagram has the five stages."""
     page = stages.PAGE.read_text(encoding="utf-8")
     assert stages.filled(page) == page
-    results = "ComparedRun AlignedRun MeasuredRun JudgedRun GradedRun"
+    results = "ComparedRun AlignedRun MeasuredRun JudgedRun Score"
     assert [result for _, _, result in stages.stages()] == results.split()
     assert stages.diagram() in page
 

@@ -1,6 +1,7 @@
 """Comparison of two traces of one scene: alignment, errors, verdicts and a grade."""
 
-from carom.comparator.compare import Score, Scorer, compare
+from carom.comparator.compare import Scorer, compare
+from carom.comparator.grade_run import Score
 from carom.comparator.grades import Grade
 from carom.comparator.horizon import Horizon, compute_horizon, horizon
 from carom.comparator.measure.errors import Errors, ImpactError

@@ -26,7 +26,7 @@ from carom.execution.engine_run import observe_run
 from carom_adapters.pic import PicAdapter
 
 if TYPE_CHECKING:
-    from carom.comparator.compare import Score
+    from carom.comparator import Score
     from carom.engines.api import Adapter, Setting, World
 
 #: Steps of damped scenes, and of those on tables.

@@ -13,8 +13,7 @@ from tests.scene_builders import disc_at, require_value, staged, wall_at
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.catalogue import find_scenes
-from carom.comparator import Grade, Verdict
-from carom.comparator.compare import Score
+from carom.comparator import Grade, Score, Verdict
 from carom.comparator.measure.contact import compute_states_at
 from carom.comparator.measure.contact_intervals import measure_contact_quality
 from carom.engines.registry import load_adapter

@@ -18,8 +18,7 @@ from tests.unit.report.test_terminal import print_document
 
 from carom import solve_pic, solve_pit
 from carom.catalogue import find_scenes
-from carom.comparator import Grade, compare
-from carom.comparator.compare import Score
+from carom.comparator import Grade, Score, compare
 from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Job, Method, Status
