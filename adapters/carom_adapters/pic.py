@@ -66,8 +66,7 @@ class PicAdapter:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
         require_supported("pic", scene, self.capabilities, float(settings["dt_s"]))
-        run = start_pic_run(scene, all_pairs=settings["form"] == "framewise")
-        return PicWorld(run, settings)
+        return PicWorld(start_pic_run(scene, all_pairs=settings["form"] == "framewise"), settings)
 
 
 adapter = PicAdapter()

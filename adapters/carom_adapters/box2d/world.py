@@ -114,8 +114,7 @@ class Box2dWorld(QuietSteps):
                 self._add_wall(scene, k, place, [self._box2d.b2PolygonShape(vertices=corners)], 0.0)
             elif isinstance(wall, Chain):
                 self._chains.add(wall_body(k))
-                shapes = build_chain_shapes(self._box2d, wall, settings)
-                self._add_wall(scene, k, (0.0, 0.0), shapes, wall.half_width_m)
+                self._add_wall(scene, k, (0.0, 0.0), build_chain_shapes(self._box2d, wall, settings), wall.half_width_m)
             else:
                 self._add_wall(
                     scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=compute_thickness(scene, wall))]

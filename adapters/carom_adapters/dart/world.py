@@ -99,11 +99,10 @@ class DartWorld:
         """The settings, read back from DART. A release without split impulses reports them as off."""
         told_by = self._world if hasattr(self._world, "getCollisionDetector") else self._solver
         detector = type(told_by.getCollisionDetector()).__name__.upper()
-        split = getattr(self._solver, "isSplitImpulseEnabled", lambda: False)
         return {
             "dt_s": self._world.getTimeStep(),
             "collision_detector": next(name for name in DETECTORS if detector.startswith(name)),
-            "split_impulse": split(),
+            "split_impulse": getattr(self._solver, "isSplitImpulseEnabled", lambda: False)(),
         }
 
     def advance(self, steps: int) -> None:

@@ -81,8 +81,7 @@ class DrakeWorld:
         drake, disc = self._drake, scene.discs[i]
         ball = drake.geometry.Sphere(disc.radius_m)
         if disc.immovable:
-            pose = drake.math.RigidTransform([*disc.position_m, 0.0])
-            self._add_shape(self._plant.world_body(), pose, ball, i)
+            self._add_shape(self._plant.world_body(), drake.math.RigidTransform([*disc.position_m, 0.0]), ball, i)
             return None
         inertia = drake.tree.SpatialInertia.SolidSphereWithMass(disc.mass_kg, disc.radius_m)
         body = self._plant.AddRigidBody(f"disc {i}", inertia)
@@ -100,8 +99,7 @@ class DrakeWorld:
             friction=drake.plant.CoulombFriction(0.0, 0.0),
             properties=properties,
         )
-        added = self._plant.RegisterCollisionGeometry(body, pose, shape, f"body {number}", properties)
-        self._number[added] = number
+        self._number[self._plant.RegisterCollisionGeometry(body, pose, shape, f"body {number}", properties)] = number
 
     @property
     def settings(self) -> Mapping[str, Setting]:

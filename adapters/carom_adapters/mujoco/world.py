@@ -164,8 +164,7 @@ class MujocoWorld:
             "solimp": " ".join(f"{value:g}" for value in model.geom("0").solimp),
         }
         if self._jointed and not self._turns:
-            slide = model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE
-            read["joints"] = "slide" if slide else "free"
+            read["joints"] = "slide" if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE else "free"
         if self._turns:
             read |= {
                 "cone": mujoco.mjtCone(model.opt.cone).name.removeprefix("mjCONE_").lower(),

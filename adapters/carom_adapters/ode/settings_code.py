@@ -12,8 +12,7 @@ def write_code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> s
     """Return a program that builds the same world as `OdeWorld`. Scene and settings are checked before."""
     setters = {"cfm": "setCfm", "erp": "setErp", "quick_step_iterations": "setQuickStepNumIterations"}
     asked = [f"world.{setter}({settings[name]!r})\n" for name, setter in setters.items() if name in settings]
-    state = "*list(body.getPosition())[:2], *list(body.getLinearVel())[:2], 0.0"
-    end = PYTHON_END.format(step="step()", state=state)
+    end = PYTHON_END.format(step="step()", state="*list(body.getPosition())[:2], *list(body.getLinearVel())[:2], 0.0")
     return f"""{format_comment(heading)}
 from panda3d import core, ode
 

@@ -81,8 +81,7 @@ class RapierWorld:
                 body = body.soft_ccd_prediction(asked["soft_ccd_prediction"])
             ball = rapier.Collider.ball(disc.radius_m).restitution(scene.restitution).friction(0.0)
             handles.append(world.add_body(body))
-            collider = world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])
-            number[collider] = i
+            number[world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])] = i
         # Rapier averages the coefficients of two colliders, unless one collider has another rule. Discs keep the
         # default, since all have the same coefficient. A wall has the rule (MIN or MAX) that selects its own
         # coefficient.

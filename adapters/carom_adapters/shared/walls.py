@@ -62,8 +62,7 @@ def sum_contacts(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Co
     """
     groups: dict[object, list[Contact]] = {}
     for number, contact in enumerate(contacts):
-        pair = (contact.first, contact.second)
-        groups.setdefault(pair if contact.second in walls else number, []).append(contact)
+        groups.setdefault((contact.first, contact.second) if contact.second in walls else number, []).append(contact)
     return tuple(contact for group in groups.values() for contact in _sum_group(group))
 
 
@@ -82,5 +81,4 @@ def _sum_group(group: list[Contact]) -> list[Contact]:
 
 def _cut_edge(a: Point, b: Point, pieces: int) -> list[Point]:
     """Return the starts of the pieces of an edge."""
-    parts = [k / pieces for k in range(pieces)]
-    return [(a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])) for part in parts]
+    return [(a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])) for part in [k / pieces for k in range(pieces)]]

@@ -80,8 +80,7 @@ def __getattr__(name: str) -> Any:
     if name == "app":  # all commands
         globals()["app"] = whole = build_app(COMMANDS)
         return whole
-    message = f"module {__name__!r} has no attribute {name!r}"
-    raise AttributeError(message)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def _print_version(wanted: bool) -> None:

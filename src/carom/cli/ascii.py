@@ -37,8 +37,7 @@ _SIGNS = {
 def _replace_characters(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    found = "".join(_SIGNS.get(sign) or _find_nearest(sign) for sign in error.object[error.start : error.end])
-    return found, error.end
+    return "".join(_SIGNS.get(sign) or _find_nearest(sign) for sign in error.object[error.start : error.end]), error.end
 
 
 def _find_nearest(sign: str) -> str:

@@ -44,8 +44,7 @@ def declare_out_option(text: str) -> Any:
 
 def declare_scenes_argument(default: str) -> Any:
     """Return the argument that names scenes. `default` describes the scenes that are used if none is named."""
-    text = f"Scene files, or names, groups or patterns of catalogue scenes (default: {default})."
-    return typer.Argument(help=text)
+    return typer.Argument(help=f"Scene files, or names, groups or patterns of catalogue scenes (default: {default}).")
 
 
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes.")
@@ -130,8 +129,7 @@ def say_lines(lines: Iterable[str]) -> None:
     """Print lines without wrapping. On a terminal, lines are cut at the width of the terminal."""
     out = build_console()
     for line in map(escape_controls, lines):
-        cut = out.is_terminal and len(line) > out.width
-        typer.echo(f"{line[: out.width - 3].rstrip()}..." if cut else line)
+        typer.echo(f"{line[: out.width - 3].rstrip()}..." if out.is_terminal and len(line) > out.width else line)
 
 
 def _describe_signal(error: KeyboardInterrupt) -> tuple[str, int]:

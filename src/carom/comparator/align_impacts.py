@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.comparison_range import Baseline, ComparedRun
-from carom.comparator.match_impacts import LATEST_STAMP_STEPS, Alignment, ComparisonRange, Pair, match_impacts
+from carom.comparator.comparison_range import ComparedRun
+from carom.comparator.match_impacts import LATEST_STAMP_STEPS, Alignment, Pair, match_impacts
 from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace
 
@@ -56,10 +56,10 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
     edits, inverted = compare_order(reference, observed, alignment)
     pit_alignment = against_pit = pit_parted_s = None
     if pit is not None:
-        pit_alignment = compared.baseline.compute_once(_align_pit, compared.compared)
+        key = (match_impacts, compared.compared)
+        pit_alignment = compared.baseline.compute_once(key, lambda: match_impacts(reference, pit, compared.compared))
         against_pit = match_impacts(pit, observed, compared.pit_range)
-        if pit_alignment is not None:
-            pit_parted_s = _find_parting(reference, pit, pit_alignment, ())
+        pit_parted_s = _find_parting(reference, pit, pit_alignment, ())
     return AlignedRun.of(
         compared,
         alignment=alignment,
@@ -70,10 +70,6 @@ def align_impacts(compared: ComparedRun) -> AlignedRun:
         parted_s=_find_parting(reference, observed, alignment, inverted),
         pit_parted_s=pit_parted_s,
     )
-
-
-def _align_pit(baseline: Baseline, compared: ComparisonRange) -> Alignment | None:
-    return None if baseline.pit is None else match_impacts(baseline.reference, baseline.pit, compared)
 
 
 def _find_parting(
@@ -100,10 +96,9 @@ def _find_shown_by_states(
     begin_s, end_s = windows["begin_s"][kept] - dt_s, windows["end_s"][kept] + dt_s
     bodies = _sort_bodies(meetings[kept])
     impacts = reference.impacts[list(missed)]
-    found = zip(missed, impacts["time_s"], _sort_bodies(impacts), strict=True)
     return frozenset(
         number
-        for number, time_s, pair in found
+        for number, time_s, pair in zip(missed, impacts["time_s"], _sort_bodies(impacts), strict=True)
         if np.any((bodies == pair).all(axis=1) & (begin_s <= time_s) & (time_s <= end_s))
     )
 
@@ -120,10 +115,9 @@ def _drop_contact_starts(reference: Trace, observed: Trace, invented: Sequence[i
     if reference.modes is None:
         return tuple(invented)
     begin_s = {(int(row["disc"]), int(row["wall"])): float(row["time_s"]) for row in reference.modes[::-1]}
-    rows = observed.impacts[list(invented)]
     return tuple(
         k
-        for k, row in zip(invented, rows, strict=True)
+        for k, row in zip(invented, observed.impacts[list(invented)], strict=True)
         if not row["time_s"] >= begin_s.get((int(row["first"]), int(row["second"])), math.inf) - observed.dt_s
     )
 

@@ -42,18 +42,22 @@ class Baseline:
 
     def __init__(self, reference: Trace, pit: Trace | None) -> None:
         self.reference, self.pit = reference, pit
-        self._known: dict[object, Any] = {}
+        self._known: dict[Hashable, Any] = {}
+
+    @cached_property
+    def scales(self) -> Scales:
+        """The scales of the scene."""
+        return compute_scales(self.reference.scene, self.reference)
 
     @cached_property
     def unique(self) -> Baseline:
         """This baseline with a reference in which all impacts count as unique."""
         return Baseline(replace(self.reference, ambiguous=()), self.pit)
 
-    def compute_once(self, function: Callable[..., Result], *arguments: Hashable) -> Result:
-        """Return the result of a function of this baseline and some arguments. The result is cached."""
-        key = (function, arguments)
+    def compute_once(self, key: Hashable, compute: Callable[[], Result]) -> Result:
+        """Return the result of a function of this baseline and the key. The result is cached."""
         if key not in self._known:
-            self._known[key] = function(self, *arguments)
+            self._known[key] = compute()
         result: Result = self._known[key]
         return result
 
@@ -149,13 +153,7 @@ def find_range(baseline: Baseline, observed: Trace, horizon: float | None) -> Co
         if not (tie_s < compared.until_s and np.any(times < tie_s)):
             tie_s = None
     pit_range = None if pit is None else comparison_range(pit, compared.until_s)
-    return ComparedRun(
-        baseline, reference, observed, pit, baseline.compute_once(_compute_scales), compared, pit_range, truth, tie_s
-    )
-
-
-def _compute_scales(baseline: Baseline) -> Scales:
-    return compute_scales(baseline.reference.scene, baseline.reference)
+    return ComparedRun(baseline, reference, observed, pit, baseline.scales, compared, pit_range, truth, tie_s)
 
 
 def comparison_range(reference: Trace, horizon: float | None) -> ComparisonRange:

@@ -25,9 +25,8 @@ from pathlib import Path
 import tomli_w
 
 from carom.errors import InputError
-from carom.support.checks import format_value
 from carom.support.data_files import read_data
-from carom.support.escaping import build_name_hints, escape_controls, parse_release_numbers, suggest_name
+from carom.support.escaping import build_name_hints, escape_controls, format_value, parse_release_numbers, suggest_name
 from carom.support.folders import write_file
 from carom.support.versions import parse_version_conditions
 

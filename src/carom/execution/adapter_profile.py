@@ -8,7 +8,7 @@ from carom.engines.api import Adapter, Capabilities, unsupported_reason
 from carom.engines.registry import explain_unavailable_adapter, load_adapter, require_profile
 from carom.errors import AdapterError
 from carom.execution.exception_text import describe_exception
-from carom.execution.job import Job, Method, SettingOverrides, UnavailableError, UnsupportedError
+from carom.execution.job import Job, SettingOverrides, UnavailableError, UnsupportedError
 from carom.execution.validate_adapter import build_adapter_error, to_plain_settings
 from carom.model.trace import Setting
 
@@ -27,7 +27,9 @@ def load_supported_adapter(job: Job) -> Adapter:
     if reason := explain_unavailable_adapter(adapter):
         raise UnavailableError(reason)
     located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
-    if reason := unsupported_reason(job.scene, _find_capabilities(adapter, job.method), job.dt_s, located=located):
+    # A profile's capabilities apply only if no setting is replaced.
+    able = adapter.capabilities if job.method.tried else capabilities_of(adapter, job.profile)
+    if reason := unsupported_reason(job.scene, able, job.dt_s, located=located):
         raise UnsupportedError(reason)
     return adapter
 
@@ -36,11 +38,6 @@ def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
     """Return the capabilities of an engine with a profile: the profile's own if declared, or else the adapter's."""
     known = adapter.profiles.get(profile)
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
-
-
-def _find_capabilities(adapter: Adapter, method: Method) -> Capabilities:
-    """Return the capabilities of a method. A profile's capabilities apply only if no setting is replaced."""
-    return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
 
 
 def prepare_settings(
@@ -56,8 +53,7 @@ def prepare_settings(
     try:
         settings = dict(adapter.profiles[profile].settings(dt_s))
     except Exception as error:
-        message = f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}"
-        raise AdapterError(message) from error
+        raise AdapterError(f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}") from error
     plain = to_plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
         mistake = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step size, {dt_s:g}"

@@ -30,8 +30,8 @@ from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, Se
 from carom.execution.pool import LocalPool, Pool, TaskRunner
 from carom.execution.validate_adapter import to_plain_text, validate_adapter
 from carom.model.trace import Setting
-from carom.support.checks import format_value
 from carom.support.display import Shown
+from carom.support.escaping import format_value
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,7 @@ def select_engines(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> 
 
 def find_engine(name: str) -> EngineInfo:
     """Return the description of an engine. The engine is queried only if this process does not know it yet."""
-    known = _KNOWN.get((name, list_adapter_points()[name].value))
-    return known or engines([name])[0]
+    return _KNOWN.get((name, list_adapter_points()[name].value)) or engines([name])[0]
 
 
 def _process_key_of(name: str) -> tuple[str, str]:

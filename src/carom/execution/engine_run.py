@@ -232,8 +232,7 @@ class _Run:
         if taken == 1:
             last = world.observe()
             return last
-        numbers = rows.numbers[begin : begin + taken]
-        reliable = np.all(np.abs(numbers) <= LARGEST, axis=1)
+        reliable = np.all(np.abs(rows.numbers[begin : begin + taken]) <= LARGEST, axis=1)
         are_reliable = bool(reliable[: taken - 1].all())
         if not are_reliable:
             taken = 1 + int(np.argmin(reliable))

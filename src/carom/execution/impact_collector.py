@@ -130,8 +130,7 @@ class ImpactCollector:
         middle_s = 0.5 * (self._last_s + time_s)
         if body < 0:
             return (*self._walls[wall_index(body)].velocity_at(middle_s), 0.0)
-        drive = self._driven.get(body, STANDS)
-        return (*drive.velocity_at(middle_s), self._discs[body].spin_rad_s)
+        return (*self._driven.get(body, STANDS).velocity_at(middle_s), self._discs[body].spin_rad_s)
 
     def _has_effect(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
         """Whether a reported contact changed a motion. Engines also report contacts of zero impulse.
@@ -172,9 +171,8 @@ class ImpactCollector:
         for body, sign in ((first, -1.0), (second, 1.0)):
             if body in motion:
                 by_impulse = touched[body] > 1 and self._has_all_impulses(contact)
-                present = motion[body]
                 motion[body] = (
-                    self._apply_impulse(present, contact, body, sign) if by_impulse else self._motion_of(now, body)
+                    self._apply_impulse(motion[body], contact, body, sign) if by_impulse else self._motion_of(now, body)
                 )
         after = (motion.get(first, unchanged[0]), motion.get(second, unchanged[1]))
         known = self.open.get(pair)

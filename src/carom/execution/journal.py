@@ -146,8 +146,7 @@ class Journal(MemoryJournal[K, T], Closeable):
 
     def _append(self, lines: Iterable[bytes]) -> None:
         data = b"".join(line + b"\n" for line in lines)
-        written = os.write(self._file, data)
-        if written != len(data):  # the disk is full: the torn line is removed at the next start
+        if os.write(self._file, data) != len(data):  # the disk is full: the torn line is removed at the next start
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
 
@@ -240,8 +239,7 @@ def _lock(file: int, path: Path) -> None:
 
 def _find_end_of_lines(file: int) -> int:
     """Return the position after the last complete line. A last line that is not JSON counts as torn."""
-    size = os.fstat(file).st_size
-    end = _find_after_line_feed(file, size)
+    end = _find_after_line_feed(file, os.fstat(file).st_size)
     begin = _find_after_line_feed(file, end - 1)
     while end and begin == end - 1:  # skip empty lines
         end, begin = begin, _find_after_line_feed(file, begin - 1)
@@ -269,5 +267,4 @@ def _read_lines(file: int, end: int) -> Iterator[bytes]:
     with open(file, "rb", closefd=False) as stream:
         stream.seek(0)
         while (left := end - stream.tell()) > 0:
-            line = stream.readline(min(left, LONGEST_LINE + 2))
-            yield line.removesuffix(b"\n")
+            yield stream.readline(min(left, LONGEST_LINE + 2)).removesuffix(b"\n")

@@ -21,8 +21,7 @@ from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings
 from carom.model.scene import Scene
 from carom.model.trace import Trace
-from carom.support.checks import format_value
-from carom.support.escaping import build_name_hints
+from carom.support.escaping import build_name_hints, format_value
 
 DEFAULT_PROFILES = ("default", "tuned", "located")
 

@@ -105,8 +105,7 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
             f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s: {info.profiles[profile]}"
         )
         made = f"\nMade by: {command}" if command else ""
-        task = _CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{made}")
-        answer = pool.run(task)
+        answer = pool.run(_CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{made}"))
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.said
         raise AdapterError(f"{engine}: {why}")

@@ -70,8 +70,7 @@ def declare_seed() -> Any:
 
 def declare_time_limit() -> Any:
     """Declare the option for the time limit of a run."""
-    what = "Time limit of a run in seconds."
-    return declare_option(DEFAULT_TIME_LIMIT_S, build_seconds_kind(), what, "--time-limit")
+    return declare_option(DEFAULT_TIME_LIMIT_S, build_seconds_kind(), "Time limit of a run in seconds.", "--time-limit")
 
 
 def declare_memory_limit() -> Any:

@@ -143,8 +143,7 @@ class Validator:
         if found.spins_rad_s is not None:
             spins = tuple(_check_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
         if second < 0:
-            path = self._drives[wall_index(second)]
-            due_in_step = path.velocities_within(min(begin_s, time_s), max(end_s, time_s))
+            due_in_step = self._drives[wall_index(second)].velocities_within(min(begin_s, time_s), max(end_s, time_s))
             drive = min(due_in_step, key=lambda due: math.dist(due, velocities[1]))
             of_wall = {"velocities": (*velocities[1], *velocities[3]), "spins_rad_s": (spins[1::2] if spins else ())}
             for name, numbers in of_wall.items():

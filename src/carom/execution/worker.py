@@ -75,8 +75,7 @@ def main() -> None:
     requests: BinaryIO = os.fdopen(os.dup(0), "rb")
     answers: BinaryIO = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # from here on, output of an engine can't be mistaken for an answer
-    null = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(null, 0)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     if sys.platform != "linux":
         threading.Thread(target=_exit_after, args=(os.getppid(),), daemon=True).start()
     c_library = ctypes.CDLL(None)

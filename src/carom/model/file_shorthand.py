@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from carom.errors import InputError, Problem, SceneError
-from carom.support.checks import check_number, format_value
+from carom.support.checks import check_number
+from carom.support.escaping import format_value
 
 #: Moment of inertia over mass times radius squared, for uniform density.
 SHAPES = {"disc": 0.5, "sphere": 0.4}
@@ -115,9 +116,8 @@ def add_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
         "title": "Shape",
     }
     schema["properties"] |= {"length_unit": unit, "pixels_per_metre": pixels}
-    in_pixels = {"properties": {"length_unit": {"const": "px"}}, "required": ["length_unit"]}
     schema |= {
-        "if": in_pixels,
+        "if": {"properties": {"length_unit": {"const": "px"}}, "required": ["length_unit"]},
         "then": {"required": ["pixels_per_metre"]},
         "else": {"not": {"required": ["pixels_per_metre"]}},
     }

@@ -17,8 +17,8 @@ from carom.model.prescribed_motion import Drive
 from carom.model.scene_names import find_scene
 from carom.model.sizes import count_steps, find_span_problems
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, build_drive, find_leg_problems
-from carom.support.checks import format_value
 from carom.support.display import Drawn
+from carom.support.escaping import format_value
 from carom.support.fields import (
     Coefficient,
     Friction,
@@ -286,8 +286,7 @@ class Scene(Drawn, Model):
 
     def __getstate__(self) -> dict[Any, Any]:
         state = super().__getstate__()
-        fields = {name: value for name, value in state["__dict__"].items() if name != "arrays"}
-        return {**state, "__dict__": fields}
+        return {**state, "__dict__": {name: value for name, value in state["__dict__"].items() if name != "arrays"}}
 
     @property
     def undamped(self) -> Self:

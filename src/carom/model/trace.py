@@ -206,6 +206,13 @@ def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.flo
     return speeds
 
 
+def turn_times(trace: Trace) -> NDArray[np.float64]:
+    """Return the effective time of each impact if it is known, otherwise the reported time, seconds."""
+    reported: NDArray[np.float64] = trace.impacts["time_s"]
+    effective = reported if trace.effective_time_s is None else trace.effective_time_s
+    return np.where(np.isfinite(effective), effective, reported)
+
+
 class Outcome(Enum):
     """How a run ended. The value is a sentence for reports.
 

@@ -178,7 +178,9 @@ class Chain(_Common):
     @property
     def outline(self) -> Outline:
         """The shape of the wall."""
-        return _build_outline(self)
+        edges = len(self.points_m) - (not self.closed)
+        bulges = self.bulges or (0.0,) * edges
+        return Outline(self.points_m, bulges, self.half_width_m, self.closed, self.solid)
 
 
 class Ring(_Common):
@@ -237,12 +239,6 @@ def _parse_wall(value: Any) -> Any:
 
 
 AnyWall = Annotated[Union[Wall, Chain, Ring], BeforeValidator(_parse_wall)]  # noqa: UP007 - of types that are made late
-
-
-def _build_outline(chain: Chain) -> Outline:
-    edges = len(chain.points_m) - (not chain.closed)
-    bulges = chain.bulges or (0.0,) * edges
-    return Outline(chain.points_m, bulges, chain.half_width_m, chain.closed, chain.solid)
 
 
 def _find_shape_problems(chain: Chain) -> Iterator[Problem]:

@@ -42,7 +42,7 @@ def build_certified_document(certified: CertifiedTrace, most: int) -> Document:
             Column("bodies", lambda k: pair_name(certified.trace.impacts[k])),
             Column("velocities after, m/s", lambda k: _format_velocities(certified, k)),
             *(
-                [Column("spins after, rad/s", lambda k: _format_spins(certified, k))]
+                [Column("spins after, rad/s", lambda k: "  ".join(_list_decimals(certified, k)[5:]))]
                 if certified.trace.spins is not None
                 else []
             ),
@@ -103,10 +103,6 @@ def _format_velocities(certified: CertifiedTrace, k: int) -> str:
     _, *velocity = _list_decimals(certified, k)
     after = f"({velocity[0]}, {velocity[1]})"
     return after if certified.trace.impacts[k]["second"] < 0 else f"{after}  ({velocity[2]}, {velocity[3]})"
-
-
-def _format_spins(certified: CertifiedTrace, k: int) -> str:
-    return "  ".join(_list_decimals(certified, k)[5:])
 
 
 def _describe_reach(certified: CertifiedTrace) -> Iterator[str]:

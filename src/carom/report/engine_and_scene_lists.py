@@ -30,11 +30,10 @@ def _build_engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:
     version = info.version or "unavailable"
     # The adapter's general declaration is that of `tuned`.
     kinds = {"tuned": able, **info.own}
-    swept = ", ".join(name for name, one in kinds.items() if one.continuous_detection) or "no"
     return (
         info.name,
         version,
-        swept,
+        ", ".join(name for name, one in kinds.items() if one.continuous_detection) or "no",
         "yes" if able.friction[1] > 0 else "no",
         "yes" if able.spin else "no",
         f"{able.float_bits} bits",
@@ -210,8 +209,7 @@ def _build_hazards(info: EngineInfo) -> Section:
     blocks: list[Block] = []
     if found:
         columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))
-        note = f"To check your version: carom run SCENE -e {info.name}."
-        blocks.append(Table(columns, found, note=note))
+        blocks.append(Table(columns, found, note=f"To check your version: carom run SCENE -e {info.name}."))
     measured = "Results over many starts: docs/results/hazards.md."
     blocks.append(Lines((measured,) if found else (f"No bug report in the catalogue. {measured}",)))
     return Section("Known hazards", tuple(blocks))

@@ -42,8 +42,7 @@ def list_meanings() -> Iterator[Meaning]:
         when = "" if grade is None else GRADE_CONDITIONS[grade].replace("*", "")
         yield Meaning(mark.word, "grade" if grade is not None else "mark", mark.meaning, when)
     for verdict, when in VERDICT_CONDITIONS.items():
-        word = verdict.name.lower().replace("_", " ")
-        yield Meaning(word, "verdict", verdict.value, when.replace("*", ""))
+        yield Meaning(verdict.name.lower().replace("_", " "), "verdict", verdict.value, when.replace("*", ""))
 
 
 def find_meanings(word: str) -> list[Meaning]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.model.trace import Trace
+from carom.model.trace import Trace, turn_times
 from carom.report.tracks import Track, Turning, build_reference_tracks, compute_turnings
 
 #: Number of straight pieces of a parabola. A piece differs from the parabola by at most 1/576 of the parabola's height,
@@ -100,9 +100,7 @@ def build_observed_paths(trace: Trace) -> Paths:
         times,
         compute_turnings(trace),
     )
-    reported = trace.impacts["time_s"]
-    effective = reported if trace.effective_time_s is None else trace.effective_time_s
-    turns = _list_turns(trace, np.where(np.isfinite(effective), effective, reported))
+    turns = _list_turns(trace, turn_times(trace))
     found = tuple(ImpactPosition(disc, time, paths.position_at(disc, time)) for disc, time in turns)
     return replace(paths, impact_positions=found)
 

@@ -123,10 +123,8 @@ def compute_limits(scene: Scene, reference: Paths, observed: Paths) -> Limits:
     low, high = low - radius, high + radius
     spare = (_WIDEST - 1.0) / 2.0 * float(np.max(high - low))
     other_low, other_high = observed.compute_bounds()
-    low, high = (
-        np.maximum(np.minimum(low, other_low - radius), low - spare),
-        np.minimum(np.maximum(high, other_high + radius), high + spare),
-    )
+    low = np.maximum(np.minimum(low, other_low - radius), low - spare)
+    high = np.minimum(np.maximum(high, other_high + radius), high + spare)
     margin = _MARGIN * float(np.max(high - low))
     return low - margin, high + margin
 
@@ -268,8 +266,7 @@ def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -
     if ends:
         for wall in scene.walls:
             if wall.driven:
-                gone = move_wall(wall, *wall.drive.moved_at(scene.duration_s))
-                list(_draw_wall(axes, gone, limits, _GONE))
+                list(_draw_wall(axes, move_wall(wall, *wall.drive.moved_at(scene.duration_s)), limits, _GONE))
     return [list(_draw_wall(axes, wall, limits, 1.0)) for wall in scene.walls]
 
 

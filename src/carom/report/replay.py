@@ -249,8 +249,7 @@ def _format_play_command(scene: Scene) -> str:
 
 
 def _build_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
-    legs = [[leg.begin_s, *leg.moved, *leg.velocity] for leg in wall.drive.legs]
-    moves = {"legs": legs} if wall.driven else {}
+    moves = {"legs": [[leg.begin_s, *leg.moved, *leg.velocity] for leg in wall.drive.legs]} if wall.driven else {}
     if isinstance(wall, Wall):
         plane = [*wall.point_m, *wall.normal]
         return {"plane": plane, **moves} if moves else plane

@@ -234,10 +234,8 @@ def scale_error_axis(
         Function that returns the position of an error on the axis. An infinite error is at the end of the axis.
     """
     known = [error for error in errors if THRESHOLDS.rounding < error < math.inf]
-    low, high = (
-        math.floor(math.log10(min(known, default=0.1))),
-        math.ceil(math.log10(max(known, default=1.0) * 1.01)),
-    )
+    low = math.floor(math.log10(min(known, default=0.1)))
+    high = math.ceil(math.log10(max(known, default=1.0) * 1.01))
     bottom, top = 10.0**low, 10.0**high
     strip = (top / bottom) ** (_STRIP / (1.0 - _STRIP))
     foot = bottom / math.sqrt(strip)

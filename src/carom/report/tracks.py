@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.model.flights import Flight, free_flights
-from carom.model.trace import Trace
+from carom.model.trace import Trace, turn_times
 
 Array = NDArray[np.float64]
 
@@ -95,9 +95,7 @@ def compute_turnings(trace: Trace) -> tuple[Turning, ...]:
     """
     if trace.spins is None:
         return ()
-    effective = trace.effective_time_s
-    reported = trace.impacts["time_s"]
-    turned = reported if effective is None else np.where(np.isfinite(effective), effective, reported)
+    turned = turn_times(trace)
     knots = [[(0.0, 0.0)] for _ in trace.scene.discs]
     spin = trace.scene.arrays.spins.tolist()
     rate = [0.0] * len(spin)
@@ -191,12 +189,9 @@ def build_observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     if all(_does_pass_through(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
         return flown
     return tuple(
-        _thin_track(times, places[:, disc], _acceleration_of(trace, disc), near) for disc, track in enumerate(flown)
+        _thin_track(times, places[:, k], np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2), near)
+        for k, disc in enumerate(trace.scene.discs)
     )
-
-
-def _acceleration_of(trace: Trace, disc: int) -> Array:
-    return np.zeros(2) if trace.scene.discs[disc].immovable else np.array(trace.scene.gravity_m_s2)
 
 
 def _cut_at_non_finite(track: Track) -> Track:

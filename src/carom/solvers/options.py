@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import InputError
-from carom.support.checks import check_count, check_number, format_value
+from carom.support.checks import check_count, check_number
+from carom.support.escaping import format_value
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units

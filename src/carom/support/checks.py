@@ -12,17 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from carom.errors import InputError
 from carom.support.escaping import format_value
 
-__all__ = [
-    "check_count",
-    "check_finite",
-    "check_floats",
-    "check_instance",
-    "check_number",
-    "check_times",
-    "check_vectors",
-    "format_value",
-]
-
 Array = NDArray[np.float64]
 
 #: Constants, because building these types at each call would take a tenth of the time of solving two discs.

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import InputError
-from carom.support.checks import format_value
-from carom.support.escaping import shorten
+from carom.support.escaping import format_value, shorten
 from carom.support.limits import MOST_BYTES, MOST_KEY_PARTS, MOST_VALUES, count_values
 
 _PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""

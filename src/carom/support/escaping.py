@@ -35,8 +35,7 @@ def shorten(text: str, most: int = 60) -> str:
 def find_last_message(printed: str) -> str:
     """Return the last line that begins like an error, else the last line, cut to 200 characters."""
     lines = [line for line in map(str.strip, printed.splitlines()) if line][-_LAST_LINES:]
-    errors = [line for line in lines if _ERROR.match(line)]
-    return (errors or lines or [""])[-1][:200]
+    return ([line for line in lines if _ERROR.match(line)] or lines or [""])[-1][:200]
 
 
 def format_value(value: object) -> str:

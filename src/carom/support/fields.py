@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from carom.errors import Problem, SceneError
-from carom.support.checks import format_value
+from carom.support.escaping import format_value
 from carom.support.formatting import format_number
 from carom.support.limits import LARGEST, ORDINARY, SMALLEST, format_limits
 

@@ -120,5 +120,4 @@ def _run_growth(
         growth_journal(path, resume=resume, retry=retry) as journal,
     ):
         found = measure_growth(options, notes=journal, progress=progress, command=get_command_line())
-    page = write_growth(found, out)
-    common.print_document(build_growth_document(found), full=verbose, page=page)
+    common.print_document(build_growth_document(found), full=verbose, page=write_growth(found, out))

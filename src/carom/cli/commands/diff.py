@@ -58,7 +58,7 @@ def diff(
 
 def _require_own(option: str, path: Path) -> None:
     """Raise an error for an existing file that is not an earlier comparison, such as a scene."""
-    from carom.support.checks import format_value
+    from carom.support.escaping import format_value
 
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:
         raise InputError(

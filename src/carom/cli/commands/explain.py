@@ -24,7 +24,6 @@ def explain(
         width = max(len(entry.word) for entry in entries)
         say_lines(f"{entry.word:{width}}  {entry.kind:7}  {entry.sentence}" for entry in entries)
         return
-    phrase = " ".join(words)
-    for entry in find_meanings(phrase):
+    for entry in find_meanings(" ".join(words)):
         build_console().print(escape_controls(str(entry)))
     say("All formulas: docs/theory/scoring.md.")

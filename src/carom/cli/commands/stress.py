@@ -60,7 +60,6 @@ def stress(
             progress=progress,
             command=get_command_line(),
         )
-    page = write_stress(results, out)
-    common.print_document(build_stress_document(results), full=verbose, report=page)
+    common.print_document(build_stress_document(results), full=verbose, report=write_stress(results, out))
     if any(info.unavailable for name, info in results.engines.items() if name in (options.engines or ())):
         raise typer.Exit(common.EXIT_UNAVAILABLE)

@@ -67,5 +67,4 @@ def tune(
             if best:
                 common.say(f"best so far (trial {best[-1].trial}): {format_set_options(best[-1])}", apart=True)
             raise
-    page = write_tune(found, asked, out)
-    common.print_document(build_tune_document(found, asked), full=verbose, report=page)
+    common.print_document(build_tune_document(found, asked), full=verbose, report=write_tune(found, asked, out))

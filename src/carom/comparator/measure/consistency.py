@@ -132,10 +132,7 @@ def _iterate_flights(trace: Trace, until_s: float) -> Iterator[Array]:
     closing = np.hypot(*(before[1] - before[0]).T)
     arrivals, departures = before.reshape(-1, 2), after.reshape(-1, 2)
     places = _compute_turn_places(trace, turning).reshape(-1, 2)
-    rims_arriving, rims_leaving = (
-        rim_speeds(trace, "before").ravel(),
-        rim_speeds(trace, "after").ravel(),
-    )
+    rims_arriving, rims_leaving = rim_speeds(trace, "before").ravel(), rim_speeds(trace, "after").ravel()
     start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
@@ -198,10 +195,8 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
-    waited, before = (
-        np.broadcast_to(turning - state["time_s"], (2, len(turning))),
-        velocities(trace.impacts, "before"),
-    )
+    before = velocities(trace.impacts, "before")
+    waited = np.broadcast_to(turning - state["time_s"], (2, len(turning)))
     slowing = Slowing.of(trace.scene)
     if slowing:  # only the velocity at the turn is known, so the flight is followed backwards
         speed = np.hypot(before[..., 0], before[..., 1])
@@ -210,8 +205,7 @@ def _compute_turn_places(trace: Trace, turning: Array) -> Array:
         )
         if slowing.table_m_s2:  # a disc that has stopped does not reveal where it came from
             waited = np.where(speed > 0.0, waited, math.nan)
-    flown = before * waited[..., None]
-    places: Array = np.stack([state["position_first"], state["position_second"]]) + flown
+    places: Array = np.stack([state["position_first"], state["position_second"]]) + before * waited[..., None]
     return places
 
 

@@ -200,8 +200,7 @@ def _compute_allowed_errors(
 
 def compute_states_at(trace: Trace, times_s: Array) -> States:
     """Return the states of a trace at ascending times, from its impacts and contact modes."""
-    count = len(trace.scene.discs)
-    place, velocity = np.zeros((2, len(times_s), count, 2))
+    place, velocity = np.zeros((2, len(times_s), len(trace.scene.discs), 2))
     for flight in free_flights(trace):
         since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact, the flight after it counts
         for row in np.flatnonzero(since).tolist():

@@ -260,11 +260,7 @@ def _measure_impact_errors(reference: Trace, observed: Trace, alignment: Alignme
     r, o = np.array(alignment.matched, dtype=np.intp).T
     expected, found, known = reference.impacts[r], observed.impacts[o], ~unknown_velocities(observed)[:, o]
     effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
-    normal, after, true_after = (
-        expected["normal"],
-        velocities(found, "after"),
-        velocities(expected, "after"),
-    )
+    normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
     difference = np.where(known[:, :, None], after - true_after, 0.0)
     across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     restitution = compute_restitutions(velocities(found, "before"), after, found["normal"])
@@ -280,8 +276,7 @@ def _measure_impact_errors(reference: Trace, observed: Trace, alignment: Alignme
         restitution,
         restitution - compute_restitutions(velocities(expected, "before"), true_after, normal),
     )
-    is_finite = find_finite_impacts(observed)[o]
-    errors = dict(zip(_IMPACT_ERRORS, np.where(is_finite, columns, math.inf), strict=True))
+    errors = dict(zip(_IMPACT_ERRORS, np.where(find_finite_impacts(observed)[o], columns, math.inf), strict=True))
     reported, turned = errors["reported_time_s"], errors["effective_time_s"]
     return errors | {"time_s": np.where(np.isnan(turned), reported, turned)}
 

@@ -28,7 +28,7 @@ from carom.core.time_of_impact import time_of_impact
 from carom.core.wall_features import Mover
 from carom.model.disc_arrays import HalfPlane
 from carom.model.flights import free_flights
-from carom.model.trace import STATE_DTYPE, Trace, rim_speeds, velocities, wall_index
+from carom.model.trace import STATE_DTYPE, Trace, rim_speeds, turn_times, velocities, wall_index
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float]
@@ -154,10 +154,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     normal[at] = (p2[at] + v2[at] * wait[at, None]) - (p1[at] + v1[at] * wait[at, None])
     normal[at] /= np.hypot(*normal[at].T)[:, None]
     after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
-    rim, expected_rim = (
-        rim_speeds(trace, "after") + _find_belt_speeds(trace),
-        np.full((2, len(impacts)), math.nan),
-    )
+    rim, expected_rim = rim_speeds(trace, "after") + _find_belt_speeds(trace), np.full((2, len(impacts)), math.nan)
     ok = np.flatnonzero(happens)
     expected[:, ok], expected_rim[:, ok] = bodies.compute_after(ok, normal[ok])
     sampled, sampled_rim = _predict_pit(trace, bodies, start, wait, expected, expected_rim)
@@ -169,7 +166,7 @@ def measure_local_errors(trace: Trace, scales: Scales) -> LocalErrors:
         return error if scene.turns else np.full_like(error, math.nan)
 
     return LocalErrors(
-        time_s=_find_turn_times(trace) - instant,
+        time_s=turn_times(trace) - instant,
         velocity=larger_error(after - expected) / scales.speed_m_s,
         spin=compute_spin_error(rim - expected_rim),
         restitution=np.where(happens, restitution, math.nan),
@@ -192,19 +189,12 @@ def _find_belt_speeds(trace: Trace) -> Array:
     return speeds
 
 
-def _find_turn_times(trace: Trace) -> Array:
-    """Return the effective time of each impact if it is known, otherwise the reported time, seconds."""
-    times: Array = trace.impacts["time_s"]
-    effective = times if trace.effective_time_s is None else trace.effective_time_s
-    return np.where(np.isfinite(effective), effective, times)
-
-
 def _find_last_turn_times(trace: Trace) -> Array:
     """Return for each impact the time of the latest earlier impact of its two bodies, seconds; 0 if there is none."""
     latest = np.zeros(len(trace.scene.discs))
     result = np.zeros(len(trace.impacts))
     for k, (time, *pair) in enumerate(
-        zip(_find_turn_times(trace), trace.impacts["first"], trace.impacts["second"], strict=True)
+        zip(turn_times(trace), trace.impacts["first"], trace.impacts["second"], strict=True)
     ):
         bodies = [body for body in pair if body >= 0]
         result[k] = np.max(latest[bodies])
@@ -229,11 +219,8 @@ def _find_wall_meetings(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArr
     """Return the seconds until discs meet walls on free paths, and the normals there."""
     scene_bodies, wait, normal = SceneBodies(trace.scene), np.full(len(at), math.inf), np.zeros((len(at), 2))
     for row, k in enumerate(at.tolist()):
-        number, radius, begin_s = (
-            wall_index(int(trace.impacts["second"][k])),
-            float(bodies.radius[0, k]),
-            float(begun_s[k]),
-        )
+        number, radius = wall_index(int(trace.impacts["second"][k])), float(bodies.radius[0, k])
+        begin_s = float(begun_s[k])
         for leg in scene_bodies.wall_drives[number].legs_from(begin_s):
             from_s = max(leg.begin_s, begin_s)
             velocity = bodies.velocity[0, k] - leg.velocity

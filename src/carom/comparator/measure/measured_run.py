@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align_impacts import AlignedRun
-from carom.comparator.comparison_range import Baseline
-from carom.comparator.match_impacts import Alignment
 from carom.comparator.measure.consistency import Consistency, measure_consistency
 from carom.comparator.measure.contact import ContactScore, score_contact
 from carom.comparator.measure.errors import ImpactError, Measured, measure_errors, unknown_velocities
@@ -26,7 +24,6 @@ from carom.comparator.measure.sampling_cost import (
 from carom.comparator.measure.simultaneous_impacts import ConventionMatch, match_outcome
 from carom.comparator.measure.stepwise_score import LocalScore, score_steps
 from carom.comparator.non_finite import find_non_finite
-from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.model.trace import Outcome
 
@@ -99,8 +96,9 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
     reference, observed, pit, scales = aligned.reference, aligned.observed, aligned.pit, aligned.scales
     measured = measure_errors(reference, observed, aligned.alignment, scales)
     sampled = against_pit = cost = None
-    if pit is not None and aligned.pit_alignment is not None and aligned.against_pit is not None:
-        sampled = aligned.baseline.compute_once(_measure_pit, scales, aligned.pit_alignment)
+    if pit is not None and (alignment := aligned.pit_alignment) is not None and aligned.against_pit is not None:
+        key = (measure_errors, aligned.compared)
+        sampled = aligned.baseline.compute_once(key, lambda: measure_errors(reference, pit, alignment, scales))
         against_pit = measure_errors(pit, observed, aligned.against_pit, scales)
         cost = measure_sampling_cost(aligned, pit, sampled, measured)
     non_finite, truth, until_s, possible = find_non_finite(observed), aligned.truth, aligned.compared.until_s, observed
@@ -113,7 +111,7 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         aligned,
         measured=measured,
         impact_errors=measure_impact_errors(measured, scales, aligned.compared.impacts),
-        changes=aligned.baseline.compute_once(_measure_changes, scales),
+        changes=aligned.baseline.compute_once(measure_changes, lambda: measure_changes(reference, scales)),
         not_told_apart=tuple(np.flatnonzero(unknown_velocities(observed).any(axis=0)).tolist()),
         sampling=sampled,
         measured_against_pit=against_pit,
@@ -127,12 +125,3 @@ def measure_run(aligned: AlignedRun) -> MeasuredRun:
         local_truth=None if truth is None else score_steps(truth, scales, observed.float_bits, until_s),
         reports=None if truth is None else compare_reports_with_states(observed, truth, until_s),
     )
-
-
-def _measure_pit(baseline: Baseline, scales: Scales, alignment: Alignment) -> Measured:
-    assert baseline.pit is not None  # noqa: S101 - PIT has an alignment
-    return measure_errors(baseline.reference, baseline.pit, alignment, scales)
-
-
-def _measure_changes(baseline: Baseline, scales: Scales) -> NDArray[np.float64]:
-    return measure_changes(baseline.reference, scales)

@@ -115,5 +115,4 @@ def _format_first(found: Sequence[tuple[float, _Bodies]]) -> str:
 
 
 def _list_bodies(rows: NDArray[np.void]) -> list[_Bodies]:
-    pairs = zip(rows["first"].tolist(), rows["second"].tolist(), strict=True)
-    return [(min(pair), max(pair)) for pair in pairs]
+    return [(min(pair), max(pair)) for pair in zip(rows["first"].tolist(), rows["second"].tolist(), strict=True)]

@@ -249,8 +249,7 @@ def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
     """Return meetings in order of time, without those that continue an earlier meeting of the same pair."""
     ended: dict[tuple[int, int], float] = {}
     kept = []
-    order = np.argsort(meetings["begin_s"], kind="stable")
-    for row in order.tolist():
+    for row in np.argsort(meetings["begin_s"], kind="stable").tolist():
         pair = (int(meetings["first"][row]), int(meetings["second"][row]))
         if not meetings["begin_s"][row] <= ended.get(pair, -math.inf):
             kept.append(row)
@@ -262,8 +261,7 @@ def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], 
     """Return the number of invented turns, the first of them, and the largest turn that is too small to count."""
     found: list[tuple[float, str]] = []
     slipped = 0.0
-    turned = truth.windows[truth.windows["turned"]]
-    for row in turned:
+    for row in truth.windows[truth.windows["turned"]]:
         size = max(float(row["velocity"]), float(row["spin"])) / (float(row["rim"]) or 1.0)
         if size > PASSED:
             found.append((float(row["begin_s"]), f"at {format_instant(float(row['begin_s']))}"))

@@ -43,10 +43,9 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
         )
         for disc in scene.discs
     )
-    walls = tuple(convert_lengths(wall, lambda x: x * length, scale_speed, scale_time) for wall in scene.walls)
     of_scene = {
         "discs": discs,
-        "walls": walls,
+        "walls": tuple(convert_lengths(wall, lambda x: x * length, scale_speed, scale_time) for wall in scene.walls),
         "gravity_m_s2": _scale_vector(scene.gravity_m_s2, speed / time),
         "damping_per_s": scene.damping_per_s / time,
         "table_deceleration_m_s2": scene.table_deceleration_m_s2 * (speed / time),

@@ -29,8 +29,7 @@ def parse_dump(content: bytes, name: str, duration_s: float) -> Imported:
     if count_values(content) > MOST_VALUES[".json"]:
         raise InputError(f"it has more than {MOST_VALUES['.json']} values")
     try:
-        entries = json.loads(content)
-        reading = _Reading(entries)
+        reading = _Reading(json.loads(content))
         reading.read()
         return reading.build_scene(name, duration_s)
     except (SceneError, InputError):

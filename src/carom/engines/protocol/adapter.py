@@ -64,11 +64,10 @@ class ProgramWorld:
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step."""
         seen = self._program.ask(Look(world=self._number), Seen)
-        contacts = tuple(Contact(**dict(contact)) for contact in seen.contacts)
         return Observation(
             np.array(seen.position_m, dtype=np.float64),
             np.array(seen.velocity_m_s, dtype=np.float64),
-            contacts,
+            tuple(Contact(**dict(contact)) for contact in seen.contacts),
             seen.warning,
             None if seen.spin_rad_s is None else np.array(seen.spin_rad_s, dtype=np.float64),
         )

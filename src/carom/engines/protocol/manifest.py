@@ -17,8 +17,7 @@ from carom.engines.api import Accuracy, Capabilities, ContactTimes, Knob, Stamp
 from carom.engines.protocol.messages import PROTOCOL
 from carom.errors import AdapterError
 from carom.model.trace import Setting
-from carom.support.checks import format_value
-from carom.support.escaping import is_older
+from carom.support.escaping import format_value, is_older
 from carom.support.fields import describe_error
 
 #: Name of a manifest file.
@@ -191,6 +190,5 @@ def load_manifest(path: Path) -> Manifest:
             place, said = place[:-1], f"must be a number, true, false or a text, got {format_value(wrong['input'])}"
         raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}", hints=[PAGE]) from error
     if found.protocol != PROTOCOL:
-        what = f"{path}: protocol: this Carom uses version {PROTOCOL}, got {found.protocol}"
-        raise AdapterError(what, hints=[PAGE])
+        raise AdapterError(f"{path}: protocol: this Carom uses version {PROTOCOL}, got {found.protocol}", hints=[PAGE])
     return found

@@ -11,7 +11,7 @@ import re
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from carom.report.document import QUESTION, Block, Cell, Document, Figures, Media, Replays, Section, Table
+from carom.report.document import QUESTION, Cell, Document, Figures, Media, Replays, Table
 from carom.report.files import pack_data, require_report_extra
 from carom.support.escaping import escape_controls
 
@@ -47,8 +47,8 @@ def render_html(document: Document) -> str:
         document=document,
         sections=sections,
         page=Media.PAGE,
-        anchor=_build_anchor,
-        kind=_kind_of,
+        anchor=lambda section: re.sub(r"[^a-z0-9]+", "-", section.heading.lower()).strip("-"),
+        kind=lambda block: type(block).__name__.lower(),
         question=QUESTION,
         most_across=_MOST_ACROSS,
         packed_rows=_pack_rows,
@@ -107,10 +107,6 @@ def build_content_policy(script: str) -> str:
     return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
-def _build_anchor(section: Section) -> str:
-    return re.sub(r"[^a-z0-9]+", "-", section.heading.lower()).strip("-")
-
-
 def _pack_rows(table: Table) -> str:
     """Return packed data for a table by `rows.js`. A cell is a text, or an object if it has other fields."""
     columns, rows = table.select_for(Media.PAGE)
@@ -128,8 +124,3 @@ def _pack_cell(cell: Cell) -> str | dict[str, str]:
         raise ValueError(f"a cell of a packed table can't have a link, bar, meter or anchor: {cell!r}")
     text = escape_controls(cell.text)
     return {"text": text, **said} if said else text
-
-
-def _kind_of(block: Block) -> str:
-    """Return the name of the macro that shows a block."""
-    return type(block).__name__.lower()

@@ -46,8 +46,7 @@ _LATER = frozenset({"ends"})
 
 def format_line(line: Summary | RowLine, *, spins: bool = True) -> str:
     """Return a line as strict JSON without line break. With `spins`, the line includes the fields of spins."""
-    parts = ("total", "against_pit", "consistency")
-    leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
+    leave_out = {} if spins else {part: set(OF_SPINS) for part in ("total", "against_pit", "consistency")}
     if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
         leave_out["timing"] = set(_LATER)
     kind: Any = type(line)  # mypy assumes that a class has no hash if its objects have none
@@ -182,12 +181,12 @@ def _build_file_type(hint: Any) -> Any:
 _NULLABLE = {"type": ["number", "null"]}
 
 
-def _replace_non_finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 _FINITE = Annotated[
-    float, Strict(), AllowInfNan(allow_inf_nan=False), PlainSerializer(_replace_non_finite), WithJsonSchema(_NULLABLE)
+    float,
+    Strict(),
+    AllowInfNan(allow_inf_nan=False),
+    PlainSerializer(lambda value: value if math.isfinite(value) else None),
+    WithJsonSchema(_NULLABLE),
 ]
 _NUMBER = Annotated[_FINITE, WrapValidator(lambda value, read: math.nan if value is None else read(value))]
 

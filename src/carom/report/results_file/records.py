@@ -113,8 +113,7 @@ def _parse_object(path: Path, number: int, text: bytes) -> dict[str, Any]:
     except UnicodeError as error:
         raise InputError(f"{path} can't be read: {error}", hints=[_ASK]) from None
     except (ValueError, RecursionError) as error:
-        what = f"{path}, line {number}: invalid JSON ({shorten(str(error), 200)})"
-        raise InputError(what, hints=[_ASK]) from None
+        raise InputError(f"{path}, line {number}: invalid JSON ({shorten(str(error), 200)})", hints=[_ASK]) from None
     if not isinstance(line, dict):
         raise InputError(f"{path}, line {number}: not a JSON object", hints=[_ASK])
     return line

@@ -15,7 +15,7 @@ from carom.model.trace import Outcome, body_name
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts
-from carom.support.checks import format_value
+from carom.support.escaping import format_value
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
