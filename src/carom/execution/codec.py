@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -82,20 +82,34 @@ def _build_array_type(dtype: DTypeLike) -> Any:
 LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
+def _build_field_type(hint: Any, carried: Any) -> Any:
+    """Return a type that pydantic can convert, for a field of a dataclass.
+
+    Args:
+        hint: The field's declared type.
+        carried: The dtype of a structured array, or the type of a nested dataclass; None for other fields.
+    """
+    optional = type(None) in get_args(hint)
+    plain = get_args(hint)[0] if optional else hint
+    if get_origin(plain) is np.ndarray:
+        found = _build_array_type(get_args(get_args(plain)[1])[0] if carried is None else carried)
+    else:
+        found = plain if carried is None else carried
+    return found | None if optional else found
+
+
 def _build_dataclass_type(kind: type[Any], **carried: Any) -> Any:
-    """Return a dataclass type that pydantic can convert, as the JSON text of an object. `carried` has field types.
+    """Return a dataclass type that pydantic can convert, as the JSON text of an object.
 
     A separate JSON text can have NaN and infinities as numbers. As strings, they could not be distinguished from
-    settings that are texts.
+    settings that are texts. `carried` is as in `_build_field_type`, by the field's name.
     """
-    hints = (
-        get_type_hints(
-            kind, localns={"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
-        )
-        | carried
-    )
+    known = {"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
+    hints = get_type_hints(kind, localns=known)
     names = [field.name for field in dataclasses.fields(kind)]
-    types: dict[str, Any] = {name: (hints[name], None if name in LATER else ...) for name in names}
+    types: dict[str, Any] = {
+        name: (_build_field_type(hints[name], carried.get(name)), None if name in LATER else ...) for name in names
+    }
     config = ConfigDict(ser_json_inf_nan="constants", extra="forbid")
     twin: Any = create_model(kind.__name__, __config__=config, **types)
 
@@ -117,63 +131,39 @@ def _check_shapes(value: Any) -> Any:
     if not isinstance(value, Trace):
         return value
     discs, impacts = len(value.scene.discs), len(value.impacts)
-    for name, shape in (
-        ("impacts", (impacts,)),
-        ("final_position_m", (discs, 2)),
-        ("final_velocity_m_s", (discs, 2)),
-        ("effective_time_s", (impacts,)),
-        ("state_before", (impacts,)),
-        ("impacts_per_disc", (discs,)),
-        ("spins", (impacts,)),
-        ("edges", (impacts,)),
-        ("final_spin_rad_s", (discs,)),
-    ):
+    shapes = {
+        **dict.fromkeys(("impacts", "effective_time_s", "state_before", "spins", "edges"), (impacts,)),
+        **dict.fromkeys(("final_position_m", "final_velocity_m_s"), (discs, 2)),
+        **dict.fromkeys(("final_spin_rad_s", "impacts_per_disc"), (discs,)),
+    }
+    for name, shape in shapes.items():
         array = getattr(value, name)
         if array is not None and array.shape != shape:
             raise ValueError(f"{name} must have the shape {shape}, got {array.shape}")
-    if value.looks is not None:
-        instants, shape = value.looks.time_s.shape, value.looks.position_m.shape
-        if len(instants) != 1 or not shape == value.looks.velocity_m_s.shape == (*instants, discs, 2):
-            raise ValueError(f"observations of shape {shape} at {instants} instants")
-    if value.samples is not None:
-        instants = value.samples.time_s.shape
-        if len(instants) != 1 or value.samples.position_m.shape != (*instants, discs, 2):
-            raise ValueError(f"samples of shape {value.samples.position_m.shape} at {instants} instants")
+    for what, states in (("observations", value.looks), ("samples", value.samples)):
+        if states is not None:
+            instants, shape = states.time_s.shape, states.position_m.shape
+            velocities = getattr(states, "velocity_m_s", states.position_m)  # samples have none
+            if len(instants) != 1 or not shape == velocities.shape == (*instants, discs, 2):
+                raise ValueError(f"{what} of shape {shape} at {instants} instants")
     return value
 
-
-_FLOATS = _build_array_type(np.float64)
 
 if TYPE_CHECKING:
     CarriedObservation = Observation
     CarriedTrace = Trace
 else:
-    CarriedObservation = _build_dataclass_type(
-        Observation, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None
-    )
+    CarriedObservation = _build_dataclass_type(Observation)
     CarriedTrace = _build_dataclass_type(
         Trace,
-        impacts=_build_array_type(IMPACT_DTYPE),
-        final_position_m=_FLOATS,
-        final_velocity_m_s=_FLOATS,
-        effective_time_s=_FLOATS | None,
-        state_before=_build_array_type(STATE_DTYPE) | None,
-        impacts_per_disc=_build_array_type(np.int64) | None,
-        spins=_build_array_type(SPIN_DTYPE) | None,
-        edges=_build_array_type(EDGE_DTYPE) | None,
-        modes=_build_array_type(MODE_DTYPE) | None,
-        final_spin_rad_s=_FLOATS | None,
-        samples=_build_dataclass_type(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
+        impacts=IMPACT_DTYPE,
+        state_before=STATE_DTYPE,
+        spins=SPIN_DTYPE,
+        edges=EDGE_DTYPE,
+        modes=MODE_DTYPE,
+        samples=_build_dataclass_type(Samples),
         local_truth=_build_dataclass_type(
-            LocalTruth,
-            windows=_build_array_type(WINDOW_DTYPE),
-            meetings=_build_array_type(MEETING_DTYPE),
-            slips=_build_array_type(SLIP_DTYPE),
-            rests=_build_array_type(REST_DTYPE) | None,
-        )
-        | None,
-        looks=_build_dataclass_type(
-            States, time_s=_FLOATS, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None
-        )
-        | None,
+            LocalTruth, windows=WINDOW_DTYPE, meetings=MEETING_DTYPE, slips=SLIP_DTYPE, rests=REST_DTYPE
+        ),
+        looks=_build_dataclass_type(States),
     )

@@ -242,10 +242,8 @@ def list_methods(
         ]
         for info in infos
     }
-    found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
-    for several in pool.map_unordered(((name, of) for name, of in tasks.items() if of), _query_all):
-        for task, answer in several:
-            found[task.engine][task.profile] = answer
+    queried = pool.map_unordered(((name, of) for name, of in tasks.items() if of), _query_all)
+    found = {(task.engine, task.profile): answer for several in queried for task, answer in several}
     at: dict[tuple[str, float], tuple[Method, ...]] = {}
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:
@@ -255,7 +253,7 @@ def list_methods(
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
             for profile in own_profiles:
-                settings = _extract_settings(info, found[info.name].get(profile), k)
+                settings = _extract_settings(info, found.get((info.name, profile)), k)
                 if isinstance(settings, Answer):
                     refused[Method(info.name, profile, own_tried), dt_s] = settings
                     last_of[profile] = profile

@@ -118,8 +118,8 @@ class Journal(MemoryJournal[K, T], Closeable):
         try:
             _lock(self._file, path)  # the lock comes first, so that no entry is read while another process writes
             if not (resume or retry) and os.fstat(self._file).st_size:
-                hints = ["continue with --resume, or name another folder"]
-                raise InputError(f"{path} already contains results", hints=hints)
+                hint = "continue with --resume, or name another folder"
+                raise InputError(f"{path} already contains results", hints=[hint])
             found = self._read({"journal": of, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
@@ -158,17 +158,14 @@ class Journal(MemoryJournal[K, T], Closeable):
         head = next(lines, b"")
         there = _parse_line(head)
         if head and there != stamp:
-            what = (
-                _describe_difference(there, stamp)
-                if isinstance(there, dict)
-                else "its first line does not name its content"
-            )
+            what = "its first line does not name its content"
+            what = _describe_difference(there, stamp) if isinstance(there, dict) else what
             raise InputError(f"{self.path} is not a journal of this work: {what}", hints=["name another folder"])
         found = []
         for number, line in enumerate(lines, start=2):
             if len(line) > LONGEST_LINE:
-                limit = f"is longer than {LONGEST_LINE >> 20} MiB, the limit of Carom's lines"
-                raise InputError(f"{self.path}, line {number} {limit}", hints=[_REMOVE])
+                what = f"is longer than {LONGEST_LINE >> 20} MiB, the limit of Carom's lines"
+                raise InputError(f"{self.path}, line {number} {what}", hints=[_REMOVE])
             try:
                 found.append(self._codec.loads(line))
             except ValidationError as error:

@@ -15,7 +15,7 @@ from carom.engines.registry import EngineInfo
 from carom.errors import InputError, UnknownNameError
 from carom.execution.describe_engines import Methods, describe_engines, list_methods, select_engines
 from carom.execution.engine_run import ObserveTask
-from carom.execution.job import Answer, Job, SettingOverrides, Status
+from carom.execution.job import Answer, Job, Status
 from carom.execution.pool import Pool, TaskRunner
 from carom.execution.run_options import Options
 from carom.execution.settings_override import resolve_settings
@@ -110,7 +110,8 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
     infos = select_engines(known, options.engines)
     profiles = select_profiles(infos, options.profiles)
     dts = [dt_s for scene in plain for dt_s in options.list_steps(scene)]
-    methods = list_methods(infos, profiles, dts, pool, _resolve_overrides(infos, profiles, options, dts, pool))
+    tried = {info.name: resolve_settings(info, options.settings, profiles, dts[0], pool) for info in infos}
+    methods = list_methods(infos, profiles, dts, pool, tried)
     jobs = [
         Job(scene, method, dt_s, refinement)
         for scene in plain
@@ -120,15 +121,6 @@ def build_plan(scenes: Iterable[Scene | CatalogueScene | str], options: Options,
         if options.dts or refinement == 0 or method.profile not in info.located
     ]
     return Plan(plain, answers, tuple(known), profiles, tuple(jobs), options, methods)
-
-
-def _resolve_overrides(
-    infos: Sequence[EngineInfo], profiles: Sequence[str], options: Options, dts: Sequence[float], pool: Pool
-) -> dict[str, SettingOverrides]:
-    """Return the settings that replace those of the profiles, by engine."""
-    if not options.settings:
-        return {}
-    return {info.name: resolve_settings(info, options.settings, profiles, dts[0], pool) for info in infos}
 
 
 def observe_job(job: Job, runner: TaskRunner, *, samples: bool = False) -> Answer[Trace]:

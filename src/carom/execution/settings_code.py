@@ -170,8 +170,7 @@ def find_step_lines(code: str, at_another_step: str) -> str:
         The lines as they appear in the code; empty if there are none.
     """
     if code.startswith("<"):
-        other = set(_COMMENT.sub("", at_another_step).splitlines())
-        return "\n".join(line.strip() for line in _COMMENT.sub("", code).splitlines() if line not in other)
+        return find_changed_lines(code, at_another_step)
     if not code.startswith("#"):
         return ""
     other = {_extract_source(at_another_step, statement) for statement in ast.parse(at_another_step).body}
@@ -213,8 +212,7 @@ def find_changed_lines(code: str, before: str) -> str:
 
 
 def _extract_source(code: str, statement: ast.stmt) -> str:
-    *before, last = code.split("\n")[statement.lineno - 1 : statement.end_lineno]
-    return "\n".join([*before, last.encode()[: statement.end_col_offset].decode()])
+    return ast.get_source_segment(code, statement) or ""
 
 
 def _find_names(statement: ast.stmt, context: type[ast.expr_context]) -> Iterator[str]:

@@ -52,14 +52,7 @@ def load_scene(path: str | Path) -> Scene:
 
 def _parse_file(path: Path) -> dict[str, Any]:
     if path.suffix not in MOST_BYTES:
-        raise SceneError(
-            [
-                Problem(
-                    (),
-                    f"a scene file must end in .toml or .json, got {repr(path.suffix) if path.suffix else 'no suffix'}",
-                )
-            ]
-        )
+        raise SceneError([_build_ending_problem(path)])
     try:
         from carom.support.data_files import read_data  # imported here, since only files need the parsers
 
@@ -75,6 +68,11 @@ def _parse_file(path: Path) -> dict[str, Any]:
             found = f"got {len(bodies)}{edges}"
             raise SceneError([Problem((name,), f"a scene file can have at most {most}, {found}")])
     return content
+
+
+def _build_ending_problem(path: Path) -> Problem:
+    ending = repr(path.suffix) if path.suffix else "no suffix"
+    return Problem((), f"a scene file must end in .toml or .json, got {ending}")
 
 
 def _limit_problems(content: dict[str, Any]) -> dict[str, Any]:
@@ -129,6 +127,5 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     elif path.suffix == ".json":
         text = scene.model_dump_json(indent=2) + "\n"
     else:
-        message = f"a scene file must end in .toml or .json, got {repr(path.suffix) if path.suffix else 'no suffix'}"
-        raise SceneError([Problem((), message)], source=str(path))
+        raise SceneError([_build_ending_problem(path)], source=str(path))
     path.write_text(text, encoding="utf-8")

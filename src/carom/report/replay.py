@@ -291,7 +291,7 @@ def build_impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[
         row: Json = {"bodies": _list_bodies(impact), "pair": pair_name(impact), "true": true_s, "at": k}
         error = found.get(k)
         if error is None:
-            rows.append(row | _describe_unmatched(k, score) | _explain_missed(k, impact, trace, score))
+            rows.append(row | _describe_unmatched(k, impact, trace, score))
             continue
         rows.append(
             row
@@ -337,34 +337,30 @@ def _replace_non_finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _describe_unmatched(k: int, score: Score) -> Json:
+def _describe_unmatched(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
+    """Describe an impact of the reference that has no match, with the cause if it is missed."""
     if k >= score.expected:
-        return {"flag": "beyond", "became": "not compared"}
+        return {"flag": "beyond", "became": "not compared", "cause": ""}
     if k in score.undecided:
-        return {"flag": "undecided", "became": "not found before the end of the run"}
+        return {"flag": "undecided", "became": "not found before the end of the run", "cause": ""}
     if k not in score.missed:
-        return {"flag": "undecided", "became": "shown by the states, but not reported"}
-    return {"flag": "missed", "became": "missed"}
+        return {"flag": "undecided", "became": "shown by the states, but not reported", "cause": ""}
+    return {"flag": "missed", "became": "missed", "cause": _explain_missed(k, impact, trace, score)}
 
 
-def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
+def _explain_missed(k: int, impact: np.void, trace: Trace, score: Score) -> str:
     """Describe why an impact is missed: by the run's own states if they were checked, otherwise by PIT."""
-    if k >= score.expected or k not in score.missed:
-        return {"cause": ""}
     if trace.local_truth is None:
         pit = {True: "PIT also misses this impact", False: "PIT finds this impact"}
-        return {"cause": "" if score.pit_missed is None else pit[k in score.pit_missed]}
+        return "" if score.pit_missed is None else pit[k in score.pit_missed]
     met = trace.local_truth.meetings
     # With a late engine, bodies pass through each other after the true instant, with an early engine before it.
     near = np.abs(met["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
     passed = met[(met["first"] == impact["first"]) & (met["second"] == impact["second"]) & met["missed"] & near]
     if not len(passed):
-        return {"cause": "earlier errors led the run elsewhere: its own states do not lead to this impact"}
-    return {
-        "cause": "checking once per step"
-        if passed["pit_missed"].any()
-        else "the method itself: PIT finds the impact from the same state"
-    }
+        return "earlier errors led the run elsewhere: its own states do not lead to this impact"
+    alone = "the method itself: PIT finds the impact from the same state"
+    return "checking once per step" if passed["pit_missed"].any() else alone
 
 
 def _classify_delay(time_s: float, dt_s: float, score: Score) -> str:

@@ -13,6 +13,7 @@ import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from numbers import Real
 from typing import Any, ClassVar, Self
 
@@ -179,20 +180,13 @@ def _read(one: Option, flag: str, text: Any) -> Any:
     return tuple(found) if one.many else found[0]
 
 
-def _to_real(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise TypeError
-    return float(value)
-
-
 def build_whole_number_kind(least: int, most: int | None = None) -> ValueKind:
     """Return the kind of whole numbers from `least` up to `most`, where None means no upper limit."""
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
             raise TypeError
-        found = operator.index(value)
-        if found < least or (most is not None and found > most):
+        if (found := operator.index(value)) < least or (most is not None and found > most):
             raise ValueError
         return found
 
@@ -218,8 +212,9 @@ def build_measure_kind(
     """Return the kind of finite numbers above `least` and up to `most`."""
 
     def take(value: Any) -> float:
-        found = _to_real(value)
-        if not least < found <= most:
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise TypeError
+        if not least < (found := float(value)) <= most:
             raise ValueError
         return found
 
@@ -227,20 +222,21 @@ def build_measure_kind(
     return ValueKind(said, word, take, read, wrong, range=span or f"above {format_bound(least)}")
 
 
-def _format_upper_bound(most: float) -> str:
-    return f"above 0, at most {format_bound(most)}"
+def _build_limit_kind(unit: str, most: float) -> ValueKind:
+    limit = f"at most {format_bound(most)}"
+    return build_measure_kind(
+        f"a positive number of {unit}, {limit}", unit.upper(), 0.0, most, span=f"above 0, {limit}"
+    )
 
 
 def build_seconds_kind() -> ValueKind:
     """Return the kind of time limits in seconds."""
-    said = f"a positive number of seconds, at most {format_bound(LONGEST_S)}"
-    return build_measure_kind(said, "SECONDS", 0.0, LONGEST_S, span=_format_upper_bound(LONGEST_S))
+    return _build_limit_kind("seconds", LONGEST_S)
 
 
 def build_megabytes_kind() -> ValueKind:
     """Return the kind of memory limits in megabytes."""
-    said = f"a positive number of megabytes, at most {format_bound(MOST_MB)}"
-    return build_measure_kind(said, "MEGABYTES", 0.0, MOST_MB, span=_format_upper_bound(MOST_MB))
+    return _build_limit_kind("megabytes", MOST_MB)
 
 
 def build_step_kind(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
@@ -261,26 +257,20 @@ def parse_fraction(text: str) -> float:
         raise ValueError from None
 
 
-def _check_text(value: Any) -> str:
-    if not isinstance(value, str):
+def _require_type(kind: type, value: Any) -> Any:
+    if not isinstance(value, kind):
         raise TypeError
     return value
 
 
 def build_name_kind() -> ValueKind:
     """Return the kind of names. Any text is valid; whether the name exists is checked elsewhere."""
-    return ValueKind("a name", "NAME", _check_text, wrong=(5, None, True, 0.5, ["x"]))
-
-
-def _check_bool(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise TypeError
-    return value
+    return ValueKind("a name", "NAME", partial(_require_type, str), wrong=(5, None, True, 0.5, ["x"]))
 
 
 def build_flag_kind() -> ValueKind:
     """Return the kind of boolean options."""
-    return ValueKind("True or False", "", _check_bool, wrong=("no", 0, 1, None))
+    return ValueKind("True or False", "", partial(_require_type, bool), wrong=("no", 0, 1, None))
 
 
 def build_enum_kind(kinds: type[StrEnum]) -> ValueKind:
