@@ -49,7 +49,9 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        _run_growth(plan, scenes or [], discs, out, resume=resume, retry=retry, verbose=verbose)
+        if scenes:
+            raise InputError(f"--grow takes no scene, got {scenes[0]!r}")
+        _run_growth(plan, discs, out, resume=resume, retry=retry, verbose=verbose)
         return
     from carom.execution.environment import describe_environment
     from carom.execution.score_jobs import score_journal
@@ -87,32 +89,19 @@ def bench(
 
 
 def _run_growth(
-    plan: BenchPlan,
-    scenes: list[str],
-    discs: list[str] | None,
-    out: Path,
-    *,
-    resume: bool,
-    retry: bool,
-    verbose: bool,
+    plan: BenchPlan, discs: list[str] | None, out: Path, *, resume: bool, retry: bool, verbose: bool
 ) -> None:
     from carom.report.files import require_report_extra
     from carom.studies.bench.growth import growth_journal, measure_growth
     from carom.studies.bench.growth_document import build_growth_document, write_growth
 
-    if scenes:
-        raise InputError(f"--grow takes no scene, got {scenes[0]!r}")
-    asked = {"engines": plan.engines, "sizes": discs, "budget_s": plan.budget_s, "own": plan.own}
-    limits = {
-        "time_limit_s": plan.time_limit_s,
-        "memory_limit_mb": plan.memory_limit_mb,
-        "scheduler": plan.scheduler,
-    }
+    shared = ("engines", "budget_s", "own", "time_limit_s", "memory_limit_mb", "scheduler")
+    asked = {"sizes": discs} | {name: getattr(plan, name) for name in shared}
     if plan.profiles != BenchPlan.profiles:
         if len(plan.profiles) > 1:
             raise InputError(f"--grow runs one profile, got {len(plan.profiles)}")
         (asked["profile"],) = plan.profiles
-    options = GrowthOptions.parse_command_line(asked | limits)
+    options = GrowthOptions.parse_command_line(asked)
     require_report_extra()
     path = out / "growth.jsonl"
     with (

@@ -6,22 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from carom.cli import common
 from carom.cli.command_line import get_command_line
-from carom.cli.common import (
-    handle_errors,
-    load_plain_scenes,
-    parse_step,
-    print_document,
-    resolve_engines,
-    say,
-    say_lines,
-)
 
 if TYPE_CHECKING:
     from carom.model.scene import Scene
 
 
-@handle_errors
+@common.handle_errors
 def engines(
     names: Annotated[
         list[str] | None,
@@ -50,23 +42,23 @@ def engines(
     from carom.execution.describe_engines import engines as known_engines
     from carom.report.engine_and_scene_lists import build_engine_document, format_engine_lines
 
-    names = resolve_engines(names)
+    names = common.resolve_engines(names)
     if show is not None:
         if names is None or len(names) != 1:
             raise InputError("--show needs exactly one engine: carom engines NAME --show PROFILE")
         from carom.execution.settings_code import write_code
 
         shown = _find_scene(scene, restitution, friction)
-        dt_s = 1.0 / shown.frame_rate_hz if dt is None else parse_step(dt)
-        say(write_code(names[0], show, shown, dt_s, command=get_command_line()).rstrip("\n"))
+        dt_s = 1.0 / shown.frame_rate_hz if dt is None else common.parse_step(dt)
+        common.say(write_code(names[0], show, shown, dt_s, command=get_command_line()).rstrip("\n"))
         return
     if any(option is not None for option in (dt, restitution, friction, scene)):
         raise InputError("--dt, --restitution, --friction and --scene need --show")
     if names:
         for info in known_engines(names):
-            print_document(build_engine_document(info))
+            common.print_document(build_engine_document(info))
         return
-    say_lines(format_engine_lines(known_engines()))
+    common.say_lines(format_engine_lines(known_engines()))
 
 
 def _find_scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
@@ -75,7 +67,7 @@ def _find_scene(name: str | None, restitution: float | None, friction: float | N
     from carom.execution.settings_code import build_example_scene
     from carom.model.scene import Scene
 
-    found = [build_example_scene()] if name is None else load_plain_scenes([name])
+    found = [build_example_scene()] if name is None else common.load_plain_scenes([name])
     if len(found) != 1:
         raise InputError(f"--scene must name one scene, but {name!r} matches {len(found)} scenes")
     given = {

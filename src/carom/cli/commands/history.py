@@ -50,23 +50,18 @@ def history(
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.
     """
+    from carom.studies.history.document import describe_listing
     from carom.studies.history.release_cache import open_release_cache
+    from carom.studies.history.run import list_releases
 
     (name,) = common.resolve_engines([engine]) or [engine]
     with open_release_cache(options.kept_mb * 1e6) as kept:
         if listed:
-            _list_releases(name, options, kept)
+            common.say_lines(describe_listing(*list_releases(name, options, kept)))
         elif bisect is not None:
             _bisect_change(name, bisect, options, kept)
         else:
             _run_history(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
-
-
-def _list_releases(engine: str, options: HistoryOptions, kept: ReleaseCache) -> None:
-    from carom.studies.history.document import describe_listing
-    from carom.studies.history.run import list_releases
-
-    common.say_lines(describe_listing(*list_releases(engine, options, kept)))
 
 
 def _bisect_change(engine: str, asked: str, options: HistoryOptions, kept: ReleaseCache) -> None:
