@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from carom.engines.api import Engine, Knob, Profile
+from carom.engines.api import Knob, Profile
 from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SCALE
 from carom_adapters.box2d.settings_code import write_code
 from carom_adapters.box2d.world import Box2dWorld
@@ -57,9 +57,7 @@ _LOCATED: shared.Settings = {**_NO_CCD, "warmStarting": False}
 
 adapter = shared.EngineAdapter(
     name="box2d",
-    engine=Engine(
-        "Box2D", module="Box2D", distribution="Box2D", install="pip install 'carom[box2d]'", newest_tried="2.3.10"
-    ),
+    engine=shared.build_engine("Box2D", "box2d", "Box2D", newest_tried="2.3.10"),
     capabilities=CAPABILITIES,
     knobs={
         "velocityIterations": Knob(1, 100, log=True),

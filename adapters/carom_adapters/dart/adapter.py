@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile
+from carom.engines.api import Accuracy, Knob, Profile
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, MIXING
 from carom_adapters.dart.settings_code import write_code
 from carom_adapters.dart.world import DartWorld
@@ -24,14 +24,7 @@ adapter = shared.EngineAdapter(
     name="dart",
     # DART has split impulses since release 6.20. Earlier releases run these profiles without split impulses, and the
     # settings that are read back show it.
-    engine=Engine(
-        "DART",
-        module="dartpy",
-        distribution="dartpy",
-        install="pip install 'carom[dart]'",
-        oldest="6.16",
-        newest_tried="6.20",
-    ),
+    engine=shared.build_engine("DART", "dart", "dartpy", oldest="6.16", newest_tried="6.20"),
     capabilities=CAPABILITIES,
     knobs={"collision_detector": Knob(choices=DETECTORS), "split_impulse": Knob(choices=(False, True))},
     profiles={

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile
+from carom.engines.api import Accuracy, Knob, Profile
 from carom_adapters.drake.limits import CAPABILITIES
 from carom_adapters.drake.settings_code import write_code
 from carom_adapters.drake.world import DrakeWorld
@@ -13,14 +13,8 @@ _TUNED: shared.Settings = {"point_stiffness": 1e10, "target_accuracy": 1e-7, "in
 
 adapter = shared.EngineAdapter(
     name="drake",
-    engine=Engine(
-        "Drake",
-        module="pydrake",
-        distribution="drake",
-        install="pip install 'carom[drake]'",
-        oldest="1.31",  # earlier releases end the process with NumPy 2
-        newest_tried="1.51",
-    ),
+    # Releases before 1.31 end the process with NumPy 2.
+    engine=shared.build_engine("Drake", "drake", "pydrake", "drake", oldest="1.31", newest_tried="1.51"),
     capabilities=CAPABILITIES,
     knobs={
         "point_stiffness": Knob(1e5, 1e11, log=True),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile
+from carom.engines.api import Accuracy, Knob, Profile
 from carom_adapters.mujoco.limits import CAPABILITIES
 from carom_adapters.mujoco.reader import read_scene
 from carom_adapters.mujoco.settings_code import write_code
@@ -56,14 +56,7 @@ adapter = shared.EngineAdapter(
     name="mujoco",
     # Release 2.3 fails with the adapter's settings of a pair. MuJoCo has speculative contacts since release 4.0.
     # Releases 3.x run these profiles without speculation, and the settings that are read back show it.
-    engine=Engine(
-        "MuJoCo",
-        module="mujoco",
-        distribution="mujoco",
-        install="pip install 'carom[mujoco]'",
-        oldest="3.0",
-        newest_tried="4.0",
-    ),
+    engine=shared.build_engine("MuJoCo", "mujoco", "mujoco", oldest="3.0", newest_tried="4.0"),
     capabilities=CAPABILITIES,
     knobs={
         "joints": Knob(choices=("free", "slide")),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile
+from carom.engines.api import Accuracy, Knob, Profile
 from carom_adapters.newton.limits import CAPABILITIES, SPECULATIVE
 from carom_adapters.newton.settings_code import write_code
 from carom_adapters.newton.world import NewtonWorld
@@ -20,9 +20,7 @@ _OVERLAPPING: shared.Settings = {"enable_restitution": True, "gap": 0.0}
 
 adapter = shared.EngineAdapter(
     name="newton",
-    engine=Engine(
-        "Newton", module="newton", distribution="newton", install="pip install 'carom[newton]'", newest_tried="1.8.0"
-    ),
+    engine=shared.build_engine("Newton", "newton", "newton", newest_tried="1.8.0"),
     capabilities=CAPABILITIES,
     knobs={
         "iterations": Knob(1, 64, log=True),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Engine, Knob, Profile
+from carom.engines.api import Knob, Profile
 from carom_adapters.ode.limits import CAPABILITIES, STEPPERS
 from carom_adapters.ode.settings_code import write_code
 from carom_adapters.ode.world import OdeWorld
@@ -15,13 +15,7 @@ _TUNED: shared.Settings = {"stepper": "step", "cfm": 0.0, "erp": 0.0}
 
 adapter = shared.EngineAdapter(
     name="ode",
-    engine=Engine(
-        "ODE of Panda3D",
-        module="panda3d.ode",
-        distribution="panda3d",
-        install="pip install 'carom[ode]'",
-        newest_tried="1.10.16",
-    ),
+    engine=shared.build_engine("ODE of Panda3D", "ode", "panda3d.ode", "panda3d", newest_tried="1.10.16"),
     capabilities=CAPABILITIES,
     knobs={
         "cfm": Knob(0.0, 1e-3),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile
+from carom.engines.api import Accuracy, Knob, Profile
 from carom_adapters.pybullet.limits import (
     CAPABILITIES,
     SHIPPED_RESTITUTION_THRESHOLD_M_S,
@@ -57,14 +57,7 @@ _PLAIN_CYLINDER: shared.Settings = {**_TUNED, "shape": "cylinder", "turn": True}
 
 adapter = shared.EngineAdapter(
     name="pybullet",
-    engine=Engine(
-        "PyBullet",
-        module="pybullet",
-        distribution="pybullet",
-        install="pip install 'carom[pybullet]'",
-        no_wheel_from=(3, 12),
-        newest_tried="3.2.7",
-    ),
+    engine=shared.build_engine("PyBullet", "pybullet", "pybullet", no_wheel_from=(3, 12), newest_tried="3.2.7"),
     capabilities=CAPABILITIES,
     knobs={
         "numSolverIterations": Knob(1, 200, log=True),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.engines.api import Engine, Knob, Profile
+from carom.engines.api import Knob, Profile
 from carom_adapters.pymunk.limits import CAPABILITIES, NEIGHBORS
 from carom_adapters.pymunk.reader import read_scene
 from carom_adapters.pymunk.settings_code import write_code
@@ -25,14 +25,7 @@ _TUNED: shared.Settings = {
 adapter = shared.EngineAdapter(
     name="pymunk",
     # Release 5.4.1 reports no contacts to the adapter, although bodies bounce; 5.7.0 does.
-    engine=Engine(
-        "pymunk",
-        module="pymunk",
-        distribution="pymunk",
-        install="pip install 'carom[pymunk]'",
-        oldest="5.7",
-        newest_tried="7.3",
-    ),
+    engine=shared.build_engine("pymunk", "pymunk", "pymunk", oldest="5.7", newest_tried="7.3"),
     capabilities=CAPABILITIES,
     knobs={
         "iterations": Knob(1, 100, log=True),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from carom.engines.api import Accuracy, Engine, Knob, Profile, Scene, Setting
+from carom.engines.api import Accuracy, Knob, Profile, Scene, Setting
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
 from carom_adapters.rapier.settings_code import write_code
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
@@ -53,9 +53,7 @@ def _build_world(scene: Scene, settings: Mapping[str, Setting]) -> RapierWorld:
 
 adapter = shared.EngineAdapter(
     name="rapier",
-    engine=Engine(
-        "Rapier", module="rapier3d", distribution="rapier3d", install="pip install 'carom[rapier]'", newest_tried="0.36"
-    ),
+    engine=shared.build_engine("Rapier", "rapier", "rapier3d", newest_tried="0.36"),
     capabilities=CAPABILITIES,
     knobs={
         "num_solver_iterations": Knob(1, 64, log=True),

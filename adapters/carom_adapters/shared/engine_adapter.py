@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from carom.engines.api import Accuracy, Capabilities, Engine, Imported, Knob, Profile, Scene, Setting
 
@@ -67,6 +67,11 @@ class EngineAdapter:
             AdapterError: The engine does not support the scene or a setting.
         """
         return self.world(scene, settings)
+
+
+def build_engine(name: str, extra: str, module: str, distribution: str = "", **releases: Any) -> Engine:
+    """Return an engine that an extra of Carom installs. By default its distribution has the name of its module."""
+    return Engine(name, module, distribution or module, f"pip install 'carom[{extra}]'", **releases)
 
 
 def add_step(settings: Settings) -> Callable[[float], Settings]:

@@ -20,23 +20,8 @@ from carom.engines.api import (
     require_sound,
     require_supported,
 )
+from carom.engines.protocol import messages
 from carom.engines.protocol.manifest import Manifest, ProgramProfile, load_manifest
-from carom.engines.protocol.messages import (
-    Close,
-    Cut,
-    Done,
-    Look,
-    Prepare,
-    Prepared,
-    Restore,
-    Save,
-    Saved,
-    Seen,
-    Step,
-    Stepped,
-    Touched,
-    Touching,
-)
 from carom.engines.protocol.process import Program
 from carom.errors import AdapterError
 from carom.model.scene import Scene
@@ -52,18 +37,18 @@ class ProgramWorld:
     """
 
     def __init__(self, program: Program, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        prepared = program.ask(Prepare(scene=scene, settings=dict(settings)), Prepared)
+        prepared = program.ask(messages.Prepare(scene=scene, settings=dict(settings)), messages.Prepared)
         self._program, self._number = program, prepared.world
         self.settings: Mapping[str, Setting] = prepared.settings
         self.seconds = 0.0
 
     def advance(self, steps: int) -> None:
         """Take `steps` steps."""
-        self.seconds += self._program.ask(Step(world=self._number, steps=steps), Stepped).seconds
+        self.seconds += self._program.ask(messages.Step(world=self._number, steps=steps), messages.Stepped).seconds
 
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step."""
-        seen = self._program.ask(Look(world=self._number), Seen)
+        seen = self._program.ask(messages.Look(world=self._number), messages.Seen)
         return Observation(
             np.array(seen.position_m, dtype=np.float64),
             np.array(seen.velocity_m_s, dtype=np.float64),
@@ -74,24 +59,24 @@ class ProgramWorld:
 
     def cut(self, dt_s: float) -> None:
         """Set the size of the following steps, seconds."""
-        self._program.ask(Cut(world=self._number, dt_s=dt_s), Done)
+        self._program.ask(messages.Cut(world=self._number, dt_s=dt_s), messages.Done)
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of bodies that now touch by the engine's own contact test."""
-        return frozenset(self._program.ask(Touching(world=self._number), Touched).pairs)
+        return frozenset(self._program.ask(messages.Touching(world=self._number), messages.Touched).pairs)
 
     def save(self) -> object:
         """Return everything that `restore` needs."""
-        return self._program.ask(Save(world=self._number), Saved).state
+        return self._program.ask(messages.Save(world=self._number), messages.Saved).state
 
     def restore(self, state: object) -> None:
         """Return to a state from `save`."""
-        self._program.ask(Restore(world=self._number, state=state), Done)
+        self._program.ask(messages.Restore(world=self._number, state=state), messages.Done)
 
     def close(self) -> None:
         """Close this world in the program, unless the program has ended."""
         if not self._program.ended:
-            self._program.ask(Close(world=self._number), Done)
+            self._program.ask(messages.Close(world=self._number), messages.Done)
 
 
 class ProgramAdapter:

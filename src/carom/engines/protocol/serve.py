@@ -13,28 +13,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from enum import Enum
 from itertools import count
-from typing import Annotated, Any, TypeVar, cast
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter, ValidationError
 
 from carom.engines.api import Accuracy, Adapter, Capabilities, Contact, CuttableWorld, Knob, Profile, TimedWorld, World
-from carom.engines.protocol.messages import (
-    PROTOCOL,
-    Close,
-    Cut,
-    Hello,
-    Look,
-    Prepare,
-    Request,
-    Restore,
-    Save,
-    Step,
-    Touching,
-)
+from carom.engines.protocol import messages
 from carom.errors import AdapterError, CaromError
-from carom.model.trace import Setting
 
 #: The only setting in the manifest of a served adapter: the name of a profile. A manifest can't contain settings that
 #: depend on the step size, so the program gets them from its adapter.
@@ -43,7 +29,7 @@ PROFILE = "profile"
 W = TypeVar("W")
 _Declared = TypeVar("_Declared", Capabilities, Accuracy)
 
-_REQUESTS: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="do")])
+_REQUESTS: TypeAdapter[messages.Request] = TypeAdapter(Annotated[messages.Request, Field(discriminator="do")])
 
 
 class Server:
@@ -70,7 +56,7 @@ class Server:
         try:
             return self._carry_out(request)
         except CaromError as error:
-            return _build_error("refused" if isinstance(request, Prepare) else "failed", str(error))
+            return _build_error("refused" if isinstance(request, messages.Prepare) else "failed", str(error))
         except Exception as error:  # noqa: BLE001 - an exception of the engine becomes the answer
             return _build_error("failed", f"{type(error).__name__}: {error}")
 
@@ -80,38 +66,38 @@ class Server:
             world.close()
         self._worlds.clear()
 
-    def _carry_out(self, request: Request) -> dict[str, Any]:
-        if isinstance(request, Hello):
-            return {"protocol": PROTOCOL, "version": self._version}
-        if isinstance(request, Prepare):
+    def _carry_out(self, request: messages.Request) -> dict[str, Any]:
+        if isinstance(request, messages.Hello):
+            return {"protocol": messages.PROTOCOL, "version": self._version}
+        if isinstance(request, messages.Prepare):
             return self._prepare(request)
         if (world := self._worlds.get(request.world)) is None:
             raise AdapterError(f"there is no world {request.world}")
         match request:
-            case Step():
+            case messages.Step():
                 return {"seconds": _take_steps(world, request.steps)}
-            case Look():
+            case messages.Look():
                 return _observe(world)
-            case Close():
+            case messages.Close():
                 self._worlds.pop(request.world).close()
                 self._saved = {key: state for key, state in self._saved.items() if key[0] != request.world}
                 return {}
         if not isinstance(world, CuttableWorld):
             raise AdapterError(f"the steps of {self._adapter.name} can't be cut with this profile")
         match request:
-            case Cut():
+            case messages.Cut():
                 world.cut(request.dt_s)
-            case Touching():
+            case messages.Touching():
                 return {"pairs": sorted([int(first), int(second)] for first, second in world.touching())}
-            case Save():
+            case messages.Save():
                 number = next(self._numbers)
                 self._saved[request.world, number] = world.save()
                 return {"state": number}
-            case Restore():
+            case messages.Restore():
                 world.restore(self._saved[request.world, request.state])
         return {}
 
-    def _prepare(self, request: Prepare) -> dict[str, Any]:
+    def _prepare(self, request: messages.Prepare) -> dict[str, Any]:
         asked = dict(request.settings)
         name = asked.pop(PROFILE, None)
         if name is not None and name not in self._adapter.profiles:
@@ -120,7 +106,7 @@ class Server:
         world = self._adapter.prepare(request.scene, {**own, **asked})
         number = next(self._numbers)
         self._worlds[number] = world
-        used = {key: _to_json_value(value) for key, value in world.settings.items()}
+        used = {key: _to_json(value) for key, value in world.settings.items()}
         return {"world": number, "settings": used | ({} if name is None else {PROFILE: name})}
 
 
@@ -150,45 +136,26 @@ def _take_steps(world: World, steps: int) -> float:
 
 def _observe(world: World) -> dict[str, Any]:
     now = world.observe()
-    spins = {} if now.spin_rad_s is None else {"spin_rad_s": _to_json_numbers(now.spin_rad_s)}
-    return {
-        "position_m": _to_json_numbers(now.position_m),
-        "velocity_m_s": _to_json_numbers(now.velocity_m_s),
-        "contacts": [_build_contact_fields(contact) for contact in now.contacts],
-        "warning": now.warning,
-    } | spins
+    numbers = {"position_m": now.position_m, "velocity_m_s": now.velocity_m_s, "spin_rad_s": now.spin_rad_s}
+    contacts = [_build_contact_fields(contact) for contact in now.contacts]
+    state = {name: _to_json(np.asarray(array, np.float64)) for name, array in numbers.items() if array is not None}
+    return {**state, "contacts": contacts, "warning": now.warning}
 
 
 def _build_contact_fields(contact: Contact) -> dict[str, Any]:
     if contact.velocities is not None:
         raise AdapterError("its contacts have velocities before and after, which the protocol does not support")
-    impulses = {"impulse_n_s": contact.impulse_n_s, "tangential_impulse_n_s": contact.tangential_impulse_n_s}
-    return {
-        "first": int(contact.first),
-        "second": int(contact.second),
-        "time_s": _to_json_number(contact.time_s),
-        "normal": [_to_json_number(part) for part in contact.normal],
-    } | {name: _to_json_number(value) for name, value in impulses.items() if value is not None}
+    told = ((name, getattr(contact, name)) for name in messages.ToldContact.model_fields)
+    return {name: _to_json(value) for name, value in told if value is not None}
 
 
-def _to_json_number(value: float) -> float | None:
-    return None if math.isnan(value) else float(value)
-
-
-def _to_json_numbers(array: NDArray[np.float64]) -> list[Any]:
-    """Return an array of one or two dimensions as lists, with None for NaN."""
-    found = np.asarray(array, dtype=np.float64)
-    if not np.isnan(found).any():
-        return cast("list[Any]", found.tolist())
-    return [
-        _to_json_number(float(one)) if one.ndim == 0 else [_to_json_number(float(part)) for part in one]
-        for one in found
-    ]
-
-
-def _to_json_value(value: Any) -> Setting:
-    """Return a setting as a JSON value, since an engine's binding may return NumPy numbers."""
-    return cast("Setting", value.item() if isinstance(value, np.generic) else value)
+def _to_json(value: Any) -> Any:
+    """Return a value as JSON: arrays and tuples as lists, NumPy's numbers as Python's, and None for NaN."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_to_json(one) for one in value]
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def build_manifest(adapter: Adapter, name: str, version: str, command: Sequence[str]) -> str:
