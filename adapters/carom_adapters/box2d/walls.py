@@ -9,7 +9,7 @@ from typing import Any
 
 from carom.engines.api import AdapterError, Chain, Scene, Setting, Wall
 from carom_adapters.box2d.limits import SHORTEST_PIECE_M
-from carom_adapters.shared.walls import list_points
+from carom_adapters.shared.walls import build_rectangle, find_foot, list_points
 
 #: `b2PolygonShape` merges corners closer than half of b2_linearSlop, 2.5e-3, so no wall is smaller than this.
 SMALLEST_WALL_M = 0.1
@@ -20,25 +20,16 @@ ROUNDING = 2.0**-23
 Point = tuple[float, float]
 
 
-def _build_rectangle(normal: Point, size: float) -> list[Point]:
-    """Return the corners of a rectangle below the origin, ``2 size`` wide and `size` deep. One face is along the wall.
-
-    Box2D has no half-plane. Fast discs pass through an edge, but a polygon can have any depth.
-    """
-    nx, ny = normal
-    return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
-
-
 def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
     """Return the position of a half-plane's body, which is the point nearest to the scene, and its corners around it.
+
+    Box2D has no half-plane. Fast discs pass through an edge, but a polygon can have any depth.
 
     Raises:
         AdapterError: The wall would be so long that 32-bit floats round it by more than the smallest disc.
     """
-    (px, py), (nx, ny) = plane.point_m, plane.normal
     # The point of the wall nearest to the scene is chosen, so that the numbers around it are small.
-    along = (px - centre[0]) * ny - (py - centre[1]) * nx
-    gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
+    foot, gap = find_foot(plane, centre)
     size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
     smallest = min(disc.radius_m for disc in scene.discs)
     if not size * ROUNDING < smallest:
@@ -46,7 +37,7 @@ def build_wall_rectangle(scene: Scene, plane: Wall, centre: Point, radius: float
             f"Box2D: a disc can move up to {radius:.3g} m, and 32-bit floats round a wall of that length by more "
             f"than the smallest radius, {smallest:.3g} m; shorten duration_s, or remove walls or heavy fast discs"
         )
-    return (px - along * ny, py + along * nx), _build_rectangle((nx, ny), size)
+    return foot, build_rectangle(plane.normal, size)
 
 
 def list_shape_points(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:

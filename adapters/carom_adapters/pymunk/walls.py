@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from carom.engines.api import AdapterError, Chain, Ring, Scene, Wall, reach
-from carom_adapters.shared.walls import compute_thickness, list_points
+from carom.engines.api import AdapterError, Chain, Scene, Wall, reach
+from carom_adapters.shared.walls import build_rectangle, compute_thickness, find_foot, list_points
 
 Point = tuple[float, float]
 
@@ -16,18 +16,12 @@ def _build_half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
     Chipmunk has no half-plane. Fast discs pass through a thin segment, and the normal of a thick segment depends on the
     overlap. The face of a polygon has one normal, exact to rounding, and a polygon can have any depth.
     """
-    (px, py), (nx, ny) = wall.point_m, wall.normal
-    along = (px - centre[0]) * ny - (py - centre[1]) * nx
-    gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
-    foot_x, foot_y = px - along * ny, py + along * nx
+    (x, y), gap = find_foot(wall, centre)
     # The rectangle is twice as wide and deep as any disc can reach, so that an overlapping disc is always nearest to
     # the face. It is at least as large as the coordinates, since the direction of the face is the difference of two
     # rounded corners.
-    size = max(2.0 * (radius + gap), abs(foot_x), abs(foot_y))
-    return [
-        (foot_x + (a * ny - b * nx) * size, foot_y - (a * nx + b * ny) * size)
-        for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))
-    ]
+    size = max(2.0 * (radius + gap), abs(x), abs(y))
+    return [(x + across, y + deep) for across, deep in build_rectangle(wall.normal, size)]
 
 
 class _Segment(NamedTuple):
@@ -65,12 +59,6 @@ class Post(NamedTuple):
 WallShape = list[Point] | tuple[list[_Segment], float] | Post
 
 
-def _build_shape(scene: Scene, wall: Chain | Ring) -> WallShape:
-    if isinstance(wall, Ring):
-        return Post(wall.centre_m, compute_thickness(scene, wall))
-    return _build_segments(wall), wall.half_width_m
-
-
 def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
     """Return the shapes of the scene's walls, in order.
 
@@ -78,10 +66,14 @@ def build_wall_shapes(scene: Scene, dt_s: float) -> list[WallShape]:
         AdapterError: A half-plane would be so long that its rounding is as large as a disc.
     """
     centre, radius = reach(scene, dt_s)
-    shapes: list[WallShape] = [
-        _build_half_plane(wall, centre, radius) if isinstance(wall, Wall) else _build_shape(scene, wall)
-        for wall in scene.walls
-    ]
+    shapes: list[WallShape] = []
+    for wall in scene.walls:
+        if isinstance(wall, Wall):
+            shapes.append(_build_half_plane(wall, centre, radius))
+        elif isinstance(wall, Chain):
+            shapes.append((_build_segments(wall), wall.half_width_m))
+        else:
+            shapes.append(Post(wall.centre_m, compute_thickness(scene, wall)))
     # The position of a face has the rounding of its farthest corner.
     corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
     farthest = max((abs(value) for corner in corners for value in corner), default=0.0)

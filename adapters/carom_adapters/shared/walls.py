@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 
-from carom.engines.api import Chain, Contact, Ring, Scene, factored_frictions, factored_restitutions, wall_body
+from carom.engines.api import Chain, Contact, Ring, Scene, Wall, factored_frictions, factored_restitutions, wall_body
 
 Point = tuple[float, float]
 
@@ -15,9 +15,27 @@ Point = tuple[float, float]
 THINNEST = 1e-12
 
 
+def find_foot(wall: Wall, centre: Point) -> tuple[Point, float]:
+    """Return the point of a half-plane's face nearest to another point, and the distance."""
+    (px, py), (nx, ny) = wall.point_m, wall.normal
+    along = (px - centre[0]) * ny - (py - centre[1]) * nx
+    return (px - along * ny, py + along * nx), abs((px - centre[0]) * nx + (py - centre[1]) * ny)
+
+
+def build_rectangle(normal: Point, size: float) -> list[Point]:
+    """Return the corners of a rectangle below the origin, ``2 size`` wide and `size` deep. One face is along a wall."""
+    nx, ny = normal
+    return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
+
+
 def list_points(chain: Chain) -> list[Point]:
     """Return the ends of all pieces in order. The first point of a closed chain is not repeated at the end."""
-    points = [point for edge in chain.outline.edges for point in _cut_edge(edge.a, edge.b, chain.pieces)]
+    parts = [k / chain.pieces for k in range(chain.pieces)]
+    points = [
+        (edge.a[0] + part * (edge.b[0] - edge.a[0]), edge.a[1] + part * (edge.b[1] - edge.a[1]))
+        for edge in chain.outline.edges
+        for part in parts
+    ]
     return points if chain.closed else [*points, chain.points_m[-1]]
 
 
@@ -77,8 +95,3 @@ def _sum_group(group: list[Contact]) -> list[Contact]:
     y = along[1] + math.fsum(normal[0] * (tangential or 0.0) for normal, _, tangential in impulses)
     tangential = None if impulses[0][2] is None else y * nx - x * ny
     return [replace(group[0], normal=(nx, ny), impulse_n_s=x * nx + y * ny, tangential_impulse_n_s=tangential)]
-
-
-def _cut_edge(a: Point, b: Point, pieces: int) -> list[Point]:
-    """Return the starts of the pieces of an edge."""
-    return [(a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])) for part in [k / pieces for k in range(pieces)]]

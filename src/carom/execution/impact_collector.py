@@ -18,7 +18,6 @@ from carom.comparator.slowing import Slowing
 from carom.engines.api import Contact, Observation
 from carom.execution.open_contact import (
     Motion,
-    Motions,
     OpenContact,
     Pair,
     compute_gravity,
@@ -195,14 +194,12 @@ class ImpactCollector:
             else impulse,
             contact.normal,
         )
-        if not self._is_resting(after, contact.normal, time_s - self._last_s):
+        # A resting pair is at most as fast as after a fall of `_REST_STEPS` steps.
+        slowest = _REST_STEPS * self._pull * (time_s - self._last_s)
+        if not abs(compute_separation_speed(after, contact.normal)) <= slowest:
             known.rested = None
         elif known.rested is None:
             known.rested = replace(known)
-
-    def _is_resting(self, motions: Motions, normal: Vector, step_s: float) -> bool:
-        """Whether a pair is slow enough to rest: at most as fast as after a fall of `_REST_STEPS` steps."""
-        return abs(compute_separation_speed(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
     def _has_all_impulses(self, contact: Contact) -> bool:
         """Whether all impulses of a contact are reported, including friction's impulse if there is friction."""
