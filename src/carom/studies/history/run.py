@@ -165,13 +165,6 @@ def _needs_phases(old: SeenCell, new: SeenCell) -> bool:
     return are_different(a, b)
 
 
-def _build_installed_release(engine: str, origin: Origin) -> Release:
-    """Return the installed engine as a release."""
-    if not origin.installed:
-        return Release("installed", reason="it is not installed")
-    return Release(f"{origin.installed} (installed)", engine)
-
-
 @contextmanager
 def _install_releases(
     study: _ReleaseRuns, origin: Origin, versions: Sequence[str], kept: ReleaseCache, pool: Pool
@@ -240,7 +233,9 @@ def run_history(
     with asked.open_pool() as pool:
         origin, versions = _select_releases(engine, asked, kept, pool)
         with _install_releases(study, origin, versions, kept, pool) as made:
-            columns = (*made, *([_build_installed_release(engine, origin)] if asked.installed else ()))
+            own = Release(f"{origin.installed} (installed)", engine)
+            installed = own if origin.installed else Release("installed", reason="it is not installed")
+            columns = (*made, installed) if asked.installed else made
             names = [one.name for one in columns if one.name]
             seen = study.seen(names, study.cells, pool)
     releases = tuple(replace(one, seen=seen.get(one.name, {})) for one in columns)
@@ -352,16 +347,15 @@ def select_versions(listed: Sequence[str], asked: Sequence[str] | None, most: in
         InputError: A request is neither a version nor a condition.
     """
     words = [word.strip() for text in asked or () for word in text.split(",") if word.strip()]
+    finals = sort_versions(filter(is_final, listed))
     if LATEST in words:
-        newest = sort_versions(filter(is_final, listed))[-1:]
-        words = [*(word for word in words if word != LATEST), *newest]
+        words = [*(word for word in words if word != LATEST), *finals[-1:]]
     named = [word for word in words if parse_version_condition(word) is None]
     for word in named:
         if require_version(word) not in listed:
             hints = build_name_hints(word, listed, f"there are: {_format_short_list(listed)}")
             raise UnknownNameError(f"there is no release {word!r}", hints=hints)
     conditions = [found for word in words if (found := parse_version_condition(word)) is not None]
-    finals = sort_versions(filter(is_final, listed))
     able = [one for one in finals if all(condition(parse_release_numbers(one)) for condition in conditions)]
     return sort_versions([*named, *(able[-most:] if conditions or not named else ())])
 
